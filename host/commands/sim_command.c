@@ -193,15 +193,16 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--keys", keys,
                 "list the keys of scenes with default, unit and meaning; with --json the JSON "
                 "Schema of a scene"),
-    OPTION_TEXT("--solver", "S", options.solver,
-                "auto (the default) chooses and says why; event, implicit, cvode, "
-                "rk4, rkgs, hamming,\n"
-                "moreau for the planar models, fixed for the chain. Each answer is checked by a "
-                "second run"),
+    OPTION_TEXT(
+        "--solver", "S", options.solver,
+        "auto (the default) chooses and says why; event, implicit, cvode, "
+        "rk4, rkgs, hamming,\n"
+        "moreau for the planar models, staggered for the chain. Each answer is checked by a "
+        "second run"),
     OPTION_NUMBER(
         "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
-        "tolerance of the solver; fixed: the error estimate allowed, of the largest movement"),
-    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and fixed"),
+        "tolerance of the solver; staggered: the error estimate allowed, of the largest movement"),
+    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and staggered"),
     OPTION_FLAG("--no-prune", options.no_prune,
                 "integrate every mat all the time, also those at rest"),
     OPTION_TEXT("--csv", "F", csv_path,

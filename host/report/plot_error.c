@@ -20,8 +20,8 @@
 static const struct look {
     const char *solver, *class;
     unsigned shape;
-} looks[] = {{"event", "ea", 0},   {"implicit", "eb", 1}, {"cvode", "ec", 2}, {"rkgs", "ed", 3},
-             {"hamming", "ee", 4}, {"rk4", "ef", 5},      {"fixed", "ea", 0}};
+} looks[] = {{"event", "ea", 0},   {"implicit", "eb", 1}, {"cvode", "ec", 2},    {"rkgs", "ed", 3},
+             {"hamming", "ee", 4}, {"rk4", "ef", 5},      {"staggered", "ea", 0}};
 
 static const char style[] =
     "<style>.ep{background:#fff;font:12px Helvetica,Arial,sans-serif}.ep "

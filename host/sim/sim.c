@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "host/sim/solvers/fixed.h"
+#include "host/sim/solvers/staggered.h"
 #include "host/sim/solvers/planar.h"
 #include "host/sim/solvers/deadline.h"
 
@@ -16,11 +16,12 @@ static enum mr_status check_options(const struct sim_scene *scene,
 {
     double runway_ft = scene->mats * scene->length_ft;
     bool chain = scene->model == SIM_CHAIN;
-    if (chain && options->solver && strcmp(options->solver, "fixed") != 0 &&
+    if (chain && options->solver && strcmp(options->solver, "staggered") != 0 &&
         strcmp(options->solver, "auto") != 0)
-        return error_set(error, MR_USAGE,
-                         "solver not available: %s for model chain; give fixed, or leave it out",
-                         options->solver);
+        return error_set(
+            error, MR_USAGE,
+            "solver not available: %s for model chain; give staggered, or leave it out",
+            options->solver);
     if (!chain && options->solver && !planar_has_solver(options->solver))
         return error_set(error, MR_USAGE,
                          "solver not available: %s for model %s; give auto, event, implicit, "
@@ -54,7 +55,7 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
 {
     const char *name = scene->name[0] ? scene->name : "scene";
     bool given = result->solver &&
-                 (strcmp(result->solver, "fixed") == 0 || strcmp(result->solver, "rk4") == 0);
+                 (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
     if (result->status == SIM_INTERRUPTED && deadline->late)
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.9g of %.9g s, as the limit of %g s of computing is over; "
@@ -146,6 +147,6 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
         return error_set(error, MR_USAGE,
                          "no soil in model chain: %s: friction_normal soil; give weight", where);
-    fixed_run(scene, &deadline.options, result, error);
+    staggered_run(scene, &deadline.options, result, error);
     return conclude(result, scene, &deadline, error);
 }

@@ -60,7 +60,7 @@ check "the page is whole and self-contained" page
 predictor_page() {
     mkdir -p "$tmp/pp" && build/tests/error_report/error-report "$tmp/pp" predictor &&
         [ "$(grep -c '^<tr><td>predictor</td>' "$tmp/pp/index.html")" = 8 ] &&
-        [ "$(grep -c '^<tr><td>fixed</td>' "$tmp/pp/index.html")" = 3 ] && [ "$(grep -c '<svg ' "$tmp/pp/index.html")" = 2 ] &&
+        [ "$(grep -c '^<tr><td>staggered</td>' "$tmp/pp/index.html")" = 3 ] && [ "$(grep -c '<svg ' "$tmp/pp/index.html")" = 2 ] &&
         ! grep -Eqi 'src=|[^a-z](nan|inf)[^a-z]' "$tmp/pp/index.html"
 }
 check "the predictor is on the page beside the chain's solver" predictor_page

@@ -92,7 +92,7 @@ static void draw(FILE *out, const struct cost *predictor, size_t predictors,
         svg_mark(out, "q0", 0, svg_x(&plot, x[i]), svg_y(&plot, y[i]), 4);
     }
     svg_line(&plot, "q0", x, y, PREDICTOR_STUDY_SOLVERS);
-    svg_text(&plot, "label", "start", x[0], y[0], 6, 14, "fixed");
+    svg_text(&plot, "label", "start", x[0], y[0], 6, 14, "staggered");
     svg_close(out);
 }
 
@@ -134,7 +134,7 @@ enum mr_status write_predictor(FILE *out, struct error *error)
     for (size_t i = 0; i < PREDICTOR_STUDY_SOLVERS; i++) {
         char step[40];
         snprintf(step, sizeof step, "%.3g ms", 1e3 * study.solver[i].step_s);
-        table_row(out, "fixed", step, &solver[i]);
+        table_row(out, "staggered", step, &solver[i]);
     }
     fputs("</tbody></table></div>\n", out);
     plot_predictor_file(out, &study);

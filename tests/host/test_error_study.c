@@ -193,17 +193,17 @@ static void smooth_scenes_show_the_order(void **state)
 
     scene = oscillator(SIM_CHAIN, 0.0);
     run(&scene);
-    const struct error_slope *fixed = slope_of("fixed", false);
+    const struct error_slope *fixed = slope_of("staggered", false);
     assert_true(fixed->points >= 6 && fixed->scatter < 0.1);
     assert_near(fixed->slope, 2.0, 0.1);
     assert_false(study.lifts);
     sim_scene_free(&scene);
 
-    /* The joints' damper acts on the last half step's speeds (fixed.h), half a step late: at least
+    /* The joints' damper acts on the last half step's speeds (staggered.h), half a step late: at least
      * first order. */
     scene = oscillator(SIM_CHAIN, 50.0);
     run(&scene);
-    fixed = slope_of("fixed", false);
+    fixed = slope_of("staggered", false);
     assert_true(fixed->points >= 6 && fixed->slope > 0.9 && fixed->slope < 2.1);
     sim_scene_free(&scene);
 }
@@ -342,7 +342,7 @@ static void the_march_gives_way_and_springs_back(void **state)
 }
 
 /* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed
- * again, with dampers. The march and `fixed` share no code; the answers differ by less with every
+ * again, with dampers. The march and `staggered` share no code; the answers differ by less with every
  * finer step. */
 static void two_methods_agree_on_grit(void **state)
 {
@@ -363,7 +363,7 @@ static void two_methods_agree_on_grit(void **state)
     assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1, &error), MR_OK);
     assert_int_equal(sim_scene_set_list(&scene.grit_lb, &grit_lb, 1, &error), MR_OK);
     run(&scene);
-    assert_non_null(strstr(study.method, "fixed"));
+    assert_non_null(strstr(study.method, "staggered"));
     assert_true(study.peak_u_ft > 0.005);
     assert_near(study.agreement_u_ft, 0.0, 3e-6);
     assert_near(study.agreement_rms_u_ft, 0.0, 1e-6);

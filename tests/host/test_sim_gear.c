@@ -51,7 +51,7 @@ static struct sim_result good(const struct sim_scene *scene, struct sim_options 
 {
     struct sim_result result;
     memset(&error, 0, sizeof error);
-    options.solver = "fixed";
+    options.solver = "staggered";
     if (sim_run(scene, &options, &result, &error) != MR_OK)
         fail_msg("%s", error.text);
     return result;

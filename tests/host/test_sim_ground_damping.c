@@ -18,7 +18,7 @@ static const struct engine {
     const char *solver;
     double near;
 } engines[] = {
-    {SIM_CHAIN, "fixed", 1e-4},      {SIM_CONSISTENT, "fixed", 1e-4},
+    {SIM_CHAIN, "staggered", 1e-4},  {SIM_CONSISTENT, "staggered", 1e-4},
     {SIM_REPORT, "event", 1e-6},     {SIM_REPORT, "implicit", 2e-5},
     {SIM_REPORT, "cvode", 2e-5},     {SIM_REPORT, "rk4", 2e-5},
     {SIM_REPORT, "rkgs", 1e-4},      {SIM_REPORT, "hamming", 1e-4},
@@ -141,7 +141,7 @@ static void a_mat_on_a_spring_has_its_frequency_and_decrement(void **state)
     chain.t_out_s = (struct sim_list){0};
     chain.model = SIM_CHAIN;
     times(&chain, at_s, 6);
-    struct sim_result result = good(&chain, "fixed");
+    struct sim_result result = good(&chain, "staggered");
     assert_near(log(result.outputs[0].u_ft[1] / result.outputs[4].u_ft[1]), half * period_s, 1e-4);
     sim_result_free(&result);
     sim_scene_free(&chain);
@@ -232,12 +232,12 @@ static void step_limits_hold(void **state)
         chain.friction = 0.05;
         chain.cl_lb_s_ft = 2000.0;
         chain.t_end_s = 0.05;
-        assert_int_equal(run(&chain, "fixed", 0.0, 1.0, &result), MR_NUMERICS);
+        assert_int_equal(run(&chain, "staggered", 0.0, 1.0, &result), MR_NUMERICS);
         double limit_s = result.dt_limit_s;
         sim_result_free(&result);
         chain.element[ELEMENT_ground_damping] = c;
         const struct sim_options options = {
-            .solver = "fixed", .dt_s = 0.98 * limit_s, .single = true};
+            .solver = "staggered", .dt_s = 0.98 * limit_s, .single = true};
         memset(&error, 0, sizeof error);
         if (sim_run(&chain, &options, &result, &error) != MR_OK)
             fail_msg("c %g: %s", c, error.text);
@@ -355,7 +355,7 @@ static void leaving_mats_out_changes_nothing(void **state)
         struct sim_result all, few;
         struct sim_options options = {.solver = engines[i].solver};
         sim_scene_defaults(&scene);
-        if (!strstr("fixed event implicit", options.solver))
+        if (!strstr("staggered event implicit", options.solver))
             continue;
         scene.model = engines[i].model;
         scene.mats = 40;
@@ -387,13 +387,13 @@ static void absent_it_is_nothing(void **state)
     assert_int_equal(sim_scene_parse(&with, "with", text[0], strlen(text[0]), &error), MR_OK);
     assert_int_equal(sim_scene_parse(&without, "without", text[1], strlen(text[1]), &error), MR_OK);
     assert_int_equal(element_set_of(&with).count, 0);
-    struct sim_result a = good(&with, "fixed"), b = good(&without, "fixed");
+    struct sim_result a = good(&with, "staggered"), b = good(&without, "staggered");
     assert_memory_equal(a.u_ft, b.u_ft, 31 * sizeof *a.u_ft);
     assert_int_equal(a.rhs, b.rhs);
     for (int i = 0; i < SIM_NOTES_MAX; i++)
         assert_null(strstr(a.notes[i], "ground damping"));
     with.element[ELEMENT_ground_damping] = 5.0;
-    struct sim_result c = good(&with, "fixed");
+    struct sim_result c = good(&with, "staggered");
     bool said = false;
     for (int i = 0; i < SIM_NOTES_MAX; i++)
         said = said || strstr(c.notes[i], "ground damping: 5 lb s/ft");

@@ -84,7 +84,7 @@ static void a_flat_landing_is_the_chains(void **state)
         }
         struct sim_result a = run(&flat, (struct sim_options){.dt_s = 4e-5});
         struct sim_result b = run(&chain, (struct sim_options){.dt_s = 2e-5});
-        assert_string_equal(a.solver, "fixed");
+        assert_string_equal(a.solver, "staggered");
         assert_true(b.peak_u_ft > 0.005);
         assert_true(a.max_lift_ft == 0.0);
         /* same scheme, twice the step: apart by less than the two estimates together */
@@ -245,7 +245,8 @@ static void a_mat_at_rest_is_left_after_its_neighbour(void **state)
     scene.wheel_load_lb = 1179.51;
     scene.t_end_s = 0.0152981;
     for (int whole = 0; whole < 2; whole++)
-        results[whole] = run(&scene, (struct sim_options){.solver = "fixed", .no_prune = whole});
+        results[whole] = run(&scene,
+                             (struct sim_options){.solver = "staggered", .no_prune = whole});
     assert_true(results[0].mats_mean < 50.0 && results[0].peak_u_ft > 1e-3);
     for (int n = 1; n <= 190; n++)
         assert_true(fabs(results[0].u_ft[n] - results[1].u_ft[n]) <= 1e-12);
@@ -271,7 +272,7 @@ static void it_converges_to_located_switches(void **state)
         struct sim_result truth = run(&scene, (struct sim_options){.solver = "event"});
         double before_u = 0.0, before_lift = 0.0;
         for (int halving = 0; halving < 3; halving++) {
-            struct sim_options options = {.solver = "fixed", .dt_s = ldexp(2e-5, -2 * halving)};
+            struct sim_options options = {.solver = "staggered", .dt_s = ldexp(2e-5, -2 * halving)};
             struct sim_result fixed = run(&scene, options);
             double off_u = 0.0, off_lift = fabs(fixed.max_lift_ft - truth.max_lift_ft);
             for (int n = 1; n <= 30; n++)

@@ -41,7 +41,7 @@ static struct sim_result run(const struct sim_scene *scene, const char *solver, 
 /* Runs a scene with both and frees it. */
 static bool held_against(const char *located, struct sim_scene *scene, const char *what)
 {
-    struct sim_result fixed = run(scene, "fixed", 0.0), truth = run(scene, located, 1e-11);
+    struct sim_result fixed = run(scene, "staggered", 0.0), truth = run(scene, located, 1e-11);
     double off_u_ft = 0.0, off_lift_ft = fabs(fixed.max_lift_ft - truth.max_lift_ft);
     for (size_t i = 0; i < OUTPUTS; i++) {
         off_lift_ft = fmax(off_lift_ft, fabs(fixed.outputs[i].lift_ft - truth.outputs[i].lift_ft));

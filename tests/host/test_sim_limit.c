@@ -37,8 +37,8 @@ static struct sim_scene load(const char *path)
 static void a_limit_ends_every_solver(void **state)
 {
     (void)state;
-    static const char *const solvers[] = {"event",   "implicit", "rk4",   "rkgs",
-                                          "hamming", "moreau",   "fixed", "fixed"};
+    static const char *const solvers[] = {"event",   "implicit", "rk4",       "rkgs",
+                                          "hamming", "moreau",   "staggered", "staggered"};
     for (size_t i = 0; i < sizeof solvers / sizeof solvers[0]; i++) {
         struct sim_scene scene = load(i == 6 ? "host/scenes/wave.json"
                                              : "host/scenes/consistent_fig3_7.json");
@@ -93,7 +93,7 @@ static void what_auto_tries_next_has_a_minute(void **state)
         sim_run(&scene, &options, &result, &error);
         assert_int_equal(result.status, SIM_UNPREDICTABLE);
         assert_int_equal(error.status, MR_NUMERICS);
-        assert_string_equal(result.solver, "fixed");
+        assert_string_equal(result.solver, "staggered");
         for (int i = 0; i < SIM_NOTES_MAX; i++)
             said = said || strstr(result.notes[i], "others were given 60 s");
         assert_int_equal(said, late);

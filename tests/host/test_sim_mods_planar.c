@@ -222,7 +222,7 @@ static void a_wheel_tips_a_stiffened_block(void **state)
     scene.mods.stiff_first = 5;
     scene.mods.stiff_kt_lb_ft_rad = 1e5;
     scene.t_end_s = 0.5;
-    struct sim_result a = run(&scene, (struct sim_options){.solver = "fixed",
+    struct sim_result a = run(&scene, (struct sim_options){.solver = "staggered",
                                                            .dt_s = 1e-5,
                                                            .single = true,
                                                            .sample_dt_s = 0.25,
@@ -237,7 +237,7 @@ static void a_wheel_tips_a_stiffened_block(void **state)
     near(a.sample_y_ft[2 * 2], -y0, 0.03 * y0);
     sim_result_free(&a);
     scene.mods.stiff_kt_lb_ft_rad = 0.0; /* hinges: nothing rises */
-    a = run(&scene, (struct sim_options){.solver = "fixed", .dt_s = 1e-5, .single = true});
+    a = run(&scene, (struct sim_options){.solver = "staggered", .dt_s = 1e-5, .single = true});
     assert_true(a.max_lift_ft == 0.0);
     sim_result_free(&a);
     sim_scene_free(&scene);

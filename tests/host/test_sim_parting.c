@@ -33,7 +33,7 @@ static struct sim_scene two_mats(enum sim_model model)
 static struct sim_result run_fixed(struct sim_scene *scene, double dt_s, double end_s)
 {
     scene->t_end_s = end_s;
-    return run(scene, (struct sim_options){.solver = "fixed", .dt_s = dt_s, .single = true});
+    return run(scene, (struct sim_options){.solver = "staggered", .dt_s = dt_s, .single = true});
 }
 
 /* Mat 2 leaves mat 1 at SPEED: T = KL v/w sin wt, w^2 = 2 KL/m, until it is TEAR; from then on each
@@ -146,7 +146,7 @@ static void a_mat_that_stands_upright_is_pushed_over(void **state)
     (void)state;
     const double upright_s = (0.5 * PI + 85.0 / 10.0) / (10.0 * RATE), stations[] = {0.0, 1.0};
     struct sim_scene scene = turning(10.0 * RATE, 30.0);
-    struct sim_options options = {.solver = "fixed",
+    struct sim_options options = {.solver = "staggered",
                                   .dt_s = 1e-5,
                                   .single = true,
                                   .sample_dt_s = 1e-3,
@@ -241,7 +241,7 @@ static void a_wave_that_stands_stays_as_short_as_it_is(void **state)
     static const double unhinge_deg[] = {(double)INFINITY, 80.0};
     for (int i = 0; i < 2; i++) {
         struct sim_scene scene = standing(unhinge_deg[i]);
-        struct sim_options options = {.solver = "fixed", .dt_s = 1e-4, .single = true};
+        struct sim_options options = {.solver = "staggered", .dt_s = 1e-4, .single = true};
         scene.t_end_s = 6.0;
         struct sim_result a = run(&scene, options);
         options.no_prune = true;
@@ -270,7 +270,7 @@ static void ends_that_are_apart_fall_by_themselves(void **state)
     scene.mods.unhinge_deg = 30.0;
     scene.t_end_s = 0.1;
     lift(&scene, -0.3);
-    struct sim_result a = run(&scene, (struct sim_options){.solver = "fixed",
+    struct sim_result a = run(&scene, (struct sim_options){.solver = "staggered",
                                                            .dt_s = 2e-5,
                                                            .single = true,
                                                            .sample_dt_s = 0.05,

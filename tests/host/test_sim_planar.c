@@ -350,7 +350,7 @@ static void what_does_not_fit_is_refused(void **state)
     struct sim_result result;
     assert_int_equal(run(&scene, "rk8", 0.0, 0.0, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "rk8"));
-    assert_int_equal(run(&scene, "fixed", 0.0, 1e-5, &result), MR_USAGE);
+    assert_int_equal(run(&scene, "staggered", 0.0, 1e-5, &result), MR_USAGE);
     assert_int_equal(run(&scene, "event", 0.0, 1e-5, &result), MR_USAGE);
     assert_int_equal(run(&scene, "rk4", 1e-6, 0.0, &result), MR_USAGE);
     assert_int_equal(run(&scene, "event", 1e-14, 0.0, &result), MR_USAGE);

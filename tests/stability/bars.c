@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const row_names[BARS_ROWS] = {"auto", "event", "implicit", "fixed", "cvode",
+static const char *const row_names[BARS_ROWS] = {"auto", "event", "implicit", "staggered", "cvode",
                                                  "rk4",  "rkgs",  "hamming",  "moreau"};
 
 bool bars_make(struct bars *bars, size_t scenes)

@@ -1,4 +1,4 @@
-/* Confidence: how the true errors of solver `fixed` compare to the errors that it states.
+/* Confidence: how the true errors of solver `staggered` compare to the errors that it states.
  * README.md, "The landing engine". */
 #ifndef MATRIG_TESTS_STABILITY_CONFIDENCE_H
 #define MATRIG_TESTS_STABILITY_CONFIDENCE_H

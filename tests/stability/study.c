@@ -226,7 +226,7 @@ void study_fixed(const struct sim_scene *scene, const struct study_limits *limit
         const char *solver;
         double rtol;
     } methods[STUDY_FIXED_METHODS] = {
-        {"fixed", 0.0}, {"event", STUDY_TRUTH_RTOL}, {"implicit", STUDY_TRUTH_RTOL}};
+        {"staggered", 0.0}, {"event", STUDY_TRUTH_RTOL}, {"implicit", STUDY_TRUTH_RTOL}};
     for (int i = 0; i < STUDY_FIXED_METHODS; i++)
         answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
     for (int i = 0; i < STUDY_FIXED_METHODS; i++) {
@@ -251,7 +251,7 @@ const char *study_bars_solver(const struct sim_scene *scene, size_t index)
     static const char *const turns[] = {"rk4", "event", "cvode", "implicit", "rkgs", "hamming"};
     if (index % 24 == 23)
         return "moreau"; /* every other of hamming's landings */
-    return fixed_has(scene) && index % 4 == 1 ? "fixed" : turns[index / 2 % 6];
+    return fixed_has(scene) && index % 4 == 1 ? "staggered" : turns[index / 2 % 6];
 }
 
 /* Whether `a` is more than STUDY_DOUBT of its stated errors from this answer. */

@@ -1,7 +1,7 @@
-/* March: the chain, grit included, by a second method to hold `fixed` to: classical Runge-Kutta
+/* March: the chain, grit included, by a second method to hold `staggered` to: classical Runge-Kutta
  * with every switch located.
  *
- * Independent of solvers/fixed.c, models/chain.c and elements/: the same equations (README.md,
+ * Independent of solvers/staggered.c, models/chain.c and elements/: the same equations (README.md,
  * "Chain and landings"; elements/joint.h on grit), another method, and no code of theirs for
  * joints, grit and friction; only the thrust (elements/span.h) is the planar models'. What is a row
  * of elements/table.h is refused, as nothing here has such a force a second time. Joints have modes

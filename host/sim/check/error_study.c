@@ -122,7 +122,7 @@ static enum mr_status as_record(struct sim_record *record, const struct sim_resu
 static enum mr_status chain_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
                                  double dt_s, struct error *error)
 {
-    const struct sim_options options = {.solver = "fixed", .dt_s = dt_s, .single = true};
+    const struct sim_options options = {.solver = "staggered", .dt_s = dt_s, .single = true};
     struct sim_result result;
     struct error failed = {0};
     sim_run(scene, &options, &result, &failed);
@@ -201,7 +201,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
     struct error_run *run = add_run(study);
     if (!run || one_pass(&outcome, scene, request, error) != MR_OK)
         return error->status;
-    run->solver = request->kind ? request->kind->name : "fixed";
+    run->solver = request->kind ? request->kind->name : "staggered";
     run->rtol = request->rtol;
     run->dt_s = request->dt_s;
     run->steps = outcome.steps;
@@ -351,9 +351,10 @@ static enum mr_status march_reference(struct reference *reference, struct error_
                       "no reference: %s: switches without end at %.9g s; give an earlier tend",
                       name_of(scene), cost.t_s);
         if (error->status == MR_OK && other.status != SIM_OK)
-            error_set(error, MR_NUMERICS,
-                      "no reference: %s: fixed ends %s with steps of %.3g s; give an earlier tend",
-                      name_of(scene), sim_status_name(other.status), dt_s);
+            error_set(
+                error, MR_NUMERICS,
+                "no reference: %s: staggered ends %s with steps of %.3g s; give an earlier tend",
+                name_of(scene), sim_status_name(other.status), dt_s);
         if (error->status == MR_OK) {
             sim_record_free(&reference->record);
             *reference =
@@ -369,13 +370,14 @@ static enum mr_status march_reference(struct reference *reference, struct error_
             break;
     }
     if (error->status == MR_OK && reference->rms_u_ft > ERROR_LIMIT_RMS_FT)
-        error_set(error, MR_NUMERICS,
-                  "no reference: %s: fixed and Runge-Kutta with located switches still differ by "
-                  "%.2g ft (rms) with steps of %.3g s; give an earlier tend",
-                  name_of(scene), reference->rms_u_ft, dt_s);
+        error_set(
+            error, MR_NUMERICS,
+            "no reference: %s: staggered and Runge-Kutta with located switches still differ by "
+            "%.2g ft (rms) with steps of %.3g s; give an earlier tend",
+            name_of(scene), reference->rms_u_ft, dt_s);
     snprintf(study->method, sizeof study->method,
              "classical Runge-Kutta with every switch located, steps of at most %.3g s; agrees "
-             "with fixed at %.3g s",
+             "with staggered at %.3g s",
              2.0 * dt_s, dt_s);
     return error->status;
 }
@@ -447,7 +449,7 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
                                  struct error *error)
 {
     struct pass_request request = {.kind = kind, .most_steps = UINT64_MAX};
-    const char *name = kind ? kind->name : "fixed";
+    const char *name = kind ? kind->name : "staggered";
     double end_s = study->end_s, limit_s = study->dt_limit_s;
     double least_s = end_s * scene->mats / (kind ? MAT_STEPS : CHAIN_MAT_STEPS);
     double first_s = FIRST * fmin(limit_s, end_s / LEAST_STEPS);
@@ -505,7 +507,7 @@ static enum mr_status planar(struct error_study *study, const struct sim_scene *
 /* The step limit is the solver's own word; an answer that is refused has it too. */
 static void ask_limit(struct error_study *study, const struct sim_scene *scene)
 {
-    const struct sim_options options = {.solver = "fixed", .dt_s = 1e6};
+    const struct sim_options options = {.solver = "staggered", .dt_s = 1e6};
     struct sim_result result;
     struct error ignored = {0};
     sim_run(scene, &options, &result, &ignored);

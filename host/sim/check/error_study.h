@@ -5,14 +5,14 @@
  * tolerances a decade apart or steps a factor sqrt 2 apart. Errors are largest differences to the
  * reference over all mats at 64 even times and t_out (u), and over the same times and the run's
  * largest lift (lift). A run's time is the processor time of its pass, the least of up to five; of
- * `fixed` the wall clock time that it states.
+ * `staggered` the wall clock time that it states.
  *
  * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly
  * implicit one of order 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when
  * they do not agree to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`.
  * Chain: the same two on the report model with flat mats, whose horizontal equations are the
  * chain's. Chain with grit, which the planar models do not have, or too long for them: Runge-Kutta
- * with located switches (error_march.h) and `fixed` at a fine step; the former is the reference. On
+ * with located switches (error_march.h) and `staggered` at a fine step; the former is the reference. On
  * a runway whether a joint's grit gives way can hang on rounding, so single mats differ at any
  * step: there the rms over mats and times is what has to agree. When the two differ by more than
  * the limits below there is no reference and no table: MR_NUMERICS.

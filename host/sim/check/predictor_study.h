@@ -8,7 +8,7 @@
  * knows a survey before the first landing and eight transducers at 40 to 110 ft; it carries its own
  * state: what a rig would see.
  *
- * A solver of the simulator (`fixed`, single passes in double precision) runs the same landings on
+ * A solver of the simulator (`staggered`, single passes in double precision) runs the same landings on
  * `own` at three steps: what the same time buys there.
  *
  * Cycles: what the predictor counts times the instructions measured on the emulated board
@@ -46,7 +46,7 @@ struct predictor_variant {
     struct predictor_run run[PREDICTOR_STUDY_LANDINGS];
 };
 
-/* Solver `fixed` on `own`. */
+/* Solver `staggered` on `own`. */
 struct predictor_solver {
     double step_s;
     struct {

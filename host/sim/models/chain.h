@@ -93,7 +93,7 @@ void chain_note(struct chain *chain, int first, int last);
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
 double chain_energy_lb_ft(const struct chain *chain, int first, int last);
 
-/* Longest stable step of the explicit scheme in fixed.c; INFINITY when nothing limits it. */
+/* Longest stable step of the explicit scheme in staggered.c; INFINITY when nothing limits it. */
 double chain_step_limit_s(const struct chain *chain);
 
 /* What this scene does not need, and what its reader should know. */

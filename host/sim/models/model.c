@@ -33,26 +33,26 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
     if (has_grit(scene) && !grit)
         return not_here(report ? "grit" : "grit with a solver that chooses its step",
                         report ? "leave it out, or give model chain or consistent"
-                               : "leave it out, or give solver fixed",
+                               : "leave it out, or give solver staggered",
                         scene, error);
     if (mods_any(scene) && !grit)
         return not_here(
             report ? "a modified runway" : "a modified runway with a solver that chooses its step",
             report ? "leave bands, cleats and the like out, or give model chain or consistent"
-                   : "leave bands, cleats and the like out, or give solver fixed",
+                   : "leave bands, cleats and the like out, or give solver staggered",
             scene, error);
     if (scene->element[ELEMENT_gear_ground] > 0.0 && !grit)
         return not_here(report ? "gear_k_lb_ft"
                                : "gear_k_lb_ft with a solver that chooses its step",
                         report ? "leave it out, or give model chain or consistent"
-                               : "leave it out, or give solver fixed",
+                               : "leave it out, or give solver staggered",
                         scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
     if (scene->ground_ft.count > 0 && !grit)
         return not_here(report ? "ground" : "ground with a solver that chooses its step",
                         report ? "leave it out, or give model consistent"
-                               : "leave it out, or give solver fixed",
+                               : "leave it out, or give solver staggered",
                         scene, error);
     for (size_t i = 1; i < scene->ground_ft.count; i++) {
         if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) <

@@ -7,15 +7,15 @@
 
 /* All zero: choose everything. */
 struct sim_options {
-    /* NULL or "auto": chosen, the result says why. Chain: "fixed"; else stepper.h has the names */
+    /* NULL or "auto": chosen, the result says why. Chain: "staggered"; else stepper.h has the names */
     const char *solver;
-    /* of a fixed step. 0: half the stability limit, halved when the check (fixed.h) asks for it */
+    /* of a fixed step. 0: half the stability limit, halved when the check (staggered.h) asks for it */
     double dt_s;
     /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of
      * the largest |u|; halves the step until met */
     double rtol;
     bool no_prune; /* integrate every mat all the time */
-    /* solver fixed: one pass, no error estimate (0) and no check but that of stability. For
+    /* solver staggered: one pass, no error estimate (0) and no check but that of stability. For
      * ensembles whose spread is far larger than a pass's error; the step is dt, or half the
      * stability limit */
     bool single;

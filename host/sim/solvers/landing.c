@@ -811,7 +811,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     struct planar_engine l = {0};
     double begin_s = monotonic_s();
     if (engine_make(&l, scene, result, error) == MR_OK) {
-        result->solver = "fixed";
+        result->solver = "staggered";
         result->mats = scene->mats;
         result->t_end_s = sim_scene_end_s(scene);
         sim_result_note(result, "error estimate: the largest difference between runs at 1, 1.9, "

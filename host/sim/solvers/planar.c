@@ -22,7 +22,7 @@
 #define EXPLICIT_MOST    500000.0 /* more are not tried */
 bool planar_has_solver(const char *name)
 {
-    return strcmp(name, "auto") == 0 || strcmp(name, "fixed") == 0 || stepper_find(name);
+    return strcmp(name, "auto") == 0 || strcmp(name, "staggered") == 0 || stepper_find(name);
 }
 
 /* ---- moreau's runs ----
@@ -376,15 +376,15 @@ static enum mr_status run_auto(struct model *m, const struct sim_options *option
     return error->status;
 }
 
-/* Run with the solvers that are not `fixed`. */
+/* Run with the solvers that are not `staggered`. */
 static enum mr_status run_planar(const struct sim_scene *scene, const struct sim_options *options,
                                  struct sim_result *result, struct error *error)
 {
     struct model model;
     double begin_s = monotonic_s();
-    if (options->solver && strcmp(options->solver, "fixed") == 0)
+    if (options->solver && strcmp(options->solver, "staggered") == 0)
         return error_set(error, MR_USAGE,
-                         "solver not available: fixed for model %s; give rk4, or model consistent",
+                         "solver not available: staggered for model %s; give rk4, or model consistent",
                          sim_model_name(scene->model));
     double *z = calloc(2 * (2 * (size_t)scene->mats + 1), sizeof *z);
     if (!z)
@@ -430,7 +430,7 @@ static bool undecided(const struct sim_result *result)
     return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
 }
 
-/* A landing that no step of `fixed` decides: solvers that locate their switches may, where they
+/* A landing that no step of `staggered` decides: solvers that locate their switches may, where they
  * have the scene's laws. The result is theirs if it is an answer. */
 static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
                                   struct sim_result *result, struct error *error)
@@ -448,7 +448,7 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
     }
     other.run_ms += result->run_ms;
     other.rhs += result->rhs;
-    sim_result_note(&other, "auto: fixed could not say beyond %.6g s", result->t_s);
+    sim_result_note(&other, "auto: staggered could not say beyond %.6g s", result->t_s);
     sim_result_free(result);
     *result = other;
     return error->status;
@@ -458,12 +458,12 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
                           struct sim_result *result, struct error *error)
 {
     bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
-    if (options->solver && strcmp(options->solver, "fixed") == 0
+    if (options->solver && strcmp(options->solver, "staggered") == 0
             ? scene->model == SIM_CONSISTENT
             : landing && solver_is_automatic(options)) {
         if (solver_is_automatic(options))
-            sim_result_note(result,
-                            "auto: fixed; a whole landing has too many switches to locate each");
+            sim_result_note(
+                result, "auto: staggered; a whole landing has too many switches to locate each");
         if (landing_run(scene, options, result, error) != MR_OK || !solver_is_automatic(options) ||
             !undecided(result) || options->dt_s > 0.0 || options->single)
             return error->status;

@@ -77,7 +77,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
         (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
         return error_set(
             error, MR_USAGE,
-            "not available: %s: friction tanh or sign with solver fixed; give stick, or "
+            "not available: %s: friction tanh or sign with solver staggered; give stick, or "
             "solver event",
             scene->name[0] ? scene->name : "scene");
     if (model_make(&l->model, scene, true, error) != MR_OK)

@@ -1,4 +1,4 @@
-#include "host/sim/solvers/fixed.h"
+#include "host/sim/solvers/staggered.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -396,8 +396,8 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
     return error->status;
 }
 
-enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options *options,
-                         struct sim_result *result, struct error *error)
+enum mr_status staggered_run(const struct sim_scene *scene, const struct sim_options *options,
+                             struct sim_result *result, struct error *error)
 {
     struct chain chain = {0};
     struct sim_wheel wheel;
@@ -410,7 +410,7 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
     double hop_s =
         /* INFINITY for an aircraft that stands */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
-    result->solver = "fixed";
+    result->solver = "staggered";
     result->mats = scene->mats;
     result->t_end_s = end_s;
     result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
