@@ -48,7 +48,7 @@ help: ## every day | list the targets
 all: ## every day | build firmware images, matrig, matrig-study and matrig-board
 
 include packages.mk
-include $(addsuffix /module.mk,common hil host host/base host/report firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
+include $(addsuffix /module.mk,common hil host host/base firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
 
 all: $(images) $(stacks) $(board_tables) $(programs) $(studies) $(manuals)
 

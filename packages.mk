@@ -8,7 +8,7 @@ COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And a second compiler, for warnings and fuzzing.
 CLANG_PACKAGES := $(TEST_PACKAGES) clang
 # To drive the pages in a browser.
-BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
+BROWSER_PACKAGES := $(TEST_PACKAGES) chromium poppler-utils python3
 # And to test in a Debian without anything.
 BARE_PACKAGES := debootstrap iproute2 util-linux
 # To check, draw and simulate the reference electronics (librsvg2-bin: to look at a drawing).

@@ -13,6 +13,8 @@ ASSET(page, "host/live/page/live.html");
 ASSET(board_script, "host/live/page/board.js");
 ASSET(script, "host/live/page/live.js");
 ASSET(style, "host/live/page/live.css");
+ASSET(chart_script, "host/report/charts.js");
+ASSET(report_style, "host/report/report.css");
 ASSET(plot_script, "dygraph.min.js");
 ASSET(plot_style, "dygraph.min.css");
 ASSET(plot_licence, "copyright");
@@ -27,6 +29,8 @@ static const struct asset assets[] = {
     ROW("/board.js", "text/javascript; charset=utf-8", board_script),
     ROW("/live.js", "text/javascript; charset=utf-8", script),
     ROW("/live.css", "text/css; charset=utf-8", style),
+    ROW("/charts.js", "text/javascript; charset=utf-8", chart_script),
+    ROW("/report.css", "text/css; charset=utf-8", report_style),
     ROW("/dygraph.js", "text/javascript; charset=utf-8", plot_script),
     ROW("/dygraph.css", "text/css; charset=utf-8", plot_style),
     ROW("/licences.txt", "text/plain; charset=utf-8", plot_licence),

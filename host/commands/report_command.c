@@ -19,13 +19,11 @@ static void default_path(const char *db, char *out, size_t size)
 /* Nothing is written unless all of it could be made. */
 static enum mr_status write_page(struct report *report, const char *path, struct error *error)
 {
-    char *text = NULL;
-    size_t length = 0;
-    enum mr_status status = page_write(report, &text, &length, error);
-    if (status == MR_OK)
-        output_bytes(path, text, length, error);
-    free(text);
-    return error->status;
+    struct output output;
+    if (output_begin(&output, path, error) != MR_OK)
+        return error->status;
+    page_write(report, output.file, error);
+    return output_end(&output, error);
 }
 
 struct request {

@@ -1,110 +1,266 @@
 #include "host/report/chart.h"
 
 #include <math.h>
-#include <stdio.h>
+#include <stdarg.h>
+#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "host/base/html.h"
-#include "host/base/svg_words.h"
+#include "host/base/xmalloc.h"
 
-#define LOOKS   6u /* classes s0 to s5 of style.c */
-#define BETWEEN 14.0
+#define COLUMNS_WHOLE 200u /* of a plot that has a row of its own */
+#define COLUMNS_SMALL 80u
+#define STEPS         2500.0 /* of a range: finer than a pixel */
+#define DECIMALS_MOST 9
+#define AROUND_PX     40u /* title, label and distance of a plot: its place is kept until it is drawn */
 
-struct chart_text chart_label(const char *what, enum unit_kind kind, bool si)
+const char *chart_label(char label[CHART_LABEL], const char *what, enum unit_kind kind, bool si)
 {
-    struct chart_text label;
-    snprintf(label.text, sizeof label.text, "%s, %s", what, unit_of(kind, si)->text);
+    snprintf(label, CHART_LABEL, "%s, %s", what, unit_of(kind, si)->text);
     return label;
 }
 
-void chart_extend(const double *values, size_t count, double *low, double *high)
+/* ---- JSON inside <script> ---- */
+
+static void put_text(FILE *out, const char *text)
 {
-    for (size_t i = 0; i < count; i++) {
-        *low = fmin(*low, values[i]); /* fmin leaves out what is missing */
-        *high = fmax(*high, values[i]);
+    putc('"', out);
+    for (; *text; text++) {
+        unsigned char c = (unsigned char)*text;
+        if (c < 0x20 || c == '"' || c == '\\' || c == '<' || c == '>' || c == '&')
+            fprintf(out, "\\u%04x", c);
+        else
+            putc(c, out);
     }
+    putc('"', out);
 }
 
-void chart_mark(const struct svg_plot *plot, unsigned number, double x, double y)
+static void put_named(FILE *out, const char *name, const char *text)
 {
-    char class[16];
-    if (isnan(x) || isnan(y))
-        return;
-    snprintf(class, sizeof class, "dot s%u", number % LOOKS);
-    svg_mark(plot->out, class, number % SVG_SHAPES, svg_x(plot, x), svg_y(plot, y), 3.0);
+    fprintf(out, ",\"%s\":", name);
+    put_text(out, text ? text : "");
 }
 
-void chart_line(const struct svg_plot *plot, unsigned number, const double *x, const double *y,
-                size_t count, size_t every)
+static void put_number(FILE *out, double value)
 {
-    char class[16];
-    snprintf(class, sizeof class, "line s%u", number % LOOKS);
-    svg_line(plot, class, x, y, count);
-    for (size_t i = number % every; i < count; i += every)
-        chart_mark(plot, number, x[i], y[i]);
+    if (isfinite(value))
+        fprintf(out, "%.6g", value);
+    else
+        fputs("null", out);
 }
 
-void chart_whisker(const struct svg_plot *plot, const char *class, double x, double low,
-                   double high)
+/* By hand: a page of 400 landings has some ten million of them. */
+static void put_whole(FILE *out, int64_t value)
 {
-    if (isfinite(x) && isfinite(low) && isfinite(high))
-        fprintf(plot->out, "<path class=\"%s\" d=\"M%.1f %.1fV%.1f\"/>\n", class, svg_x(plot, x),
-                svg_y(plot, fmax(low, plot->y.low)), svg_y(plot, fmin(high, plot->y.high)));
+    char digits[24];
+    size_t at = sizeof digits;
+    uint64_t left = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
+    do
+        digits[--at] = (char)('0' + left % 10);
+    while (left /= 10);
+    if (value < 0)
+        digits[--at] = '-';
+    fwrite(digits + at, 1, sizeof digits - at, out);
 }
 
-double chart_key(FILE *out, unsigned number, double left, double y, const char *text)
+/* ---- thinning ---- */
+
+struct points {
+    size_t *at, count;
+};
+
+static void keep(struct points *kept, size_t i)
 {
-    char line[16], mark[16];
-    snprintf(line, sizeof line, "line s%u", number % LOOKS);
-    snprintf(mark, sizeof mark, "dot s%u", number % LOOKS);
-    fprintf(out, "<path class=\"%s\" d=\"M%.1f %.1fh28\"/>", line, left, y - 4.0);
-    svg_mark(out, mark, number % SVG_SHAPES, left + 14.0, y - 4.0, 3.0);
-    fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 33.0, y);
-    html_text(out, text);
-    fputs("</text>\n", out);
-    return left + 48.0 + svg_text_width(text, SVG_KEY_SIZE_PX);
+    if (kept->count == 0 || kept->at[kept->count - 1] != i)
+        kept->at[kept->count++] = i;
 }
 
-void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y,
-                    const char *text)
+/* Of a column: its first, least, greatest and last point, in their order. */
+static void keep_column(struct points *kept, const double *y, size_t from, size_t to)
 {
-    svg_mark(out, class, shape, left, y - 4.0, 3.0);
-    fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 9.0, y);
-    html_text(out, text);
-    fputs("</text>\n", out);
-}
-
-struct svg_plot chart_small(FILE *out, size_t place, double top, double height)
-{
-    double width = (CHART_WIDTH - CHART_LEFT - CHART_RIGHT - 3.0 * BETWEEN) / 4.0;
-    return (struct svg_plot){.out = out,
-                             .left = CHART_LEFT + (double)(place % 4) * (width + BETWEEN),
-                             .top = top + (double)(place / 4) * (height + 24.0),
-                             .width = width,
-                             .height = height,
-                             .column_px = CHART_COLUMN_PX};
-}
-
-struct chart_trace chart_trace(const struct measured *measured,
-                               const struct measured_channel *channel, double from_s, double to_s,
-                               double factor)
-{
-    struct chart_trace trace = {.t_s = malloc(2 * (measured->samples + 1) * sizeof(double))};
-    if (!trace.t_s)
-        return trace;
-    trace.value = trace.t_s + measured->samples + 1;
-    for (size_t i = 0; i < measured->samples; i++) {
-        double t_s = measured_time_s(measured, i);
-        if (t_s < from_s || t_s > to_s)
+    size_t least = from, most = from;
+    for (size_t i = from; i < to; i++) {
+        if (isnan(y[i])) { /* a hole has to be seen */
+            keep(kept, i);
             continue;
-        trace.t_s[trace.count] = t_s;
-        trace.value[trace.count++] = factor * measured_value(channel, i);
+        }
+        least = !(y[least] <= y[i]) ? i : least;
+        most = !(y[most] >= y[i]) ? i : most;
     }
-    return trace;
+    keep(kept, least < most ? least : most);
+    keep(kept, least < most ? most : least);
 }
 
-void chart_to_stations(const struct measured *measured, struct chart_trace *trace, double factor)
+/* Columns are of equal width in x. */
+static struct points thin(const struct plot_series *s, size_t columns)
 {
-    for (size_t i = 0; i < trace->count; i++)
-        trace->t_s[i] = factor * measured_station_ft(measured, trace->t_s[i]);
+    struct points kept = {xmalloc((s->count + 1) * sizeof *kept.at), 0};
+    if (s->count <= 2 * columns) {
+        for (size_t i = 0; i < s->count; i++)
+            keep(&kept, i);
+        return kept;
+    }
+    double from = s->x[0], width = (s->x[s->count - 1] - from) / (double)columns;
+    for (size_t first = 0, next; first < s->count; first = next) {
+        double column = floor((s->x[first] - from) / width);
+        for (next = first + 1; next < s->count; next++) {
+            if (floor((s->x[next] - from) / width) != column)
+                break;
+        }
+        keep_column(&kept, s->y, first, next);
+    }
+    keep(&kept, s->count - 1);
+    return kept;
+}
+
+/* ---- numbers ---- */
+
+static int decimals_of(const struct plot_series *s, const double *values)
+{
+    double low = (double)INFINITY, high = -(double)INFINITY;
+    for (size_t i = 0; i < s->count; i++) {
+        low = fmin(low, values[i]);
+        high = fmax(high, values[i]);
+    }
+    double size = high > low ? high - low : fabs(high) > 0.0 && isfinite(high) ? fabs(high) : 1.0;
+    int decimals = (int)ceil(log10(STEPS / size));
+    return decimals < 0 ? 0 : decimals > DECIMALS_MOST ? DECIMALS_MOST : decimals;
+}
+
+/* Decimals, then whole numbers, each as what it is more than the one before: short, as lines are
+ * smooth. */
+static void put_values(FILE *out, const char *name, const struct points *kept, const double *values,
+                       int decimals)
+{
+    const double scale = pow(10.0, decimals);
+    int64_t before = 0;
+    fprintf(out, ",\"%s\":[%d", name, decimals);
+    for (size_t k = 0; k < kept->count; k++) {
+        double value = scale * values[kept->at[k]];
+        putc(',', out);
+        if (!(fabs(value) < 9e15)) {
+            fputs("null", out);
+            continue;
+        }
+        put_whole(out, llround(value) - before);
+        before = llround(value);
+    }
+    putc(']', out);
+}
+
+/* ---- a figure ---- */
+
+struct figure figure_begin(FILE *out, const char *what, unsigned columns, unsigned range)
+{
+    fprintf(out,
+            "<figure class=\"chart\" role=\"group\" aria-label=\"%s\"><script "
+            "type=\"application/json\">{\"share\":%u,\"zero\":%u,\"p\":[",
+            what, range & FIGURE_SHARED, range & FIGURE_ZERO);
+    return (struct figure){.out = out, .columns = columns};
+}
+
+static void end_plot(struct figure *figure)
+{
+    if (figure->plots)
+        fputs("]}", figure->out);
+    figure->items = false;
+}
+
+static void put_range(FILE *out, const char *name, double low, double high)
+{
+    if (low == high)
+        return;
+    fprintf(out, ",\"%s\":[", name);
+    put_number(out, low);
+    putc(',', out);
+    put_number(out, high);
+    putc(']', out);
+}
+
+void figure_plot(struct figure *figure, const struct plot_axes *axes)
+{
+    FILE *out = figure->out;
+    end_plot(figure);
+    fprintf(out, "%s{\"h\":%u", figure->plots ? "," : "", axes->height_px);
+    figure->plots++;
+    figure->height_px += axes->height_px + AROUND_PX;
+    put_named(out, "t", axes->title);
+    put_named(out, "x", axes->x);
+    put_named(out, "y", axes->y);
+    put_range(out, "xr", axes->x_low, axes->x_high);
+    put_range(out, "yr", axes->y_low, axes->y_high);
+    for (size_t i = 0; i < axes->ticks; i++) {
+        if (i == 0)
+            fprintf(out, ",\"%s\":[", axes->on_x ? "xt" : "yt");
+        fprintf(out, "%s[%.1f,", i ? "," : "", (double)i + 0.5);
+        put_text(out, axes->tick(axes->context, i));
+        putc(']', out);
+    }
+    fputs(axes->ticks ? "],\"i\":[" : ",\"i\":[", out);
+}
+
+static void item(struct figure *figure)
+{
+    if (figure->items)
+        fputs(",\n", figure->out);
+    figure->items = true;
+}
+
+void figure_series(struct figure *figure, const struct plot_series *s)
+{
+    FILE *out = figure->out;
+    struct points kept = thin(s, figure->columns > 2 ? COLUMNS_SMALL : COLUMNS_WHOLE);
+    item(figure);
+    fprintf(out, "{\"l\":%u,\"k\":\"%s\"", s->look, s->kind);
+    if (s->name)
+        put_named(out, "n", s->name);
+    put_values(out, "x", &kept, s->x, decimals_of(s, s->x));
+    put_values(out, "y", &kept, s->y, decimals_of(s, s->y));
+    if (s->half)
+        put_values(out, "e", &kept, s->half, decimals_of(s, s->y) + 1);
+    putc('}', out);
+    free(kept.at);
+}
+
+void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
+                  double y1, const char *text)
+{
+    FILE *out = figure->out;
+    const double corner[4] = {x0, x1, y0, y1};
+    item(figure);
+    fprintf(out, "[\"%s\"", kind);
+    for (int i = 0; i < 4; i++) {
+        putc(',', out);
+        put_number(out, corner[i]);
+    }
+    if (text) {
+        putc(',', out);
+        put_text(out, text);
+    }
+    putc(']', out);
+}
+
+void figure_end(struct figure *figure, const char *const *keys, const char *caption, ...)
+{
+    FILE *out = figure->out;
+    va_list arguments;
+    end_plot(figure);
+    fputs("],\"k\":[", out);
+    for (size_t i = 0; keys && keys[i]; i += 2) {
+        fprintf(out, "%s[", i ? "," : "");
+        put_text(out, keys[i]);
+        putc(',', out);
+        put_text(out, keys[i + 1]);
+        putc(']', out);
+    }
+    fprintf(
+        out,
+        "]}</script><p class=\"keys\"></p><div class=\"plots c%u\" style=\"--n:%u;--h:%upx\"></div>"
+        "<figcaption>",
+        figure->columns, figure->plots, figure->plots ? figure->height_px / figure->plots : 0);
+    va_start(arguments, caption);
+    vfprintf(out, caption, arguments);
+    va_end(arguments);
+    fputs("</figcaption></figure>\n", out);
 }

@@ -1,58 +1,67 @@
-/* What the report's pictures share: their size, labels with units, lines that can be told apart
- * without colour, traces of a channel. */
+/* Plots of a page, as data: charts.js draws them. A figure holds plots beside each other, which
+ * share keys and zoom. What the page shows is here once, thinned: of a column of a plot the least
+ * and the greatest value stay, where they were measured. */
 #ifndef MATRIG_HOST_REPORT_CHART_H
 #define MATRIG_HOST_REPORT_CHART_H
 
-#include "host/analyse/measured.h"
-#include "host/base/svg.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
 #include "host/base/units.h"
 
-#define CHART_WIDTH     1040.0
-#define CHART_LEFT      58.0
-#define CHART_RIGHT     12.0
-/* traces of a small picture are thinned by such columns: 0.5 mm on paper */
-#define CHART_COLUMN_PX 3.0
-#define CHART_SETTLED_S 0.6 /* how long after the stop traces are shown */
+#define CHART_BEFORE_S  0.3 /* how long before touchdown and after the stop traces are shown */
+#define CHART_SETTLED_S 0.6
+#define CHART_TIME      "time since touchdown, s"
 #define CHART_RUNWAY_FT 120.0
+#define CHART_LABEL     60u
 
-/* "moved, in" */
-struct chart_text {
-    char text[60];
+struct figure {
+    FILE *out;
+    unsigned columns, plots, height_px; /* height: of all plots together */
+    bool items;                         /* one was written: a comma comes before the next */
 };
-struct chart_text chart_label(const char *what, enum unit_kind kind, bool si);
 
-/* Takes values into a range; NaN is left out. Begin with low INFINITY, high -INFINITY, or with what
- * must be in it. */
-void chart_extend(const double *values, size_t count, double *low, double *high);
+/* How plots get their range of y. */
+enum figure_range { FIGURE_EACH, FIGURE_SHARED = 1, FIGURE_ZERO = 2 /* 0 is in it */ };
 
-/* Look `number` is a colour, a dash and a mark of its own. A mark stands at every `every`-th point,
- * each look beginning elsewhere. */
-void chart_line(const struct svg_plot *plot, unsigned number, const double *x, const double *y,
-                size_t count, size_t every);
-void chart_mark(const struct svg_plot *plot, unsigned number, double x, double y);
-/* One whisker from low to high. */
-void chart_whisker(const struct svg_plot *plot, const char *class, double x, double low,
-                   double high);
-/* Key of a look at (left, y) in pixels; returns where the next one begins. */
-double chart_key(FILE *out, unsigned number, double left, double y, const char *text);
+/* `what`: for who cannot see it; static text. `columns`: plots beside each other where there is
+ * room. Ends with figure_end. */
+struct figure figure_begin(FILE *out, const char *what, unsigned columns, unsigned range);
+/* Caption is HTML. `keys`: kind and words of shapes, in turn, NULL at the end. */
+void figure_end(struct figure *figure, const char *const *keys, const char *caption, ...)
+    __attribute__((format(printf, 3, 4)));
 
-/* Key of a mark of one's own. */
-void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y,
-                    const char *text);
+/* Ranges of 0 to 0 follow from the data. */
+struct plot_axes {
+    const char *title, *x, *y;
+    double x_low, x_high, y_low, y_high;
+    unsigned height_px;
+    const char *(*tick)(void *context, size_t i); /* names at y (x: on_x) of i + 0.5 */
+    void *context;
+    size_t ticks;
+    bool on_x;
+};
+/* Until the next one, or figure_end. */
+void figure_plot(struct figure *figure, const struct plot_axes *axes);
 
-/* A small picture of a row of four. */
-struct svg_plot chart_small(FILE *out, size_t place, double top, double height);
-
-/* Time and one channel between two times, in the unit shown. The caller frees t_s. */
-struct chart_trace {
-    double *t_s;
-    double *value;
+struct plot_series {
+    const char *name; /* of its key; NULL: none */
+    unsigned look;    /* colour, dash and mark */
+    /* "line", "marked" (with a few marks), "marks" (one at each point), "points", "dots",
+     * "whiskers" (marks with their interval), "sim", "faint" */
+    const char *kind;
+    const double *x, *y; /* x rises or falls; NaN: a hole */
+    const double *half;  /* of an interval or band; NULL: none */
     size_t count;
 };
-struct chart_trace chart_trace(const struct measured *measured,
-                               const struct measured_channel *channel, double from_s, double to_s,
-                               double factor);
-/* Replaces times by stations of the wheel. */
-void chart_to_stations(const struct measured *measured, struct chart_trace *trace, double factor);
+void figure_series(struct figure *figure, const struct plot_series *series);
+/* "closed", "behind", "told", "warned", "band", "mark", "stop", "lead", "sensor", "seen". NaN in x0
+ * or y0: over all of that axis. */
+void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
+                  double y1, const char *text);
+
+/* "moved, in" */
+const char *chart_label(char label[CHART_LABEL], const char *what, enum unit_kind kind, bool si);
 
 #endif

@@ -1,6 +1,5 @@
 /* Where it all comes from: tool, database, boards, configurations, calibrations, links, records,
  * and a hash of what was drawn. */
-#include <sha2.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -20,28 +19,19 @@ static int64_t now_us(void)
     return 1000000 * (fixed ? strtoll(fixed, NULL, 10) : (int64_t)time(NULL));
 }
 
-/* From <main> on, which is all that was drawn. */
-static void page_hash(const char *page, size_t length, char hash[SHA256_DIGEST_STRING_LENGTH])
+static void general(const struct report *report, const char *drawn, FILE *out)
 {
-    const char *begin = memmem(page, length, "<main>", 6);
-    size_t skipped = begin ? (size_t)(begin - page) : 0;
-    SHA256Data((const uint8_t *)page + skipped, length - skipped, hash);
-}
-
-static void general(const struct report *report, const char *page, size_t length, FILE *out)
-{
-    char when[40], hash[SHA256_DIGEST_STRING_LENGTH];
+    char when[40];
     struct stat file;
     const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
     survey_time_text(now_us(), when, sizeof when);
-    page_hash(page, length, hash);
     fputs("<dl>\n", out);
     html_fact(out, "made by", "matrig " VERSION_TEXT);
     html_fact(out, "made", "%s", when);
     html_fact(out, "database", "%s, version %d", name, STORE_VERSION);
     if (stat(report->path, &file) == 0)
         html_fact(out, "its size", "%lld bytes", (long long)file.st_size);
-    html_fact(out, "SHA-256 of what was drawn, <main> to </main>", "%s", hash);
+    html_fact(out, "SHA-256 of the page, <main> to </main>", "%s", drawn);
     fputs("</dl>\n", out);
 }
 
@@ -165,14 +155,13 @@ static void recalibrated(const struct report *report, FILE *out)
     }
 }
 
-void provenance_write(const struct report *report, const char *page, size_t length,
-                      const char *calibrations, FILE *out)
+void provenance_write(const struct report *report, const char *drawn, const char *calibrations,
+                      FILE *out)
 {
     fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
-    general(report, page, length, out);
+    general(report, drawn, out);
     landings(report, out);
-    if (calibrations)
-        fputs(calibrations, out);
+    fputs(calibrations, out);
     recalibrated(report, out);
     fputs("</section>\n", out);
 }

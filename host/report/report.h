@@ -1,5 +1,4 @@
-/* What a report is made from, and where its sections come from. page.c lists them; each is a file
- * of its own. */
+/* What a report is made from, and its sections. */
 #ifndef MATRIG_HOST_REPORT_REPORT_H
 #define MATRIG_HOST_REPORT_REPORT_H
 
@@ -28,7 +27,9 @@ struct report_landing {
     struct store_simulation *simulation; /* of the newest comparison */
     size_t simulations;
     struct store_simulation_head head; /* of the same */
-    struct mr_config *config; /* the board's whole configuration; NULL: it was never read */
+    struct mr_config *config;         /* the board's whole configuration; NULL: it was never read */
+    double *station_ft;               /* of the lead wheel at each sample; NULL: not known */
+    struct compare_figures *compared; /* the newest comparison, from what is measured now; NULL */
 };
 
 /* What can go wrong in a landing; bits of report_facts.wrong, in the order of wrong_text. */
@@ -114,41 +115,42 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
                                    struct error *error);
 void report_landing_free(struct report_landing *landing);
 
-/* Facts of a landing that is loaded, but those that need the store. */
-void report_facts_take(const struct report_landing *landing, struct report_facts *facts,
-                       struct error *error);
 /* "a wave was seen" of the bit `1 << i`. Static storage. */
 const char *report_wrong_text(unsigned i);
 
-/* A section writes what is to be read under its heading; one that writes nothing is left out of the
- * page and its contents. */
-typedef enum mr_status report_section(const struct report *report, FILE *out, struct error *error);
-typedef enum mr_status report_part(const struct report *report,
-                                   const struct report_landing *landing, FILE *out,
-                                   struct error *error);
+/* What is to be read under a heading. Where nothing was written, the heading is left out too. The
+ * last of each list has no `write`. */
+extern const struct report_section { /* of the campaign, in the order of the page */
+    const char *id, *title;
+    enum mr_status (*write)(const struct report *report, FILE *out, struct error *error);
+    size_t least; /* landings that it takes */
+} report_sections[];
+extern const struct report_part { /* of each landing */
+    const char *title;            /* NULL: none of its own */
+    enum mr_status (*write)(const struct report *report, const struct report_landing *landing,
+                            FILE *out, struct error *error);
+} report_parts[];
+
+/* Those of files of their own (between.c, zones.c): */
+enum mr_status report_surveys(const struct report *report, FILE *out, struct error *error);
+enum mr_status report_slow(const struct report *report, FILE *out, struct error *error);
+enum mr_status report_zone_map(const struct report *report, const struct report_landing *landing,
+                               FILE *out, struct error *error);
+enum mr_status report_predictions(const struct report *report, const struct report_landing *landing,
+                                  FILE *out, struct error *error);
+/* The gear's motion is known, and there are readings. */
+bool report_is_fitted(const struct report_landing *landing);
 
 /* An answer on the page; frees the answer. */
 void report_answer(struct answer *answer, FILE *out);
 
-/* Of the campaign (campaign_*.c): */
-report_section campaign_summary, campaign_compared, campaign_cumulative, campaign_zones,
-    campaign_tension, campaign_predictor, campaign_slow, campaign_journal, campaign_survey,
-    campaign_advice, campaign_record;
-/* Of a landing (landing_*.c): */
-report_part landing_facts, landing_speed, landing_movement, landing_wheel, landing_zones,
-    landing_tensions, landing_along, landing_bands, landing_predictor, landing_film,
-    landing_channels, landing_compare, landing_health;
-
-/* The newest comparison's figures, from what is measured now; false: there is none, or an error. */
-bool landing_compared(const struct report_landing *landing, struct compare_figures *figures,
-                      struct error *error);
-
 /* The head of the page: what a reader looks for first. */
 enum mr_status cover_write(const struct report *report, FILE *out, struct error *error);
 
-/* The last section, which says what was drawn and by what: of all that was written so far. */
-void provenance_write(const struct report *report, const char *page, size_t length,
-                      const char *calibrations, FILE *out);
+/* The last section: what the page was made of and by what. `drawn`: SHA-256 of what was written so
+ * far; `calibrations`: what provenance_calibration wrote. */
+void provenance_write(const struct report *report, const char *drawn, const char *calibrations,
+                      FILE *out);
 /* Calibrations of a landing, as a table under a heading. */
 void provenance_calibration(const struct report_landing *landing, FILE *out);
 

@@ -64,9 +64,13 @@ def report(browser):
     """Of the last landing: displacement against the distance from the wheel, and the zone map below it."""
     browser.open(pathlib.Path("build/demo/report.html").resolve().as_uri(), 1000, 900)
     time.sleep(0.5)
-    place = """[...document.querySelectorAll('svg[role=img]')].filter(s => s.ariaLabel.startsWith('%s')).pop().getBoundingClientRect().%s + window.scrollY"""
+    place = """[...document.querySelectorAll('figure.chart')].filter(f => f.getAttribute('aria-label').startsWith('%s')).pop().getBoundingClientRect().%s + window.scrollY"""
     top = browser.js(place % ("displacement against distance", "top")) - 45
-    return take(browser, "report.png", 0, top, 1000, browser.js(place % ("zone map", "bottom")) - top + 2, 0.75)
+    height = browser.js(place % ("zone map", "bottom")) - top + 2
+    browser.js("window.scrollTo(0, %d)" % top)
+    browser.size(1000, 1400)
+    time.sleep(1)
+    return take(browser, "report.png", 0, top, 1000, height, 0.75)
 
 
 def main():

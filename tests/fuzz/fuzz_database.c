@@ -6,6 +6,7 @@
 
 #include "common/framing.h"
 #include "host/collect/collect.h"
+#include "host/base/xmalloc.h"
 #include "host/report/page.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -92,10 +93,15 @@ static enum mr_status make_page(const char *path, struct store *store, struct er
     char *text = NULL;
     size_t length = 0;
     enum mr_status status = report_begin(&report, true, error);
+    FILE *out = xopen_memstream(&text, &length);
     if (status == MR_OK)
-        status = page_write(&report, &text, &length, error);
-    const char *script = text ? strstr(text, "<script") : NULL; /* its own, and no other */
-    FUZZ_REQUIRE(!script || !strstr(script + 1, "<script"));
+        status = page_write(&report, out, error);
+    fclose(out);
+    static const char data[] = "<script type=\"application/json\">{";
+    size_t scripts = 0; /* beside data, its own and no other */
+    for (const char *s = text; (s = strstr(s, "<script")) != NULL; s++)
+        scripts += strncmp(s, data, sizeof data - 1) != 0;
+    FUZZ_REQUIRE(scripts <= 1);
     free(text);
     report_free(&report);
     return status;

@@ -2,16 +2,16 @@
 """check_page.py PAGE DB CSV RUN-FILE: what the report's page says and draws of RUN 1 (and of copies of it, RUN 2 and 3) against the exported readings, the
 database and the run file's truth, computed here. Prints what is wrong; exit 1 then."""
 import hashlib
+import json
 import re
 import sqlite3
 import sys
-import xml.etree.ElementTree as ET
 
 page, csv = open(sys.argv[1]).read(), open(sys.argv[3]).read()
 db = sqlite3.connect(sys.argv[2])
 truth = {line.split()[1]: float(line.split()[2]) for line in open(sys.argv[4]) if line.startswith("truth ")}
 LANDINGS = 3
-COLUMN_PX, THINNED_PX, DIGIT_PX = 5.0, 0.3, 0.051
+STEPS = 2500.0  # of a range in the page's data
 wrong = 0
 
 
@@ -59,11 +59,35 @@ def section(name):
     return re.search(r'<section id="%s".*?</section>' % name, page, re.S).group(0)
 
 
-def picture(text, label):
-    for found in re.finditer(r"<svg[^>]*aria-label=\"([^\"]*)\".*?</svg>", text, re.S):
+def plots(text, label):
+    """The plots of a figure: what charts.js draws, decoded. Series: name, look, kind, x, y, half (or None); shapes: kind, x0, x1, y0, y1, text."""
+    for found in re.finditer(r'<figure class="chart"[^>]*aria-label="([^"]*)"><script type="application/json">(.*?)</script>', text, re.S):
         if found.group(1).startswith(label):
-            return ET.fromstring(found.group(0))
-    raise SystemExit("no picture: " + label)
+            return [Plot(p) for p in json.loads(found.group(2))["p"]]
+    raise SystemExit("no figure: " + label)
+
+
+def decoded(values):
+    if values is None:
+        return None
+    out, total = [], 0
+    for v in values[1:]:
+        total += v or 0
+        out.append(None if v is None else total / 10 ** values[0])
+    return out
+
+
+class Plot:
+    def __init__(self, given):
+        self.title, self.x_label, self.y_label = given["t"], given["x"], given["y"]
+        self.series = [{"name": i.get("n"), "look": i["l"], "kind": i["k"], "x": decoded(i["x"]), "y": decoded(i["y"]), "half": decoded(i.get("e"))}
+                       for i in given["i"] if isinstance(i, dict)]
+        self.shapes = [i for i in given["i"] if isinstance(i, list)]
+        y = [v for s in self.series for v in s["y"] if v is not None]
+        self.step = (max(y) - min(y)) / STEPS if y else 0.0  # of the widest of its series
+
+    def named(self, name):
+        return next(s for s in self.series if s["name"] == name)
 
 
 def table(text, first_head):
@@ -78,99 +102,62 @@ def number(cell):
     return float(re.match(r"-?[0-9.]+", cell).group(0))
 
 
-class Axes:
-    """What pixels stand for, from the numbers that are printed beside the ticks."""
-
-    def __init__(self, svg, panel=0):
-        groups = [g for g in svg if g.tag == "g" and g.get("class") == "tick"]
-        x = [g for g in groups if g.get("text-anchor") == "middle"]
-        y = [g for g in groups if g.get("text-anchor") == "end"]
-        self.x = [(float(t.get("x")), float(t.text)) for t in x[min(panel, len(x) - 1)]]
-        self.y = [(float(t.get("y")) - 4.0, float(t.text)) for t in y[min(panel, len(y) - 1)]]
-
-    @staticmethod
-    def pixel(ticks, value):
-        (p, a), (q, b) = ticks[0], ticks[-1]
-        return p + (q - p) * (value - a) / (b - a)
-
-    def at(self, x, y):
-        return self.pixel(self.x, x), self.pixel(self.y, y)
-
-
-def points(path):
-    """Corners of a path of M and l, and of h0 (dots)."""
-    out, at, step = [], (0.0, 0.0), False
-    for command, numbers in re.findall(r"([Mlh])([^Mlh]*)", path.get("d")):
-        values = [float(v) for v in re.findall(r"-?(?:[0-9]+\.?[0-9]*|\.[0-9]+)", numbers)]
-        if command == "h":
-            continue
-        for i in range(0, len(values), 2):
-            at = (values[i], values[i + 1]) if command == "M" and i == 0 else (at[0] + values[i], at[1] + values[i + 1])
-            out.append(at)
-    return out
-
-
-def of_class(svg, name):
-    return [e for e in svg.iter() if e.get("class") == name]
-
-
-def line_at(corners, px):
-    for (x0, y0), (x1, y1) in zip(corners, corners[1:]):
-        if x0 - 0.06 <= px <= x1 + 0.06 and x1 > x0:
-            return y0 + (y1 - y0) * (px - x0) / (x1 - x0)
-    return corners[-1][1]
-
-
 def cumulative():
     end_in = [sum(d[-201:]) / 201 for d in moved_in]
     heads, cells = table(section("cumulative"), "after")
-    svg = picture(section("cumulative"), "cumulative displacement against station, after each")
-    axes = Axes(svg)
+    plot, = plots(section("cumulative"), "cumulative displacement against station, after each")
     for k in range(LANDINGS):
-        corners = points(of_class(svg, "line s%d" % k)[0])
+        line = plot.named("RUN %d" % (k + 1))
         for i in range(8):
             should = (k + 1) * end_in[i]
             near("cumulative displacement of transducer %d after RUN %d" % (i + 1, k + 1), number(cells[k][i + 1]), should, 2e-4 * (k + 1))
-            px, py = axes.at(station_ft[i + 1], should)
-            near("  as drawn, px", line_at(corners, px), py, THINNED_PX + 0.15)
+            near("  as drawn", line["y"][i], number(cells[k][i + 1]), plot.step)
+            near("  where", line["x"][i], station_ft[i + 1], 0.05)
     check("every column is a station", heads[1:] == ["%.0f ft" % station_ft[i + 1] for i in range(8)], heads)
 
 
 def peaks():
-    svg = picture(section("cumulative"), "peak movement")
-    axes, corners = Axes(svg), points(of_class(svg, "line s0")[0])
+    plot, = plots(section("cumulative"), "peak movement")
     for i in range(8):
-        means = moving_mean(moved_in[i])
-        px, low = axes.at(station_ft[i + 1], max(means, key=abs) - 0.006)
-        high = axes.at(0, max(means, key=abs) + 0.006)[1]
-        y = line_at(corners, px)
-        check("peak of transducer %d" % (i + 1), high - 0.5 <= y <= low + 0.5, y, "between", high, low)
+        near("peak of transducer %d" % (i + 1), plot.named("RUN 1")["y"][i], max(moving_mean(moved_in[i]), key=abs), 0.006)
 
 
 def against_the_wheel():
-    svg = picture(section("run1"), "displacement against distance")
-    axes, ys = Axes(svg), []
-    corners = points(of_class(svg, "line s4")[0])
-    given = [axes.at(station_ft[5] - gear_ft[k], moved_in[4][k]) for k in range(len(rows)) if gear_ft[k] is not None]
-    given = [p for p in given if axes.at(-30, 0)[0] <= p[0] <= axes.at(50, 0)[0]]
+    plot, = plots(section("run1"), "displacement against distance")
+    line = plot.named("%.0f ft" % station_ft[5])
+    given = [(station_ft[5] - gear_ft[k], moved_in[4][k]) for k in range(len(rows)) if gear_ft[k] is not None]
+    given = [p for p in given if -30 <= p[0] <= 50]
     by_tenth = {}
-    for p in given:
-        by_tenth.setdefault(round(p[0]), []).append(p)
+    for q in given:
+        by_tenth.setdefault(round(10 * q[0]), []).append(q)
     stray = 0
-    for x, y in corners:
-        close = [p for k in (-1, 0, 1) for p in by_tenth.get(round(x) + k, []) if abs(p[0] - x) < 0.1 and abs(p[1] - y) < 0.1]
+    for x, y in zip(line["x"], line["y"]):
+        close = [q for k in (-1, 0, 1) for q in by_tenth.get(round(10 * x) + k, []) if abs(q[0] - x) < 0.05 and abs(q[1] - y) <= plot.step + 1e-5]
         stray += not close
-    check("every corner of the line of transducer 5 is a reading (%d of %d)" % (len(corners) - stray, len(corners)), stray == 0 and len(corners) > 40)
-    near("its highest point is the highest reading, px", min(y for _, y in corners), min(p[1] for p in given), THINNED_PX + DIGIT_PX)
-    near("and its lowest the lowest", max(y for _, y in corners), max(p[1] for p in given), THINNED_PX + DIGIT_PX)
+    drawn = len(line["x"])
+    check("every point of the line of transducer 5 is a reading (%d of %d)" % (drawn - stray, drawn), stray == 0 and drawn > 100)
+    near("its highest point is the highest reading", max(line["y"]), max(q[1] for q in given), plot.step + 1e-5)
+    near("and its lowest the lowest", min(line["y"]), min(q[1] for q in given), plot.step + 1e-5)
+
+
+def traces():
+    """Of every plot of a transducer or gage the extremes are those that were read."""
+    for n, plot in enumerate(plots(section("run1"), "displacement of eight")):
+        line, seen = plot.named("measured"), [v for k, v in enumerate(moved_in[n]) if v is not None and gear_ft[k] is not None]
+        near("greatest displacement %d" % (n + 1), max(line["y"]), max(seen), 2 * plot.step + 1e-5)
+    stations = dict(db.execute("select number, station_ft from channels where landing = 1 and kind = 2"))
+    for plot in plots(section("run1"), "band tensions"):
+        for line in plot.series:
+            n = next(n for n in stations if plot.title == "station %.0f ft" % stations[n] and line["name"] == "band %d" % band[n])
+            shown = [v for v, t in zip(tension_lb[n - 1], time_s) if v is not None and -0.3 <= t <= time_s[0] + line["x"][-1] - time_s[0]]
+            near("least tension %d" % n, min(line["y"]), min(shown), 2 * plot.step + 1e-3)
 
 
 def tension():
     before = [k for k, t in enumerate(time_s) if first_edge_s - 0.5 <= t < first_edge_s]
     after = next(k for k, t in enumerate(time_s) if t >= first_edge_s)
     heads, cells = table(section("tension"), "RUN")
-    svg = picture(section("tension"), "average change")
-    axes = Axes(svg)
+    plot, = plots(section("tension"), "average change")
     x = number(cells[0][1])
     for b in (1, 2):
         fell, rose = [], []
@@ -182,31 +169,22 @@ def tension():
             rose.append(max(means) - base)
         for told, should in ((cells[0][2 * b], sum(fell) / len(fell)), (cells[0][2 * b + 1], sum(rose) / len(rose))):
             near("average change of band %d, lb" % b, number(told), should, 0.25)
-            px, py = axes.at(x, number(told))
-            marks = [e for e in svg.iter() if (e.get("class") or "") in ("dot s%d" % (b - 1), "ring s%d" % (b - 1))]
-            centres = [(float(e.get("cx")), float(e.get("cy"))) if e.tag == "circle" else centre(e) for e in marks]
-            if b == 1: # drawn first: it has to show around that of band 2, 3.75 px from its middle
-                check("  and shows around another band's", all(e.get("class") == "ring s0" and float(e.get("r")) > 4.5 for e in marks if float(e.get("cy")) > 20.0))
-            check("  a mark is there", any(abs(c[0] - px) < 0.6 and abs(c[1] - py) < 0.2 for c in centres), px, py, centres)
+            drawn = [q for line in plot.series if line["name"] == "band %d" % b for q in zip(line["x"], line["y"])]
+            check("  a mark is there", any(abs(q[0] - x) < 0.002 and abs(q[1] - number(told)) < 0.02 for q in drawn), x, told, drawn)
     near("mean deceleration against the truth, ft/s2", x, truth["mean_deceleration_ft_s2"], 3 * float(cells[0][1].split("&plusmn;&thinsp;")[1]))
 
 
-def centre(path):
-    corners = [tuple(float(v) for v in pair.split()) for pair in re.findall(r"[ML]([-0-9. ]+)", path.get("d"))]
-    return sum(c[0] for c in corners) / len(corners), sum(c[1] for c in corners) / len(corners)
-
-
 def along():
-    svg = picture(section("run1"), "change of tension along")
-    axes = Axes(svg)
+    plot = next(p for p in plots(section("run1"), "change of tension along") if p.title == "band 1")
     after = next(k for k, t in enumerate(time_s) if t >= first_edge_s)
     before = [k for k, t in enumerate(time_s) if first_edge_s - 0.5 <= t < first_edge_s]
-    corners = points(of_class(svg, "line s0")[0])
+    line = plot.named("least")
     for n, station in db.execute("select number, station_ft from channels where landing = 1 and kind = 2 and band = 1").fetchall():
         values = tension_lb[n - 1]
         fell = min(moving_mean(values[after:])) - sum(values[k] for k in before) / len(before)
-        px, py = axes.at(station, fell)
-        near("fall of gage %d as drawn, px" % n, line_at(corners, px), py, 2.0)
+        at = min(range(len(line["x"])), key=lambda i: abs(line["x"][i] - station))
+        near("fall of gage %d as drawn" % n, line["y"][at], fell, 0.3)
+        check("with its interval", 0.0 < line["half"][at] < 5.0, line["half"][at])
 
 
 def residuals():
@@ -228,13 +206,9 @@ def residuals():
     c = [m[i][size] / m[i][i] for i in range(size)]
     residual_in = [12 * (s - sum(c[k] * v ** k for k in range(size))) for v, (_, s) in zip(x, gates)]
     near("residual standard deviation, in", told, (sum(r * r for r in residual_in) / (count - size)) ** 0.5, 0.001)
-    svg = picture(section("run1"), "speed and deceleration")
-    axes = Axes(svg)
-    axes.y = Axes(svg, 2).y
-    marks = [centre(e) for e in svg.iter() if e.get("class") == "dot b" and e.tag == "path"]
+    marks = list(zip(*[plots(section("run1"), "speed and deceleration")[2].series[0][k] for k in "xy"]))
     for (t, _), r in zip(gates, residual_in):
-        px, py = axes.at(t - t0_s, r)
-        check("residual at %.3f s is drawn" % (t - t0_s), any(abs(c[0] - px) < 0.4 and abs(c[1] - py) < 0.6 for c in marks), px, py)
+        check("residual at %.3f s is drawn" % (t - t0_s), any(abs(q[0] - t + t0_s) < 0.01 and abs(q[1] - r) < 0.001 for q in marks), t - t0_s, r, marks)
 
 
 def predictor():
@@ -271,6 +245,6 @@ def provenance():
     check("calibrations", len(table(text, "channel")[1]) == 22 and "not read" in text)
 
 
-for part in (cumulative, peaks, against_the_wheel, tension, along, residuals, predictor, film, provenance):
+for part in (cumulative, peaks, against_the_wheel, traces, tension, along, residuals, predictor, film, provenance):
     part()
 sys.exit(1 if wrong else 0)

@@ -1,0 +1,708 @@
+/* A landing's sections: what it came to, how the gear moved, what mat and bands did, whether the
+ * instrument was well. */
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "host/analyse/summary_missing.h"
+#include "host/base/html.h"
+#include "host/base/xmalloc.h"
+#include "host/compare/figures.h"
+#include "host/compare/show.h"
+#include "host/report/chart.h"
+#include "host/report/report.h"
+
+#define CURVE_POINTS    200
+#define COMPARED_POINTS 150u
+#define IN_PER_FT       12.0
+
+bool report_is_fitted(const struct report_landing *landing)
+{
+    const struct measured *measured = &landing->summary.measured;
+    return measured->fit_status == MR_OK && measured->samples > 0;
+}
+
+/* ---- facts ---- */
+
+static enum mr_status facts(const struct report *report, const struct report_landing *landing,
+                            FILE *out, struct error *error)
+{
+    const struct store_session_row *session = &landing->summary.session;
+    struct answer *answer = answer_new(report->si);
+    (void)error;
+    summary_facts_answer(&landing->summary, answer);
+    answer_words(answer, NULL, "recorded over", "CAN %s, serial %s",
+                 session->can_link[0] ? session->can_link : "not used",
+                 session->serial_link[0] ? session->serial_link : "not used");
+    answer_words(answer, NULL, "survey", "%zu of %u segments", landing->survey.surveyed,
+                 MR_SEGMENTS);
+    report_answer(answer, out);
+    return MR_OK;
+}
+
+/* ---- speed and deceleration ---- */
+
+struct curve {
+    double t_s[CURVE_POINTS + 1], value[CURVE_POINTS + 1], half[CURVE_POINTS + 1];
+};
+
+static void draw_curve(struct figure *figure, const struct curve *curve)
+{
+    figure_series(figure, &(struct plot_series){"fit, with its 95 % band", 0, "line", curve->t_s,
+                                                curve->value, curve->half, CURVE_POINTS + 1});
+}
+
+/* What the board told as it went; values beyond `most` are left out. */
+static void draw_online(struct figure *figure, const struct report_landing *landing, bool speed,
+                        double factor, double most)
+{
+    size_t count = 0;
+    double *t_s = xcalloc(3 * (landing->motions + 1), sizeof *t_s),
+           *value = t_s + landing->motions + 1, *half = value + landing->motions + 1;
+    for (size_t i = 0; i < landing->motions; i++) {
+        const struct store_motion *motion = &landing->motion[i];
+        double v = factor * (speed ? motion->speed_ft_s : motion->deceleration_ft_s2);
+        t_s[count] = measured_block_s(&landing->summary.measured, motion->block);
+        if (t_s[count] < -CHART_BEFORE_S || !(v >= 0.0) || v > most)
+            continue;
+        half[count] = speed && isfinite(motion->speed_error_ft_s)
+                        ? factor * SUMMARY_95 * motion->speed_error_ft_s
+                        : 0.0;
+        value[count++] = v;
+    }
+    figure_series(figure,
+                  &(struct plot_series){"the board, as it went", 2, speed ? "whiskers" : "points",
+                                        t_s, value, speed ? half : NULL, count});
+    free(t_s);
+}
+
+static void draw_speed(struct figure *figure, const struct report_landing *landing,
+                       struct plot_axes axes, bool si)
+{
+    const struct measured *measured = &landing->summary.measured;
+    double factor = unit_of(UNIT_SPEED, si)->factor, t_s[MR_GATES_MAX], mean[MR_GATES_MAX];
+    double most = 1.12 * factor * measured->summary.touchdown_speed_ft_s.value;
+    char label[CHART_LABEL];
+    struct curve curve;
+    size_t count = 0;
+    axes.y = chart_label(label, "speed", UNIT_SPEED, si);
+    axes.y_high = most;
+    axes.height_px = 200;
+    figure_plot(figure, &axes);
+    for (size_t i = 0; i <= CURVE_POINTS; i++) {
+        double error_ft_s;
+        curve.t_s[i] = measured->summary.stop_t_s.value * (double)i / CURVE_POINTS;
+        curve.value[i] = factor * measured_speed_ft_s(measured, curve.t_s[i], &error_ft_s);
+        curve.half[i] = factor * SUMMARY_95 * error_ft_s;
+    }
+    draw_curve(figure, &curve);
+    for (size_t i = 1; i < measured->gates; i++) {
+        const struct mr_gate *from = &measured->gate[i - 1], *to = &measured->gate[i];
+        t_s[count] = 0.5 * (from->t_s + to->t_s);
+        mean[count++] = factor * (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
+    }
+    figure_series(figure, &(struct plot_series){"mean between switches; below, a switch", 1,
+                                                "points", t_s, mean, NULL, count});
+    draw_online(figure, landing, true, factor, most);
+}
+
+/* Of the fit, where it has switches on both sides. */
+static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
+                              struct plot_axes axes, bool si)
+{
+    const struct measured *measured = &landing->summary.measured;
+    double factor = unit_of(UNIT_DECELERATION, si)->factor, most = factor;
+    double first_s = fmax(0.0, measured->fit.mid_s - measured->fit.half_s),
+           last_s = measured->fit.mid_s + measured->fit.half_s,
+           mean = factor * measured->summary.mean_deceleration_ft_s2.value;
+    char label[CHART_LABEL];
+    struct curve curve;
+    for (size_t i = 0; i <= CURVE_POINTS; i++) {
+        struct mr_motion_estimate motion;
+        curve.t_s[i] = first_s + (last_s - first_s) * (double)i / CURVE_POINTS;
+        mr_gates_at(&measured->fit, curve.t_s[i], &motion);
+        curve.value[i] = factor * motion.deceleration_ft_s2.value;
+        curve.half[i] = factor * SUMMARY_95 * motion.deceleration_ft_s2.error;
+        most = fmax(most, curve.value[i]);
+    }
+    axes.y = chart_label(label, "deceleration", UNIT_DECELERATION, si);
+    axes.y_high = 1.1 * fmax(most, mean);
+    axes.height_px = 140;
+    figure_plot(figure, &axes);
+    draw_curve(figure, &curve);
+    figure_shape(figure, "mark", 0.0, measured->summary.stop_t_s.value, mean, mean, NULL);
+    draw_online(figure, landing, false, factor, axes.y_high);
+}
+
+/* Of the switches that the fit covers. */
+static void draw_residuals(struct figure *figure, const struct measured *measured,
+                           struct plot_axes axes, bool si)
+{
+    double factor = IN_PER_FT * unit_of(UNIT_DISPLACEMENT, si)->factor;
+    double tolerance = factor * SUMMARY_95 * measured->landing.switch_error_ft;
+    double first_s = measured->fit.mid_s - measured->fit.half_s - 1e-6,
+           last_s = measured->fit.mid_s + measured->fit.half_s + 1e-6;
+    double t_s[MR_GATES_MAX], residual[MR_GATES_MAX];
+    char label[CHART_LABEL];
+    size_t count = 0;
+    axes.y = chart_label(label, "residual", UNIT_DISPLACEMENT, si);
+    axes.x = CHART_TIME;
+    axes.height_px = 120;
+    figure_plot(figure, &axes);
+    figure_shape(figure, "band", (double)NAN, (double)NAN, -tolerance, tolerance, NULL);
+    figure_shape(figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
+    for (size_t i = 0; i < measured->gates; i++) {
+        struct mr_motion_estimate motion;
+        mr_gates_at(&measured->fit, measured->gate[i].t_s, &motion);
+        t_s[count] = measured->gate[i].t_s;
+        residual[count] = factor * (measured->gate[i].station_ft - motion.position_ft.value);
+        count += t_s[count] >= first_s && t_s[count] <= last_s;
+    }
+    figure_series(figure, &(struct plot_series){NULL, 1, "points", t_s, residual, NULL, count});
+}
+
+static enum mr_status speed(const struct report *report, const struct report_landing *landing,
+                            FILE *out, struct error *error)
+{
+    static const char *const keys[] = {"mark", "mean deceleration", NULL};
+    const struct measured *measured = &landing->summary.measured;
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
+    const struct plot_axes axes = {.x_low = -CHART_BEFORE_S,
+                                   .x_high = measured->summary.stop_t_s.value * 1.03};
+    (void)error;
+    if (!report_is_fitted(landing))
+        return MR_OK;
+    struct figure figure = figure_begin(
+        out, "speed and deceleration of the gear, and residuals of the switches, against time", 1,
+        FIGURE_EACH);
+    draw_speed(&figure, landing, axes, report->si);
+    draw_deceleration(&figure, landing, axes, report->si);
+    draw_residuals(&figure, measured, axes, report->si);
+    figure_end(&figure, keys,
+               "From the switches; their places are the only measure of length. Residual: place of "
+               "a switch less the fit's when it opened (polynomial of order %u through %u of %zu "
+               "switches, residual standard deviation %.3f %s); shaded: 95 %% of what the switches "
+               "are placed to, &plusmn; %.3f %s.",
+               measured->fit.order, measured->fit.count, measured->gates,
+               measured->fit.residual_ft * IN_PER_FT * length->factor, length->text,
+               SUMMARY_95 * measured->landing.switch_error_ft * IN_PER_FT * length->factor,
+               length->text);
+    return MR_OK;
+}
+
+/* ---- the mat ---- */
+
+/* A channel between two times: x is the time, the wheel's station, or how far the transducer lies
+ * ahead of it (between BEHIND_FT and AHEAD_FT). The caller frees x. */
+enum against { AGAINST_TIME, AGAINST_STATION, AGAINST_WHEEL };
+#define BEHIND_FT 30.0
+#define AHEAD_FT  50.0
+
+struct trace {
+    double *x, *y;
+    size_t count;
+};
+
+static struct trace trace_of(const struct report_landing *landing,
+                             const struct measured_channel *channel, enum against against,
+                             double from_s, double to_s, enum unit_kind kind, bool si)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const double station = unit_of(UNIT_STATION, si)->factor, factor = unit_of(kind, si)->factor;
+    struct trace trace = {.x = xmalloc(2 * (measured->samples + 1) * sizeof *trace.x)};
+    trace.y = trace.x + measured->samples + 1;
+    for (size_t i = 0; i < measured->samples; i++) {
+        double t_s = measured_time_s(measured, i),
+               ahead_ft = (double)channel->config.station_ft - landing->station_ft[i];
+        if (t_s < from_s || t_s > to_s ||
+            (against == AGAINST_WHEEL && !(ahead_ft >= -BEHIND_FT && ahead_ft <= AHEAD_FT)))
+            continue;
+        trace.x[trace.count] = against == AGAINST_TIME    ? t_s
+                             : against == AGAINST_STATION ? station * landing->station_ft[i]
+                                                          : station * ahead_ft;
+        trace.y[trace.count++] = factor * measured_value(channel, i);
+    }
+    return trace;
+}
+
+static void draw_trace(struct figure *figure, const char *name, unsigned look, const char *kind,
+                       struct trace trace)
+{
+    figure_series(figure,
+                  &(struct plot_series){name, look, kind, trace.x, trace.y, NULL, trace.count});
+    free(trace.x);
+}
+
+static void draw_simulated(struct figure *figure, const struct report_landing *landing,
+                           unsigned number, double end_s, bool si)
+{
+    const struct measured *measured = &landing->summary.measured;
+    for (size_t k = 0; k < landing->simulations; k++) {
+        const struct store_simulation *s = &landing->simulation[k];
+        struct trace trace = {.x = xmalloc(2 * (s->length + 1) * sizeof *trace.x)};
+        trace.y = trace.x + s->length + 1;
+        for (size_t i = 0; s->number == number && i < s->length; i++) {
+            double t_s = s->t0_s + (double)i * s->dt_s;
+            if (t_s > end_s)
+                break;
+            trace.x[trace.count] = unit_of(UNIT_STATION, si)->factor *
+                                   measured_station_ft(measured, t_s);
+            trace.y[trace.count++] = unit_of(UNIT_DISPLACEMENT, si)->factor *
+                                     (double)s->series_in[i];
+        }
+        if (trace.count)
+            draw_trace(figure, "simulated", 1, "sim", trace);
+        else
+            free(trace.x);
+    }
+}
+
+static enum mr_status movement(const struct report *report, const struct report_landing *landing,
+                               FILE *out, struct error *error)
+{
+    static const char *const keys[] = {"mark", "the wheel is at the transducer", NULL};
+    const struct measured *measured = &landing->summary.measured;
+    const struct unit *station = unit_of(UNIT_STATION, report->si);
+    const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
+    char x[CHART_LABEL], y[CHART_LABEL], title[CHART_LABEL];
+    (void)error;
+    if (!report_is_fitted(landing))
+        return MR_OK;
+    struct figure figure = figure_begin(out, "displacement of eight stations against gear position",
+                                        4, FIGURE_SHARED | FIGURE_ZERO);
+    for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
+        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
+        if (c < 0)
+            continue;
+        const struct measured_channel *channel = &measured->channel[c];
+        double at = station->factor * (double)channel->config.station_ft;
+        snprintf(title, sizeof title, "%u: station %.*f %s%s", number, report->si ? 1 : 0, at,
+                 station->text, channel->valid ? "" : ", not valid");
+        figure_plot(&figure, &(struct plot_axes){
+                                 .title = title,
+                                 .x = chart_label(x, "gear position", UNIT_STATION, report->si),
+                                 .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
+                                 .x_high = CHART_RUNWAY_FT * station->factor,
+                                 .height_px = 150});
+        figure_shape(&figure, "mark", at, at, (double)NAN, (double)NAN, NULL);
+        draw_trace(
+            &figure, "measured", 0, "line",
+            trace_of(landing, channel, AGAINST_STATION, 0.0, end_s, UNIT_DISPLACEMENT, report->si));
+        draw_simulated(&figure, landing, number, end_s, report->si);
+    }
+    figure_end(&figure, keys,
+               "Displacement against gear position (as report fig. 2.13). Downfield is positive, "
+               "since the mean of the half second before the first switch opened.");
+    return MR_OK;
+}
+
+/* While the gear rolls: after the stop the distance shows nothing. */
+static enum mr_status wheel(const struct report *report, const struct report_landing *landing,
+                            FILE *out, struct error *error)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct unit *station = unit_of(UNIT_STATION, report->si);
+    char x[CHART_LABEL], y[CHART_LABEL], name[CHART_LABEL];
+    (void)error;
+    if (!report_is_fitted(landing))
+        return MR_OK;
+    struct figure figure =
+        figure_begin(out, "displacement against distance from the front wheel of the main bogie", 1,
+                     FIGURE_EACH);
+    figure_plot(&figure,
+                &(struct plot_axes){.x = chart_label(x,
+                                                     "transducer ahead of the front wheel (behind "
+                                                     "it: -)",
+                                                     UNIT_STATION, report->si),
+                                    .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
+                                    .x_low = -BEHIND_FT * station->factor,
+                                    .x_high = AHEAD_FT * station->factor,
+                                    .height_px = 270});
+    figure_shape(&figure, "mark", 0.0, 0.0, (double)NAN, (double)NAN, NULL);
+    for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
+        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
+        if (c < 0 || measured->channel[c].valid == 0)
+            continue;
+        snprintf(name, sizeof name, "%.*f %s", report->si ? 1 : 0,
+                 (double)measured->channel[c].config.station_ft * station->factor, station->text);
+        draw_trace(&figure, name, number - 1, "marked",
+                   trace_of(landing, &measured->channel[c], AGAINST_WHEEL, 0.0,
+                            measured->summary.stop_t_s.value, UNIT_DISPLACEMENT, report->si));
+    }
+    figure_end(&figure, NULL,
+               "A line for each transducer, by its station; the wheel comes from the right. While "
+               "the gear rolls.");
+    return MR_OK;
+}
+
+/* ---- the bands ---- */
+
+static enum mr_status tensions(const struct report *report, const struct report_landing *landing,
+                               FILE *out, struct error *error)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct unit *station = unit_of(UNIT_STATION, report->si);
+    const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
+    char y[CHART_LABEL], title[CHART_LABEL], name[CHART_LABEL];
+    bool drawn[MR_CHANNELS] = {false}, any = false;
+    (void)error;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        drawn[c] = measured->channel[c].config.kind != MR_KIND_TENSION ||
+                   isnan(measured->channel[c].config.station_ft);
+        any = any || !drawn[c];
+    }
+    if (!report_is_fitted(landing) || !any)
+        return MR_OK;
+    struct figure figure = figure_begin(out, "band tensions against time", 4, FIGURE_SHARED);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        float station_ft = measured->channel[c].config.station_ft;
+        if (drawn[c])
+            continue;
+        snprintf(title, sizeof title, "station %.*f %s", report->si ? 1 : 0,
+                 (double)station_ft * station->factor, station->text);
+        figure_plot(&figure,
+                    &(struct plot_axes){.title = title,
+                                        .x = CHART_TIME,
+                                        .y = chart_label(y, "tension", UNIT_TENSION, report->si),
+                                        .x_low = -CHART_BEFORE_S,
+                                        .x_high = end_s,
+                                        .height_px = 140});
+        for (unsigned k = c; k < MR_CHANNELS; k++) {
+            const struct measured_channel *channel = &measured->channel[k];
+            if (drawn[k] || channel->config.station_ft != station_ft)
+                continue;
+            drawn[k] = true;
+            snprintf(name, sizeof name, "band %u", channel->config.band);
+            draw_trace(&figure, name, (channel->config.band + 5u) % 6u, "marked",
+                       trace_of(landing, channel, AGAINST_TIME, -CHART_BEFORE_S, end_s,
+                                UNIT_TENSION, report->si));
+        }
+    }
+    figure_end(&figure, NULL, "Tension against time, station by station, as read.");
+    return MR_OK;
+}
+
+/* Gages of a band by rising station; how many. */
+static size_t gages_of(const struct measured *measured, unsigned band,
+                       const struct measured_channel *gage[MR_GAGES])
+{
+    size_t count = 0;
+    for (unsigned number = 1; number <= MR_GAGES; number++) {
+        int c = measured_find(measured, MR_KIND_TENSION, number);
+        if (c < 0 || measured->channel[c].config.band != band ||
+            isnan(measured->channel[c].baseline))
+            continue;
+        size_t at = count++;
+        for (; at > 0 && gage[at - 1]->config.station_ft > measured->channel[c].config.station_ft;
+             at--)
+            gage[at] = gage[at - 1];
+        gage[at] = &measured->channel[c];
+    }
+    return count;
+}
+
+/* How far tension fell and rose along each band. */
+static enum mr_status along(const struct report *report, const struct report_landing *landing,
+                            FILE *out, struct error *error)
+{
+    const double station = unit_of(UNIT_STATION, report->si)->factor,
+                 force = unit_of(UNIT_TENSION, report->si)->factor;
+    const struct measured_channel *gage[MR_GAGES];
+    struct figure figure = {0};
+    (void)error;
+    for (unsigned band = 1; band <= REPORT_BANDS; band++) {
+        size_t count = gages_of(&landing->summary.measured, band, gage);
+        double x[MR_GAGES], y[3][MR_GAGES], half[3][MR_GAGES];
+        char title[CHART_LABEL], label[2][CHART_LABEL];
+        static const char *const names[] = {"least", "most", "at the end"};
+        if (count == 0)
+            continue;
+        if (!figure.out)
+            figure = figure_begin(out, "change of tension along the bands", 2,
+                                  FIGURE_SHARED | FIGURE_ZERO);
+        snprintf(title, sizeof title, "band %u", band);
+        figure_plot(&figure, &(struct plot_axes){
+                                 .title = title,
+                                 .x = chart_label(label[0], "station", UNIT_STATION, report->si),
+                                 .y = chart_label(label[1], "change", UNIT_TENSION, report->si),
+                                 .x_high = CHART_RUNWAY_FT * station,
+                                 .height_px = 170});
+        figure_shape(&figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
+        for (size_t i = 0; i < count; i++) {
+            x[i] = station * (double)gage[i]->config.station_ft;
+            y[0][i] = force * (gage[i]->low - gage[i]->baseline);
+            y[1][i] = force * (gage[i]->high - gage[i]->baseline);
+            y[2][i] = force * (gage[i]->end - gage[i]->baseline);
+            half[0][i] = force * SUMMARY_95 * gage[i]->low_error;
+            half[1][i] = force * SUMMARY_95 * gage[i]->high_error;
+        }
+        for (unsigned k = 0; k < 3; k++)
+            figure_series(&figure, &(struct plot_series){names[k], k, k < 2 ? "whiskers" : "marks",
+                                                         x, y[k], k < 2 ? half[k] : NULL, count});
+    }
+    if (figure.out)
+        figure_end(&figure, NULL,
+                   "Against the half second before the first switch opened: least and most after "
+                   "it, with 95 %% errors, and how it ended.");
+    return MR_OK;
+}
+
+static enum mr_status bands(const struct report *report, const struct report_landing *landing,
+                            FILE *out, struct error *error)
+{
+    struct answer *answer = answer_new(report->si);
+    (void)error;
+    bands_answer(&landing->summary.bands, &landing->summary.measured, answer);
+    bands_shunts_answer(&landing->summary.bands, true, answer);
+    report_answer(answer, out);
+    return MR_OK;
+}
+
+/* ---- the film ---- */
+
+#define FILM_EVERY_FT 10.0
+#define FILM_STATIONS 13 /* 0 to 120 ft */
+
+/* The frame nearest to a station; NULL: none within half a step. */
+static const struct film_frame *frame_at(const struct film *film, double station_ft)
+{
+    const struct film_frame *best = NULL;
+    double nearest_ft = 0.5 * FILM_EVERY_FT;
+    for (size_t i = 0; i < film->frames; i++) {
+        double away_ft = fabs(film->frame[i].station_ft.value - station_ft);
+        if (!(away_ft < nearest_ft))
+            continue;
+        nearest_ft = away_ft;
+        best = &film->frame[i];
+    }
+    return best;
+}
+
+static enum mr_status film(const struct report *report, const struct report_landing *landing,
+                           FILE *out, struct error *error)
+{
+    const struct film *film = &landing->summary.film;
+    const struct unit *length = unit_of(UNIT_STATION, report->si),
+                      *speed = unit_of(UNIT_SPEED, report->si);
+    char heads[2][CHART_LABEL];
+    (void)error;
+    if (film->frames == 0)
+        return MR_OK;
+    fprintf(out,
+            "<p>%zu frames, %.2f a second, %lld missing; numbered from 1, the first pulse of the "
+            "landing. Below: the frame nearest to every tenth foot of the gear's way; &plusmn; is "
+            "one standard error.</p>\n",
+            film->frames, film->rate_hz, (long long)film->missing);
+    html_table(out,
+               (const char *const[]){"frame", CHART_TIME,
+                                     chart_label(heads[0], "gear at", UNIT_STATION, report->si),
+                                     chart_label(heads[1], "speed", UNIT_SPEED, report->si), NULL});
+    for (int i = 0; i < FILM_STATIONS; i++) {
+        const struct film_frame *frame = frame_at(film, FILM_EVERY_FT * i);
+        if (!frame)
+            continue;
+        fputs("<tr>", out);
+        html_cell(out, "%lld", (long long)frame->number);
+        html_number(out, frame->t_s, 4);
+        html_estimate(out, frame->station_ft.value * length->factor,
+                      frame->station_ft.error * length->factor, 3);
+        html_estimate(out, frame->speed_ft_s.value * speed->factor,
+                      frame->speed_ft_s.error * speed->factor, 3);
+        fputs("</tr>\n", out);
+    }
+    fputs("</tbody></table></div>\n", out);
+    return MR_OK;
+}
+
+/* ---- transducers and gages ---- */
+
+/* What was measured, and what the newest comparison simulated. */
+static void movements_answer(const struct report_landing *landing, struct answer *answer)
+{
+    const struct measured *measured = &landing->summary.measured;
+    summary_missing_answer(measured, MR_KIND_DISPLACEMENT, answer);
+    answer_table(answer, NULL, "");
+    for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
+        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
+        const struct store_simulation none = {.peak_simulated_in = (double)NAN,
+                                              .end_simulated_in = (double)NAN,
+                                              .rms_in = (double)NAN};
+        const struct store_simulation *row = &none;
+        for (size_t i = 0; i < landing->simulations; i++)
+            row = landing->simulation[i].number == number ? &landing->simulation[i] : row;
+        if (c < 0)
+            continue;
+        answer_row(answer);
+        summary_channel_answer(measured, &measured->channel[c], answer);
+        answer_estimate(answer, NULL, "peak simulated", UNIT_DISPLACEMENT, row->peak_simulated_in,
+                        row->peak_simulated_error_in, 4);
+        answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, row->rms_in, 4);
+        answer_value(answer, NULL, "end simulated", UNIT_DISPLACEMENT, row->end_simulated_in, 4);
+    }
+    answer_close(answer);
+}
+
+static enum mr_status channels(const struct report *report, const struct report_landing *landing,
+                               FILE *out, struct error *error)
+{
+    const struct measured *measured = &landing->summary.measured;
+    struct answer *answer = answer_new(report->si);
+    (void)error;
+    if (measured->samples > 0) {
+        movements_answer(landing, answer);
+        answer_sentence(answer, NULL,
+                        "Peaks are extremes of an %d ms moving mean; \xc2\xb1 is one standard "
+                        "error, calibration and noise together, or the "
+                        "simulation's own estimate%s.",
+                        MEASURED_WINDOW,
+                        landing->simulations ? "" : ". No comparison has been run: matrig compare");
+        summary_channels_answer(measured, MR_KIND_TENSION, "", answer);
+    }
+    report_answer(answer, out);
+    return MR_OK;
+}
+
+/* ---- measured against simulated ---- */
+
+static void compared_words(FILE *out, const struct compare_figures *figures, bool si)
+{
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
+    struct compare_agreement agreement;
+    char sentence[COMPARE_SENTENCE];
+    fputs("<p class=\"say\">", out);
+    if (figures->against[0]) {
+        fputs("Against ", out);
+        html_text(out, figures->against);
+        fputs(": ", out);
+    }
+    if (figures->seeds > 1)
+        fprintf(out, "%lld runways, ", (long long)figures->seeds);
+    if (!isnan(figures->run_ms))
+        fprintf(out, "simulated in %.0f ms, ", figures->run_ms);
+    if (!isnan(figures->error_in))
+        fprintf(out, "the simulation's own error estimate %.*f %s, ", si ? 2 : 4,
+                figures->error_in * length->factor, length->text);
+    if (figures->edges > 0)
+        fprintf(out, "aligned on %lld switch edges, ", (long long)figures->edges);
+    fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
+    compare_agreement(figures, &agreement);
+    compare_sentence(&agreement, si, sentence);
+    fputs("<p class=\"say\"><strong>", out);
+    html_text(out, sentence);
+    fputs(".</strong></p>\n", out);
+}
+
+/* From touchdown to where the simulation ends, every `step`-th sample. */
+static void draw_compared(struct figure *figure, const struct compare_curves *curves,
+                          size_t samples, bool simulated, double in)
+{
+    const double *value = simulated ? curves->simulated_in : curves->measured_in,
+                 *error = simulated ? curves->simulated_error_in : curves->measured_error_in;
+    double t_s[COMPARED_POINTS + 1], y[COMPARED_POINTS + 1], half[COMPARED_POINTS + 1];
+    size_t from = 0, to = samples, count = 0;
+    while (from < to && curves->t_s[from] < 0.0)
+        from++;
+    while (to > from && isnan(curves->simulated_in[to - 1]))
+        to--;
+    size_t step = (to - from) / COMPARED_POINTS + 1;
+    for (size_t i = from; i < to; i += step) {
+        t_s[count] = curves->t_s[i];
+        y[count] = in * value[i];
+        half[count++] = in * SUMMARY_95 * error[i];
+    }
+    figure_series(figure, &(struct plot_series){simulated ? "simulated, with its 95 % band"
+                                                          : "measured, with its 95 % band",
+                                                simulated, simulated ? "sim" : "line", t_s, y, half,
+                                                count});
+}
+
+static void draw_comparison(const struct report_landing *landing, bool si, FILE *out)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    struct figure figure = figure_begin(out, "movement of the mat, measured and simulated", 2,
+                                        FIGURE_EACH);
+    struct compare_clock clock;
+    compare_clock_make(measured, &clock);
+    for (size_t i = 0; i < landing->simulations; i++) {
+        const struct store_simulation *row = &landing->simulation[i];
+        int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
+        double error_in = isnan(landing->head.error_in) ? row->peak_simulated_error_in
+                                                        : landing->head.error_in;
+        char title[CHART_LABEL], y[CHART_LABEL];
+        struct compare_curves curves;
+        if (c < 0 || !measured->channel[c].raw || row->length == 0)
+            continue;
+        compare_curves(measured, &clock, &measured->channel[c], row, error_in, &curves);
+        snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", row->number,
+                 row->station_ft * station->factor, station->text);
+        figure_plot(&figure,
+                    &(struct plot_axes){.title = title,
+                                        .x = CHART_TIME,
+                                        .y = chart_label(y, "movement", UNIT_DISPLACEMENT, si),
+                                        .height_px = 150});
+        for (int simulated = 0; simulated < 2; simulated++)
+            draw_compared(&figure, &curves, measured->samples, simulated,
+                          unit_of(UNIT_DISPLACEMENT, si)->factor);
+        free(curves.storage);
+    }
+    figure_end(&figure, NULL, "Movement against time, each with its 95 %% band.");
+}
+
+static enum mr_status compared(const struct report *report, const struct report_landing *landing,
+                               FILE *out, struct error *error)
+{
+    struct answer *answer;
+    (void)error;
+    if (!landing->compared)
+        return MR_OK;
+    compared_words(out, landing->compared, report->si);
+    answer = answer_new(report->si);
+    compare_channels_answer(landing->compared, answer);
+    compare_zones_answer(&landing->compared->zones, answer);
+    report_answer(answer, out);
+    draw_comparison(landing, report->si, out);
+    return MR_OK;
+}
+
+/* ---- health ---- */
+
+static enum mr_status health(const struct report *report, const struct report_landing *landing,
+                             FILE *out, struct error *error)
+{
+    struct store_backlog *backlog = NULL;
+    size_t backlogs = 0;
+    int64_t most = 0;
+    struct answer *answer = answer_new(report->si);
+    summary_health_answer(&landing->summary, answer);
+    enum mr_status status = store_backlogs(report->store, landing->summary.measured.landing.id,
+                                           &backlog, &backlogs, error);
+    for (size_t i = 0; i < backlogs; i++)
+        most = backlog[i].waiting > most ? backlog[i].waiting : most;
+    if (backlogs)
+        answer_sentence(answer, NULL,
+                        "The predictor held up others in %zu blocks, at most %lld blocks' work.",
+                        backlogs, (long long)most);
+    report_answer(answer, out);
+    free(backlog);
+    return status;
+}
+
+/* ---- all of it ---- */
+
+const struct report_part report_parts[] = {
+    {NULL, facts},
+    {"Speed and deceleration", speed},
+    {"Movement of the mat", movement},
+    {"Displacement against distance from the front wheel", wheel},
+    {"Zone map", report_zone_map},
+    {"Predictions", report_predictions},
+    {"Band tensions", tensions},
+    {"Tension change along the bands", along},
+    {"Bands", bands},
+    {"Film", film},
+    {"Transducers and gages", channels},
+    {"Measured against simulated", compared},
+    {"Health and losses", health},
+    {NULL, NULL},
+};

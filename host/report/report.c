@@ -1,0 +1,396 @@
+/* What a report is made from: a landing with its series, one at a time, and what the front of the
+ * page says of each. */
+#include <math.h>
+#include <sha2.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/xmalloc.h"
+#include "host/board/config_text.h"
+#include "host/report/report.h"
+#include "host/store/store_recalibrate.h"
+
+const char *report_wrong_text(unsigned i)
+{
+    static const char *const text[REPORT_WRONGS] = {
+        "a wave was seen",
+        "a break was seen",
+        "a zone came without a warning, or before it",
+        "a warning, and no zone came",
+        "its first edges are missing",
+        "its numbers are doubtful: other senders on CAN",
+        "speed or stop is not known",
+        "a transducer or gage was not valid",
+        "the board told of a fault",
+        "frames were lost, or a link was silent",
+        "the check before it said NO-GO",
+    };
+    return i < REPORT_WRONGS ? text[i] : "";
+}
+
+/* ---- movement and tension ---- */
+
+static void take_moved(const struct measured *measured, struct report_facts *facts)
+{
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        int c = measured_find(measured, MR_KIND_DISPLACEMENT, i + 1);
+        const double none = (double)NAN;
+        facts->moved[i] = (struct report_moved){none, none, none, none, none};
+        if (c < 0)
+            continue;
+        const struct measured_channel *channel = &measured->channel[c];
+        facts->moved[i] = (struct report_moved){(double)channel->config.station_ft, channel->peak,
+                                                channel->error, channel->end, channel->end_error};
+    }
+}
+
+static void take_bands(const struct measured *measured, struct report_facts *facts)
+{
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        unsigned band = channel->config.band;
+        if (channel->config.kind != MR_KIND_TENSION || band == 0 || band > REPORT_BANDS ||
+            isnan(channel->baseline) || isnan(channel->low))
+            continue;
+        struct report_band *change = &facts->band[band - 1];
+        change->fell_lb += channel->low - channel->baseline;
+        change->rose_lb += channel->high - channel->baseline;
+        change->gages++;
+    }
+    for (unsigned b = 0; b < REPORT_BANDS; b++) {
+        double gages = facts->band[b].gages ? (double)facts->band[b].gages : (double)NAN;
+        facts->band[b].fell_lb /= gages;
+        facts->band[b].rose_lb /= gages;
+    }
+}
+
+/* ---- zones ---- */
+
+static struct report_zone zone_of(const struct store_zone *row)
+{
+    return row && row->mats > 0 ? (struct report_zone){row->mats, row->start_ft, row->end_ft}
+                                : (struct report_zone){0, (double)NAN, (double)NAN};
+}
+
+static void take_zones(const struct report_landing *landing, struct report_facts *facts)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct zones *zones = &landing->summary.zones;
+    const struct store_zone *longest = NULL;
+    char why[ZONES_HEARD_TEXT];
+    facts->statements = zones->count;
+    facts->warning = zones->warning;
+    facts->unheard = zones_heard_doubt(&zones->heard, (double)INFINITY, why);
+    for (size_t i = 0; i < zones->count; i++) {
+        if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
+            longest = &zones->row[i];
+    }
+    facts->longest = zone_of(longest);
+    facts->last = zone_of(zones->count ? &zones->row[zones->count - 1] : NULL);
+    facts->worst_verdict = STORE_NONE;
+    for (size_t i = 0; i < landing->predictions; i++) {
+        if (landing->prediction[i].verdict > facts->worst_verdict)
+            facts->worst_verdict = landing->prediction[i].verdict;
+    }
+    if (measured->samples == 0)
+        return;
+    float remaining_in[MR_SEGMENTS];
+    struct mr_closure_zone zone;
+    zones_closed(measured, &landing->survey, measured->samples - 1, remaining_in, &zone);
+    for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
+        facts->closed |= remaining_in[s] < MR_CLOSURE_OPEN_IN ? 1ull << s : 0ull;
+}
+
+/* ---- comparison ---- */
+
+static struct compare_overlap overlap_of(const struct compare_zones *zones, bool rest, bool board)
+{
+    const struct compare_zone_moment *moment = compare_moment_of(zones, rest);
+    return !moment ? (struct compare_overlap){.known = false}
+         : board   ? moment->board
+                   : moment->simulated;
+}
+
+static void take_compared(const struct report_landing *landing, struct report_facts *facts)
+{
+    const struct compare_figures *figures = landing->compared;
+    facts->worst_rms_in = (double)NAN;
+    for (size_t i = 0; i < landing->simulations; i++)
+        facts->worst_rms_in = fmax(facts->worst_rms_in, landing->simulation[i].rms_in);
+    if (!figures)
+        return;
+    snprintf(facts->compared.against, sizeof facts->compared.against, "%s", figures->against);
+    facts->compared.channels = figures->channels;
+    facts->compared.mean = compare_mean_of(figures);
+    facts->compared.longest = overlap_of(&figures->zones, false, false);
+    facts->compared.longest_board = overlap_of(&figures->zones, false, true);
+    facts->compared.rest = overlap_of(&figures->zones, true, false);
+    facts->compared.error_in = figures->error_in;
+}
+
+/* ---- what went wrong ---- */
+
+static unsigned wrong_of(const struct summary *summary, const struct report_facts *facts)
+{
+    unsigned wrong = (facts->torn ? REPORT_TORN : 0u) | (facts->doubtful ? REPORT_DOUBTFUL : 0u) |
+                     (facts->fitted ? 0u : REPORT_NO_STOP) | (summary->faults ? REPORT_FAULT : 0u) |
+                     (facts->lost ? REPORT_LOST : 0u);
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        wrong |= summary->link[kind].used && summary->link[kind].silent ? REPORT_LOST : 0u;
+    for (size_t i = 0; i < summary->channel_events; i++)
+        wrong |= summary->channel_event[i].code != MR_VALID ? REPORT_CHANNEL : 0u;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &summary->measured.channel[c];
+        if (summary->measured.samples && mr_channel_measures(&channel->config) &&
+            channel->valid == 0)
+            wrong |= REPORT_CHANNEL;
+    }
+    for (int kind = 0; kind < (int)SUMMARY_READY_KINDS; kind++)
+        wrong |= summary->ready[kind].known && !summary->ready[kind].go ? REPORT_NO_GO : 0u;
+    return wrong;
+}
+
+/* ---- all ---- */
+
+/* The same for landings that are read with the same calibration. */
+static void take_calibration(const struct report_landing *landing, struct report_facts *facts)
+{
+    const struct measured *measured = &landing->summary.measured;
+    SHA2_CTX hash;
+    SHA256Init(&hash);
+    SHA256Update(&hash, (const uint8_t *)&measured->landing.config_crc,
+                 sizeof measured->landing.config_crc);
+    for (unsigned i = 0; i < MR_CHANNELS; i++)
+        SHA256Update(&hash, (const uint8_t *)&measured->channel[i].config.unit_per_code,
+                     sizeof measured->channel[i].config.unit_per_code);
+    SHA256End(&hash, facts->calibration);
+}
+
+static void take_site(const struct report_landing *landing, struct report_facts *facts)
+{
+    const struct summary *summary = &landing->summary;
+    snprintf(facts->can_link, sizeof facts->can_link, "%s", summary->session.can_link);
+    snprintf(facts->serial_link, sizeof facts->serial_link, "%s", summary->session.serial_link);
+    facts->config_read = landing->config != NULL;
+    if (landing->config)
+        snprintf(facts->site, sizeof facts->site, "%.*s", (int)sizeof landing->config->site[0].name,
+                 landing->config->site[0].name);
+}
+
+static void take_facts(const struct report_landing *landing, struct report_facts *facts)
+{
+    const struct summary *summary = &landing->summary;
+    const struct measured *measured = &summary->measured;
+    const struct mr_estimate none = {(double)NAN, (double)NAN};
+    facts->landing = measured->landing;
+    facts->series = landing->series;
+    facts->source = measured->source;
+    facts->torn = measured->doubts.torn;
+    facts->doubtful = measured->doubts.doubtful;
+    facts->fitted = measured->fit_status == MR_OK;
+    facts->sampled = measured->samples > 0;
+    facts->gates = measured->gates;
+    facts->switches = measured->switches;
+    facts->surveyed = landing->survey.surveyed;
+    facts->speed_ft_s = facts->fitted ? measured->summary.touchdown_speed_ft_s : none;
+    facts->deceleration_ft_s2 = facts->fitted ? measured->summary.mean_deceleration_ft_s2 : none;
+    facts->stop_ft = facts->fitted ? measured->summary.stop_station_ft : none;
+    facts->lost = summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost;
+    take_moved(measured, facts);
+    take_bands(measured, facts);
+    take_zones(landing, facts);
+    take_compared(landing, facts);
+    take_calibration(landing, facts);
+    take_site(landing, facts);
+    facts->wrong = wrong_of(summary, facts);
+}
+
+/* ---- loading ---- */
+
+/* The configuration that the landing was armed with, when its text is there and can be read. */
+static enum mr_status load_config(struct store *store, struct report_landing *landing,
+                                  struct error *error)
+{
+    int64_t crc = landing->summary.measured.landing.config_crc;
+    struct error ignored = {0}; /* of a text that another matrig wrote: what it says is not known */
+    char *text = NULL;
+    if (crc == STORE_NONE)
+        return MR_OK;
+    enum mr_status status = store_configuration_get(store, (uint32_t)crc, &text, error);
+    if (status == MR_OK && text) {
+        landing->config = xmalloc(sizeof *landing->config);
+        if (config_text_read(text, "configuration", landing->config, &ignored) != MR_OK) {
+            free(landing->config);
+            landing->config = NULL;
+        }
+    }
+    free(text);
+    return status;
+}
+
+static enum mr_status load_landing(struct store *store, const struct store_landing *row,
+                                   struct report_landing *landing, struct error *error)
+{
+    enum mr_status status = summary_load(store, row->id, &landing->summary, error);
+    if (status == MR_OK)
+        status = zones_load_survey(store, row->id, &landing->survey, error);
+    if (status == MR_OK)
+        status = store_series_of(store, row, &landing->series, error);
+    if (status == MR_OK)
+        status = store_motions(store, row->id, &landing->motion, &landing->motions, error);
+    if (status == MR_OK)
+        status = store_predictions(store, row->id, &landing->prediction, &landing->predictions,
+                                   error);
+    if (status == MR_OK)
+        status = store_simulations(store, row->id, &landing->simulation, &landing->simulations,
+                                   error);
+    if (status == MR_OK)
+        status = store_simulation_head(store, row->id, &landing->head, error);
+    return status == MR_OK ? load_config(store, landing, error) : status;
+}
+
+/* What is computed from all of that: where the wheel was at each sample, and the newest
+ * comparison's figures from what is measured now, for a calibration may have changed since. */
+static void compute(struct report_landing *landing)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct compare_said said = {.zone = landing->summary.zones.row,
+                                      .zones = landing->summary.zones.count};
+    if (measured->fit_status != MR_OK || measured->samples == 0)
+        return;
+    landing->station_ft = xmalloc(measured->samples * sizeof *landing->station_ft);
+    for (size_t i = 0; i < measured->samples; i++)
+        landing->station_ft[i] = measured_station_ft(measured, measured_time_s(measured, i));
+    if (landing->simulations == 0)
+        return;
+    landing->compared = xmalloc(sizeof *landing->compared);
+    compare_figures(measured, &landing->survey, &said, &landing->head, landing->simulation,
+                    landing->simulations, landing->compared);
+}
+
+static enum mr_status hash_record(void *context, const uint8_t *record, size_t length)
+{
+    SHA2_CTX *hash = context;
+    SHA256Update(hash, record, length);
+    return MR_OK;
+}
+
+/* What a person said the aircraft weighed. */
+static enum mr_status load_weight(struct store *store, int64_t run, double *weight_lb,
+                                  struct error *error)
+{
+    char text[STORE_JOURNAL_TEXT];
+    enum mr_status status = store_change_get(store, run, "weight_lb", text, NULL, error);
+    *weight_lb = status == MR_OK && text[0] ? strtod(text, NULL) : (double)NAN;
+    return status;
+}
+
+/* What the facts have from the store. */
+static enum mr_status load_facts(struct report *report, const struct report_landing *landing,
+                                 struct report_facts *facts, struct error *error)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct record_given given = {measured, &landing->summary.zones};
+    SHA2_CTX hash;
+    memset(facts, 0, sizeof *facts);
+    take_facts(landing, facts);
+    enum mr_status status = load_weight(report->store, measured->landing.id, &facts->weight_lb,
+                                        error);
+    if (status == MR_OK)
+        status = store_is_recalibrated(report->store, measured->landing.id, &facts->recalibrated,
+                                       error);
+    SHA256Init(&hash);
+    if (status == MR_OK && measured->source == MEASURED_SERIAL)
+        status = store_blocks_each(report->store, measured->landing.id, hash_record, &hash, error);
+    if (measured->source == MEASURED_SERIAL)
+        SHA256End(&hash, facts->records);
+    return status == MR_OK ? record_judge(report->store, &report->record, &given, error) : status;
+}
+
+/* What came of its warnings. */
+static void take_record(struct report *report, struct report_facts *facts)
+{
+    const struct record_row *row = record_find(&report->record, facts->landing.id);
+    if (!row)
+        return;
+    facts->record = *row;
+    snprintf(facts->why, sizeof facts->why, "%s", row->why ? row->why : "");
+    facts->wrong |=
+        (row->outcome.waves ? REPORT_WAVE : 0u) | (row->outcome.breaks ? REPORT_BREAK : 0u) |
+        (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED : 0u) |
+        (row->verdict == RECORD_FALSE ? REPORT_FALSE : 0u);
+}
+
+enum mr_status report_landing_load(struct report *report, size_t at, struct report_landing *landing,
+                                   struct error *error)
+{
+    struct report_facts *facts = &report->facts[at];
+    memset(landing, 0, sizeof *landing);
+    enum mr_status status = load_landing(report->store, &report->row[at], landing, error);
+    if (status == MR_OK) {
+        compute(landing);
+        status = load_facts(report, landing, facts, error);
+    }
+    if (status != MR_OK)
+        return status;
+    take_record(report, facts);
+    bool told = report->calibrations == NULL;
+    for (size_t i = 0; i < at && !told; i++)
+        told = strcmp(report->facts[i].calibration, facts->calibration) == 0;
+    if (!told)
+        provenance_calibration(landing, report->calibrations);
+    if (report->json)
+        json_array_append_new(report->json, summary_json(&landing->summary, report->si));
+    return MR_OK;
+}
+
+enum mr_status report_begin(struct report *report, bool voided, struct error *error)
+{
+    struct store_landing one;
+    size_t count = 0;
+    enum mr_status status = MR_OK;
+    if (report->run)
+        status = store_landing_get(report->store, report->run, &one, error);
+    if (status == MR_OK)
+        status = store_landings(report->store, &report->row, &count, error);
+    if (status == MR_OK)
+        status = record_begin(report->store, &report->record, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        bool is_void = false;
+        if (report->run && report->row[i].id != report->run)
+            continue;
+        status = store_is_void(report->store, report->row[i].id, &is_void, NULL, error);
+        if (is_void && !voided)
+            report->voided++;
+        else
+            report->row[report->landings++] = report->row[i];
+    }
+    report->facts = xcalloc(report->landings + 1, sizeof *report->facts);
+    return status == MR_OK
+             ? store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error)
+             : status;
+}
+
+void report_landing_free(struct report_landing *landing)
+{
+    summary_free(&landing->summary);
+    free(landing->motion);
+    free(landing->prediction);
+    free(landing->config);
+    free(landing->station_ft);
+    free(landing->compared);
+    store_simulations_free(landing->simulation, landing->simulations);
+    free(landing->head.segments_in);
+    memset(landing, 0, sizeof *landing);
+}
+
+void report_free(struct report *report)
+{
+    record_free(&report->record);
+    free(report->row);
+    free(report->facts);
+    free(report->slow);
+    report->row = NULL;
+    report->facts = NULL;
+    report->slow = NULL;
+}
