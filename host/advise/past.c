@@ -9,7 +9,7 @@
 #include "host/analyse/zones.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
-#include "host/survey/campaign.h"
+#include "host/survey/survey.h"
 
 #define LEAST_FT_S 1.0 /* slower, braking is not told from the end of the movement */
 

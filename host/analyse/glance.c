@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host/analyse/summary_links.h"
-#include "host/survey/show.h"
+#include "host/survey/survey_answer.h"
 
 #define NOTE_SHOWN 60 /* characters of a note, for people */
 

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/base/units.h"
-#include "host/survey/show.h"
+#include "host/survey/survey_answer.h"
 
 void journal_observation_answer(const struct store_observation *o, struct answer *answer)
 {

@@ -7,7 +7,7 @@
 #include "common/closure.h"
 #include "common/wire.h"
 #include "host/store/store_journal.h"
-#include "host/survey/campaign.h"
+#include "host/survey/survey.h"
 
 #define STEP_SAMPLES  20  /* of 1 ms: the wheel rolls 0.7 ft at most */
 #define STEADY_STEPS  5   /* 0.1 s: a run that joins two for less is the segments' coarseness */

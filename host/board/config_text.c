@@ -10,7 +10,7 @@
 #include "common/decimal.h"
 #include "common/gain.h"
 #include "common/wire.h"
-#include "host/calibrate/mistake.h"
+#include "host/calibrate/jump.h"
 
 /* ---- one field ---- */
 

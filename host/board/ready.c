@@ -13,7 +13,6 @@
 #include "host/base/answer.h"
 #include "host/board/gage_client.h"
 #include "host/calibrate/jump.h"
-#include "host/calibrate/mistake.h"
 
 #define MB 1e6
 /* Every rig has these to be tested; and these have a name of their own when they are good. */

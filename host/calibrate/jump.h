@@ -1,3 +1,12 @@
+/* What a calibration jumped by, and which mistake an impossible gain looks like. Pure. */
+#ifndef MATRIG_HOST_CALIBRATE_JUMP_H
+#define MATRIG_HOST_CALIBRATE_JUMP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "common/config.h"
+
 /* A channel's calibration against an earlier one of the same channel: has it jumped? Pure.
  *
  * Gain, relative to the earlier one, to either side:
@@ -12,14 +21,6 @@
  * Zero of the same sensor, where the earlier one is known: 0.25 in, as of a mat at rest
  * (READY_ZERO_IN); 10 lb, a tenth of the usual pretension. At a first calibration, and of another
  * sensor, a zero may be anything. */
-#ifndef MATRIG_HOST_CALIBRATE_JUMP_H
-#define MATRIG_HOST_CALIBRATE_JUMP_H
-
-#include <stdbool.h>
-#include <stddef.h>
-
-#include "common/config.h"
-
 #define JUMP_GAIN_SAME       1.1
 #define JUMP_GAIN_TRANSDUCER 1.5
 #define JUMP_GAIN_GAGE       5.0
@@ -46,5 +47,10 @@ void jump_text(const struct jump *jump, const struct mr_channel_config *channel,
 void jump_channel(unsigned index, char out[8]);
 /* The index of such a name that ends at `length`; false: no channel. */
 bool jump_channel_read(const char *name, size_t length, unsigned *index);
+
+/* What mistake an impossible gain looks like: values in another unit, or swapped columns. Pure. */
+/* "; were the values mm?", "; are the columns swapped?"; empty when no such mistake explains the
+ * gain of a channel that measures. */
+void mistake_text(const struct mr_channel_config *channel, char *out, size_t size);
 
 #endif

@@ -29,8 +29,7 @@
 struct request {
     const struct cli *cli;
     const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
-        *reason, *who, *unit_text, *changed, *db, *certificate;
-    const struct unit_word *unit; /* of values that name none; NULL: not given */
+        *reason, *who, *changed, *db, *certificate;
     bool table, zeros, force;
     double days, known; /* days: NaN while it is not given */
     int64_t run;
@@ -227,10 +226,10 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     static struct calibrate_points points;
     struct calibrate_fit fit;
     const struct calibrate_guided guided = {r->cli, r->serial, r->word, r->channel,
-                                            r->unit ? r->unit : unit_read(unit_text(r), 2)};
+                                            unit_read(unit_text(r), 2)};
     enum mr_status status = r->config ? config_text_load(r->config, &config, error) : MR_OK;
     if (status == MR_OK)
-        status = r->points ? calibrate_points_read(r->points, unit_kind(r), r->unit, &points, error)
+        status = r->points ? calibrate_points_read(r->points, unit_kind(r), &points, error)
                            : calibrate_guide(&guided, &config, &points, error);
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
@@ -408,8 +407,8 @@ static enum mr_status check(struct request *r, struct error *error)
     enum mr_status status = MR_OK;
     struct mr_channel_config room;
     if (r->recompute) {
-        if (r->unit_text || r->changed || r->db || r->certificate || r->serial || r->points ||
-            r->config || r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
+        if (r->changed || r->db || r->certificate || r->serial || r->points || r->config ||
+            r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
             return error_set(error, MR_USAGE,
                              "--recompute goes with --series, --run, --zeros, --reason and --who "
                              "alone; see matrig calibrate --help");
@@ -443,13 +442,6 @@ static enum mr_status check(struct request *r, struct error *error)
     if (status == MR_OK && r->certificate)
         status = certificates_parse(r->certificate,
                                     &(struct store_certificate){.index = r->channel}, error);
-    if (status == MR_OK && r->unit_text)
-        r->unit = unit_read(r->unit_text, strlen(r->unit_text));
-    if (status == MR_OK && r->unit_text && (!r->unit || r->unit->kind != unit_kind(r)))
-        return error_set(error, MR_USAGE,
-                         "no unit of %s: '%s' for --unit; in, mm, cm, m, ft of a transducer, lb, "
-                         "N, kN, kg of a gage",
-                         r->word, r->unit_text);
     if (status == MR_OK && r->changed && !r->changed[strspn(r->changed, " \t")])
         return error_set(error, MR_USAGE,
                          "what was changed? --changed needs a NOTE; who reads it later will ask");
@@ -491,12 +483,9 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--points", "F", points,
                 "or from a file of VALUE,CODE rows, for the configuration of --config (matrig "
                 "board config get). Its first line\n"
-                "names the columns, and the unit of the values: mm,codes; a value may have a unit "
-                "of its own: 12.7 mm,372.4.\n"
-                "A name that is not understood wholly is refused (daN, inch/2, half inches)"),
-    OPTION_TEXT("--unit", "U", unit_text,
-                "unit of values, where the file names none: in, mm, cm, m, ft of a transducer, lb, "
-                "N, kN, kg of a gage"),
+                "names the columns: the unit of the values and codes, such as mm,codes or load "
+                "(lb),codes; a value may have a unit of\n"
+                "its own: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F", output,
                 "write the configuration with the new calibration; matrig board config set F gives "
                 "it to the board"),
@@ -546,7 +535,7 @@ static const struct command_part parts[] = {
 const struct command command_calibrate = {
     "calibrate",
     calibrate_command,
-    "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--force] [--sensor S] "
+    "CHANNEL (--serial LINK | --points F --config F) [-o F] [--force] [--sensor S] "
     "[--days N] [--known E] [--table]\n"
     "                         [--changed NOTE] [--db DB] |\n"
     "                         CHANNEL --certificate C --db DB [--sensor S] |\n"

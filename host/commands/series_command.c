@@ -7,7 +7,7 @@
 #include "host/commands/said.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
-#include "host/survey/show.h"
+#include "host/survey/survey_answer.h"
 
 static enum mr_status list_series(struct store *store, const struct cli *cli, struct answer *answer,
                                   struct error *error)

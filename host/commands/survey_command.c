@@ -10,9 +10,9 @@
 #include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
-#include "host/survey/load.h"
-#include "host/survey/sheet.h"
-#include "host/survey/show.h"
+#include "host/survey/survey_client.h"
+#include "host/survey/survey.h"
+#include "host/survey/survey_answer.h"
 #include "host/base/units.h"
 
 #define LINE_MAX_BYTES 256

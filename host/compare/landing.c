@@ -8,7 +8,7 @@
 #include "host/base/xmalloc.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
-#include "host/survey/campaign.h"
+#include "host/survey/survey.h"
 
 static size_t stations(const struct measured *measured, const struct measured_channel **channels,
                        double *station_ft)

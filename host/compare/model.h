@@ -6,7 +6,7 @@
 #include "host/campaign/campaign.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/sim.h"
-#include "host/survey/plan.h"
+#include "host/survey/survey.h"
 
 /* The scene that a landing is simulated with: its own motion (path) and survey (gaps), the rest of
  * a scene that is given. */

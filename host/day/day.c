@@ -11,7 +11,7 @@
 #include "host/base/xmalloc.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
-#include "host/survey/campaign.h"
+#include "host/survey/survey.h"
 
 /* ---- facts ---- */
 

@@ -9,7 +9,6 @@
 #include <strings.h>
 
 #include "host/base/xmalloc.h"
-#include "host/calibrate/column.h"
 #include "host/calibrate/points.h"
 
 #define BLANKS          " \t\r\n"
@@ -74,9 +73,8 @@ static size_t split(char *line, char *cell[CELLS_MAX])
 
 static enum mr_status take_unit(struct table *t, enum role role, const char *name)
 {
-    struct column column;
-    column_read(name, strlen(name), &column);
-    if (column.odd[0] || column.codes || column.volts || column.units)
+    struct calibrate_column column = calibrate_column(name);
+    if (!column.known || column.codes)
         return error_set(t->error, MR_MALFORMED,
                          "column's name not understood: %s, line %u: '%.*s'; name it %s with its "
                          "unit, as in %s",

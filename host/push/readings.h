@@ -7,7 +7,7 @@
  *     B,216,0,0.0005
  *
  * The first line names the columns: load, force and displacement (or dial) with their units, as
- * calibrate reads them (host/calibrate/column.h: lb, N, kN, kg; in, mm, cm, m, ft), and test, which
+ * calibrate reads them (host/calibrate/points.h: lb, N, kN, kg; in, mm, cm, m, ft), and test, which
  * may be missing. They may stand in any order. A value may have a unit of its own behind it. Rows
  * stand in the order in which they were read. A new test, or another load, is a series of its own:
  * its ground is fresh and its dial has a zero of its own. An empty load or test is that of the row

@@ -8,7 +8,7 @@
 #include "common/version.h"
 #include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/survey/show.h"
+#include "host/survey/survey_answer.h"
 
 #define DAY_S 86400
 

@@ -140,7 +140,7 @@ certificate_without_points() { # of the sensor that is fitted, or the one named;
         [ "$(sqlite3 "$tmp/c.db" "select group_concat(idx||' '||number||' '||sensor||' '||round(expanded*25.4, 4)) from certificates")" = '2 2026-4711 ET-17 0.05' ]
 }
 silly() {
-    printf '1,2\n3,x\n' >"$tmp/bad.csv"
+    printf 'in,codes\n3,x\n' >"$tmp/bad.csv"
     fails_with 4 'not a value and a code: .*line 2' $matrig calibrate d1 --points "$tmp/bad.csv" --config "$tmp/rig.cfg" &&
         fails_with 2 'not a channel' $matrig calibrate d9 --points "$tmp/points.csv" --config "$tmp/rig.cfg" &&
         fails_with 2 'one of them' $matrig calibrate d1 && fails_with 2 'why\?' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&

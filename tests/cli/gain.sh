@@ -36,9 +36,9 @@ per_lb=$(awk 'BEGIN {print 3.3 / 4096 / 0.005}')
 a_configuration() { config get -o "$tmp/rig.cfg"; }
 units_are_converted() {
     printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n12.7,372.3\n0,62.0\n' >"$tmp/points.csv"
-    gives d3 3 "$per_in" && gives d3 3 "$per_in" --table && gives d3 3 "$per_in" --unit mm --known 0.05mm || return 1
+    gives d3 3 "$per_in" && gives d3 3 "$per_in" --table && gives d3 3 "$per_in" --known 0.05mm || return 1
     value "$tmp/new.cfg" 'channel[3].zero_error' | awk '{exit !($1 > 0.0019 && $1 < 0.0021)}' || return 1
-    printf 'displacement [cm],ADC counts\n0,62.1\n1.27,372.4\n2.54,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
+    printf 'displacement [cm],counts\n0,62.1\n1.27,372.4\n2.54,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
     printf 'm,codes\n0,62.1\n0.0127,372.4\n0.0254,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
     printf 'value,codes\n0 mm,62.1\n0.5 in,372.4\n0.0254 m,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
     # 40 lb are 177.93 N, 18.144 kg
@@ -51,23 +51,17 @@ columns_go_by_their_names() {
 }
 without_a_unit_it_is_refused() {
     printf '0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 2 'in which unit are the values' && gives d3 3 "$per_in" --unit mm && refuses d3 2 "no unit of d3: 'kg'" --unit kg || return 1
+    refuses d3 4 'not the names of the columns: .*points.csv, line 1; name the columns: mm,codes' || return 1
+    printf 'value,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv" && refuses d3 4 'points.csv, line 2; ' || return 1
     printf 'lb,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
-    refuses d3 4 'values in lb: .*a transducer is calibrated in'
+    refuses d3 4 'a unit of another kind: .*a transducer is calibrated in'
 }
-# --unit is for a file that names none: a unit that matrig does not know, or one that is scaled, stands against it.
-what_the_header_says_is_not_overruled() {
+an_odd_name_is_refused() { # a unit that matrig does not know, or one that is scaled
     local name
-    for name in daN kip 'load (daN)' 'tenths of lb'; do
+    for name in daN kip 'load (daN)' 'tenths of lb' 'tenths (lb)' 'load (lb/10)' 'lb x10' 'lb (0.1)'; do
         printf '%s,codes\n0,496.5\n17.793,744.7\n35.586,993.0\n' "$name" >"$tmp/points.csv"
-        refuses t2 4 "^matrig: what says '(daN|kip|tenths)' in a column's name\?: .*points.csv, line 1; name it VALUE or by its unit alone \(lb, N, kN, kg\)" --unit lb &&
-            refuses t2 4 "what says" || return 1
+        refuses t2 4 'not the names of the columns' || return 1
     done
-    for name in 'inch/2' 'half inches' 'in (0.1)' mm/10 '1/10 mm' 'x10 mm' thou; do
-        printf '%s,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' "$name" >"$tmp/points.csv"
-        refuses d3 4 'points.csv, line 1; ' --unit mm && refuses d3 4 'points.csv, line 1; ' || return 1
-    done
-    printf 'Weg in mm,Anzeige in counts\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" && gives d3 3 "$per_in" --unit mm
 }
 mistakes_are_refused() {
     printf 'in,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
@@ -204,7 +198,7 @@ check "a configuration to begin with" a_configuration
 check "values are converted from the unit that is written" units_are_converted
 check "columns go by their names" columns_go_by_their_names
 check "values without a unit are refused" without_a_unit_it_is_refused
-check "nor is a name of a column that is not understood, also with --unit" what_the_header_says_is_not_overruled
+check "nor is a name of a column that is not understood" an_odd_name_is_refused
 check "mistakes of units and columns are refused, and named" mistakes_are_refused
 check "config check and config set refuse an impossible gain" check_and_set_refuse_what_is_impossible
 check "the board refuses it itself, when it is sent raw" the_board_refuses_it_itself

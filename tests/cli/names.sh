@@ -21,7 +21,7 @@ while read -r header words; do
     check "$words: $header" told_in "$header" "$words"
 done <<'T'
 common/staircase.h staircase
-host/survey/plan.h gage survey
+host/survey/survey.h gage survey
 common/passage.h push-back
 host/sim/elements/mods.h cleats?
 host/sim/elements/mods.h stiffeners?

@@ -41,7 +41,7 @@ check "and 12,000 lb/ft, 0.95, 1" by_sim 12000 0.95 1
 # Other units, columns in another order, a unit behind a value, an empty load: the same readings.
 units() {
     push tests/push/one.csv --mats 2 && mv "$tmp/o.json" "$tmp/lb.json" &&
-        awk -F, 'NR == 1 {print "# a comment\n\ndial [mm],force (N),load in kg"; next}
+        awk -F, 'NR == 1 {print "# a comment\n\ndial [mm],force (N),load (kg)"; next}
             {printf "%.6f,%s,%s\n", $4 * 25.4, NR == 5 ? $3 " lb" : sprintf("%.7f", $3 * 4.4482216152605), NR == 2 ? sprintf("%.7f", $2 * 0.45359237) : ""}' \
             tests/push/one.csv >"$tmp/si.csv" && push "$tmp/si.csv" --mats 2 &&
         near "$tmp/o.json" parameters.gear_k_lb_ft.value "$(field "$tmp/lb.json" parameters.gear_k_lb_ft.value)" 1e-5 &&

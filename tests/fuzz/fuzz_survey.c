@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/survey/sheet.h"
+#include "host/survey/survey.h"
 #include "tests/fuzz/fuzz.h"
 
 static void type_lines(struct survey_desk *desk, const char *text, size_t size)

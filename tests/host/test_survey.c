@@ -2,8 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/survey/desk.h"
-#include "host/survey/result.h"
+#include "host/survey/survey.h"
 #include "tests/host/scratch.h"
 
 #define MAT_SPAN_FT (120.0 / 42.0) /* ten of 420 mats on 120 ft */

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/survey/campaign.h"
+#include "host/survey/survey.h"
 
 static enum mr_status take_boards(struct store *store, int64_t run, struct fit_surveyed *surveyed,
                                   struct error *error)

@@ -1,4 +1,4 @@
-#include "host/survey/load.h"
+#include "host/survey/survey_client.h"
 
 #include <math.h>
 #include <string.h>

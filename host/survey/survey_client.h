@@ -1,9 +1,9 @@
 /* Giving a board the slack of a survey (command `survey`, common/command.h), and reading back what
  * it holds then. */
-#ifndef MATRIG_HOST_SURVEY_LOAD_H
-#define MATRIG_HOST_SURVEY_LOAD_H
+#ifndef MATRIG_HOST_SURVEY_SURVEY_CLIENT_H
+#define MATRIG_HOST_SURVEY_SURVEY_CLIENT_H
 
-#include "host/survey/result.h"
+#include "host/survey/survey.h"
 
 struct survey_loaded {
     unsigned sent;                 /* segments */

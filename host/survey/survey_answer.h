@@ -1,9 +1,9 @@
 /* What a survey answers (host/base/answer.h). */
-#ifndef MATRIG_HOST_SURVEY_SHOW_H
-#define MATRIG_HOST_SURVEY_SHOW_H
+#ifndef MATRIG_HOST_SURVEY_SURVEY_ANSWER_H
+#define MATRIG_HOST_SURVEY_SURVEY_ANSWER_H
 
 #include "host/base/answer.h"
-#include "host/survey/campaign.h"
+#include "host/survey/survey.h"
 
 void survey_answer(const struct survey *survey, const struct survey_found *found,
                    struct answer *answer);

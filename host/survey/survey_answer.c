@@ -1,4 +1,4 @@
-#include "host/survey/show.h"
+#include "host/survey/survey_answer.h"
 
 #include <math.h>
 #include <time.h>

@@ -1,0 +1,882 @@
+#include "host/survey/survey.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/quantity.h"
+#include "host/base/units.h"
+
+/* ---- plan ---- */
+
+static const char *const kinds[] = {"gap", "station", "across", "diagonal"};
+static const char *const patterns[] = {"standard", "diagonal"};
+static const char *const edge_words[] = {"left", "both", "none"};
+
+static void add(struct survey_plan *plan, enum survey_kind kind, unsigned line, unsigned place)
+{
+    plan->item[plan->count++] = (struct survey_item){kind, line, place};
+}
+
+static bool has_stations(enum survey_pattern pattern, enum survey_edges edges, unsigned line)
+{
+    if (pattern == SURVEY_PATTERN_DIAGONAL)
+        return true;
+    return (line == 1 && edges != SURVEY_EDGE_NONE) ||
+           (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH);
+}
+
+static void add_station(struct survey_plan *plan, enum survey_edges edges, unsigned line,
+                        unsigned station)
+{
+    if (!has_stations(plan->pattern, edges, line))
+        return;
+    add(plan, SURVEY_STATION, line, station);
+    if (plan->pattern == SURVEY_PATTERN_DIAGONAL)
+        add(plan, SURVEY_ACROSS, line, station);
+}
+
+/* station where it begins; NaN for a 45 degree line */
+static double survey_item_ft(const struct survey_item *item)
+{
+    switch (item->kind) {
+    case SURVEY_GAP: return SURVEY_SPAN_FT * item->place;
+    case SURVEY_STATION:
+    case SURVEY_ACROSS: return SURVEY_STATION_FT * item->place;
+    default: return (double)NAN;
+    }
+}
+
+/* Downfield: each station before the span that begins behind it. */
+static void walk_down(struct survey_plan *plan, enum survey_edges edges, unsigned line)
+{
+    unsigned station = 0;
+    for (unsigned span = 0; span < SURVEY_SPANS; span++) {
+        double begins_ft = survey_item_ft(&(struct survey_item){SURVEY_GAP, line, span});
+        while (station < SURVEY_STATIONS && SURVEY_STATION_FT * station <= begins_ft + 1e-6)
+            add_station(plan, edges, line, station++);
+        add(plan, SURVEY_GAP, line, span);
+    }
+    while (station < SURVEY_STATIONS)
+        add_station(plan, edges, line, station++);
+}
+
+void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern,
+                      enum survey_edges edges)
+{
+    plan->pattern = pattern;
+    plan->count = 0;
+    for (unsigned line = 1; line <= SURVEY_LINES; line++) {
+        size_t first = plan->count;
+        walk_down(plan, edges, line);
+        for (size_t i = first, j = plan->count; line % 2 == 0 && i + 1 < j; i++) { /* back up */
+            struct survey_item item = plan->item[i];
+            plan->item[i] = plan->item[--j];
+            plan->item[j] = item;
+        }
+    }
+    for (unsigned line = 1; pattern == SURVEY_PATTERN_DIAGONAL && line <= SURVEY_DIAGONALS;
+         line++) {
+        for (unsigned i = 0; i < SURVEY_DIAGONAL_SPANS; i++)
+            add(plan, SURVEY_DIAGONAL, line, line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
+    }
+}
+
+int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item)
+{
+    for (size_t i = 0; i < plan->count; i++) {
+        const struct survey_item *p = &plan->item[i];
+        if (p->kind == item->kind && p->line == item->line && p->place == item->place)
+            return (int)i;
+    }
+    return -1;
+}
+
+static bool find_word(const char *const *words, unsigned count, const char *text, unsigned *found)
+{
+    for (*found = 0; *found < count; ++*found) {
+        if (strcmp(words[*found], text) == 0)
+            return true;
+    }
+    return false;
+}
+
+const char *survey_kind_text(enum survey_kind kind)
+{
+    return (unsigned)kind < SURVEY_KINDS ? kinds[kind] : "unknown";
+}
+
+const char *survey_pattern_text(enum survey_pattern pattern)
+{
+    return patterns[pattern == SURVEY_PATTERN_DIAGONAL];
+}
+
+const char *survey_edges_text(enum survey_edges edges)
+{
+    return (unsigned)edges < 3 ? edge_words[edges] : "unknown";
+}
+
+static bool survey_kind_parse(const char *text, enum survey_kind *kind)
+{
+    unsigned i;
+    bool found = find_word(kinds, SURVEY_KINDS, text, &i);
+    *kind = (enum survey_kind)i;
+    return found;
+}
+
+bool survey_pattern_parse(const char *text, enum survey_pattern *pattern)
+{
+    unsigned i;
+    bool found = find_word(patterns, 2, text, &i);
+    *pattern = (enum survey_pattern)i;
+    return found;
+}
+
+bool survey_edges_parse(const char *text, enum survey_edges *edges)
+{
+    unsigned i;
+    bool found = find_word(edge_words, 3, text, &i);
+    *edges = (enum survey_edges)i;
+    return found;
+}
+
+double survey_line_in(unsigned line)
+{
+    static const double from_left_in[SURVEY_LINES] = {12.0, SURVEY_WIDTH_IN / 2 - 36.0,
+                                                      SURVEY_WIDTH_IN / 2, SURVEY_WIDTH_IN - 12.0};
+    return from_left_in[line - 1];
+}
+
+const char *survey_line_text(unsigned line)
+{
+    static const char *const text[SURVEY_LINES] = {
+        "12 in from the left edge", "36 in left of the centreline", "near the centreline",
+        "12 in from the right edge"};
+    return line >= 1 && line <= SURVEY_LINES ? text[line - 1] : "unknown";
+}
+
+void survey_item_text(const struct survey_item *item, bool si, char *out, size_t size)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    double at = survey_item_ft(item) * station->factor;
+    if (item->kind == SURVEY_GAP)
+        snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
+                 survey_line_text(item->line), item->place * MR_MATS_PER_SEGMENT + 1,
+                 (item->place + 1) * MR_MATS_PER_SEGMENT, at, station->text);
+    else if (item->kind == SURVEY_DIAGONAL)
+        snprintf(out, size, "45 degree line %u, span %u of %u from the left", item->line,
+                 item->place + 1, SURVEY_DIAGONAL_SPANS);
+    else
+        snprintf(out, size, "%s %.1f %s, line %u (%s)",
+                 item->kind == SURVEY_STATION ? "station" : "across at station", at, station->text,
+                 item->line, survey_line_text(item->line));
+}
+
+/* What a first reading should be about (NaN: anything), and the change that is asked about. */
+static double survey_item_nominal_in(const struct survey_item *item)
+{
+    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPACING_IN
+                                                                     : (double)NAN;
+}
+
+double survey_item_limit_in(const struct survey_item *item)
+{
+    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPAN_CHANGE_IN
+                                                                     : SURVEY_MOVE_IN;
+}
+
+/* ---- desk ---- */
+
+#define AGAIN_IN   0.015  /* three reading errors: a repeated reading is the same */
+#define READING_IN 2000.0 /* nobody has a longer caliper or runway */
+
+static const char *skip_space(const char *text)
+{
+    while (isspace((unsigned char)*text))
+        text++;
+    return text;
+}
+
+static bool is_end(const char *text)
+{
+    return *skip_space(text) == '\0';
+}
+
+/* Some calipers type a comma for the point. */
+static bool parse_number(const char *text, bool si, double *value_in, struct quantity_wrong *wrong)
+{
+    char line[80];
+    size_t digits = strspn(text, "+-.,0123456789"); /* no caliper writes powers of ten */
+    if (strlen(text) >= sizeof line || digits == 0 || toupper((unsigned char)text[digits]) == 'E')
+        return false;
+    memcpy(line, text, strlen(text) + 1);
+    char *comma = strchr(line, ',');
+    if (comma)
+        *comma = '.';
+    return quantity_parse(line, "in", si ? "mm" : "in", value_in, wrong) &&
+           fabs(*value_in) <= READING_IN;
+}
+
+void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
+{
+    static const struct {
+        char letter;
+        enum survey_word word;
+    } words[] = {{'s', SURVEY_SKIP},    {'u', SURVEY_UNDO}, {'b', SURVEY_BACK},
+                 {'f', SURVEY_FORWARD}, {'q', SURVEY_QUIT}, {'?', SURVEY_HELP}};
+    const char *text = skip_space(line);
+    *entry = (struct survey_entry){.word = SURVEY_NONSENSE, .value_in = (double)NAN};
+    if (*text == '\0')
+        entry->word = SURVEY_NOTHING;
+    else if (parse_number(text, si, &entry->value_in, &entry->wrong))
+        entry->word = SURVEY_NUMBER;
+    else if (*text == 'n' && isspace((unsigned char)text[1]) && !is_end(text + 1)) {
+        entry->word = SURVEY_NOTE;
+        entry->note = skip_space(text + 1);
+    }
+    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
+        if (*text == words[i].letter && is_end(text + 1))
+            entry->word = words[i].word;
+    }
+}
+
+void survey_desk_init(struct survey_desk *desk, enum survey_pattern pattern,
+                      enum survey_edges edges)
+{
+    memset(desk, 0, sizeof *desk);
+    survey_plan_make(&desk->plan, pattern, edges);
+    for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
+        desk->value_in[i] = desk->previous_in[i] = (double)NAN;
+}
+
+static void forget(struct survey_desk *desk, size_t item)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < desk->lasts; i++) {
+        if (desk->last[i] != item)
+            desk->last[kept++] = desk->last[i];
+    }
+    desk->lasts = kept;
+}
+
+/* A reading that was kept before (resuming); NaN takes it away again, `skipped` leaves it out.
+ * Afterwards survey_desk_next. */
+static void survey_desk_restore(struct survey_desk *desk, size_t item, double value_in,
+                                bool skipped)
+{
+    forget(desk, item);
+    desk->value_in[item] = value_in;
+    desk->skipped[item] = skipped;
+    if (!isnan(value_in) || skipped)
+        desk->last[desk->lasts++] = item;
+}
+
+void survey_desk_next(struct survey_desk *desk, size_t from)
+{
+    size_t count = desk->plan.count;
+    desk->doubted = false;
+    for (size_t step = 0; step < count; step++) {
+        size_t item = (from + step) % count;
+        if (isnan(desk->value_in[item]) && !desk->skipped[item]) {
+            desk->at = item;
+            return;
+        }
+    }
+    desk->at = count;
+}
+
+double survey_desk_expected_in(const struct survey_desk *desk, size_t item)
+{
+    return isnan(desk->previous_in[item]) ? survey_item_nominal_in(&desk->plan.item[item])
+                                          : desk->previous_in[item];
+}
+
+static enum survey_outcome take_number(struct survey_desk *desk, double value_in, size_t *item)
+{
+    size_t at = desk->at;
+    if (at == desk->plan.count)
+        return SURVEY_REFUSED;
+    double expected_in = survey_desk_expected_in(desk, at);
+    /* false: nothing to expect */
+    bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9;
+    bool again = desk->doubted && fabs(value_in - desk->doubted_in) <= AGAIN_IN;
+    *item = at;
+    if (beyond && !again) {
+        desk->doubted = true;
+        desk->doubted_in = value_in;
+        return SURVEY_DOUBTED;
+    }
+    survey_desk_restore(desk, at, value_in, false);
+    survey_desk_next(desk, at);
+    return beyond ? SURVEY_CONFIRMED : SURVEY_KEPT;
+}
+
+static enum survey_outcome undo(struct survey_desk *desk, size_t *item)
+{
+    if (desk->doubted) { /* the doubtful one is not kept: forget it */
+        desk->doubted = false;
+        return SURVEY_MOVED;
+    }
+    if (desk->lasts == 0)
+        return SURVEY_REFUSED;
+    *item = desk->last[desk->lasts - 1];
+    survey_desk_restore(desk, *item, (double)NAN, false);
+    desk->at = *item;
+    return SURVEY_UNDONE;
+}
+
+enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct survey_entry *entry,
+                                     size_t *item)
+{
+    *item = desk->at;
+    switch (entry->word) {
+    case SURVEY_NUMBER: return take_number(desk, entry->value_in, item);
+    case SURVEY_SKIP:
+        if (desk->at == desk->plan.count)
+            return SURVEY_REFUSED;
+        survey_desk_restore(desk, desk->at, (double)NAN, true);
+        survey_desk_next(desk, desk->at);
+        return SURVEY_SKIPPED;
+    case SURVEY_UNDO: return undo(desk, item);
+    case SURVEY_BACK:
+        if (desk->at == 0)
+            return SURVEY_REFUSED;
+        desk->at--;
+        desk->doubted = false;
+        return SURVEY_MOVED;
+    case SURVEY_FORWARD:
+        if (desk->at + 1 >= desk->plan.count)
+            return SURVEY_REFUSED;
+        desk->at++;
+        desk->doubted = false;
+        return SURVEY_MOVED;
+    case SURVEY_NOTE:
+        if (desk->lasts == 0)
+            return SURVEY_REFUSED;
+        *item = desk->last[desk->lasts - 1];
+        return SURVEY_NOTED;
+    default: return SURVEY_REFUSED;
+    }
+}
+
+size_t survey_desk_read(const struct survey_desk *desk)
+{
+    size_t read = 0;
+    for (size_t i = 0; i < desk->plan.count; i++)
+        read += isnan(desk->value_in[i]) ? 0u : 1u;
+    return read;
+}
+
+/* ---- sheet ---- */
+
+#define LINE_MAX_BYTES  2000
+#define COLUMNS_MAX     32
+#define READING_MOST_IN 2000.0
+
+enum column { KIND, LINE, PLACE, READING, NOTE, COLUMNS };
+
+void survey_sheet_write(FILE *out, const struct survey_desk *desk, bool si)
+{
+    const struct unit *unit = unit_of(UNIT_DISPLACEMENT, si);
+    fprintf(out, "kind,line,place,reading_%s,previous_%s,where,note\n", unit->suffix, unit->suffix);
+    for (size_t i = 0; i < desk->plan.count; i++) {
+        const struct survey_item *item = &desk->plan.item[i];
+        char text[120];
+        survey_item_text(item, si, text, sizeof text);
+        fprintf(out, "%s,%u,%u,", survey_kind_text(item->kind), item->line, item->place);
+        if (!isnan(desk->value_in[i]))
+            fprintf(out, "%.4f", desk->value_in[i] * unit->factor);
+        fputc(',', out);
+        if (!isnan(desk->previous_in[i]))
+            fprintf(out, "%.4f", desk->previous_in[i] * unit->factor);
+        fprintf(out, ",\"%s\",\n", text);
+    }
+}
+
+/* The cells of a line, in place; quoted ones lose their quotes. */
+static size_t split(char *line, char *cell[COLUMNS_MAX])
+{
+    size_t count = 0;
+    line[strcspn(line, "\r\n")] = '\0';
+    for (char *p = line; count < COLUMNS_MAX;) {
+        char *to = p;
+        bool quoted = *p == '"';
+        cell[count++] = p;
+        for (p += quoted; *p && (quoted || *p != ','); p++) {
+            if (quoted && *p == '"') {
+                quoted = p[1] == '"';
+                if (!quoted)
+                    continue;
+                p++;
+            }
+            *to++ = *p;
+        }
+        bool more = *p == ',';
+        *to = '\0';
+        if (!more)
+            break;
+        p++;
+    }
+    return count;
+}
+
+static bool whole(const char *text, unsigned *value)
+{
+    char *end;
+    unsigned long number = strtoul(text, &end, 10);
+    *value = (unsigned)number;
+    return text[0] >= '0' && text[0] <= '9' && *end == '\0' && number < 1000;
+}
+
+static enum mr_status find_columns(const char *path, char **cell, size_t cells, int column[COLUMNS],
+                                   bool *mm, struct error *error)
+{
+    static const char *const names[COLUMNS] = {"kind", "line", "place", "reading_in", "note"};
+    for (int i = 0; i < COLUMNS; i++)
+        column[i] = -1;
+    for (size_t c = 0; c < cells; c++) {
+        for (int i = 0; i < COLUMNS; i++)
+            column[i] = strcmp(cell[c], names[i]) == 0 ? (int)c : column[i];
+        if (strcmp(cell[c], "reading_mm") == 0) {
+            column[READING] = (int)c;
+            *mm = true;
+        }
+    }
+    for (int i = 0; i < NOTE; i++) {
+        if (column[i] < 0)
+            return error_set(
+                error, MR_MALFORMED,
+                "no column %s: %s, line 1; matrig survey DB --sheet writes a sheet as it should be",
+                names[i], path);
+    }
+    return MR_OK;
+}
+
+static enum mr_status take_row(const char *path, size_t line, char **cell, size_t cells,
+                               const int column[COLUMNS], bool mm, const struct survey_plan *plan,
+                               struct survey_sheet *sheet, struct error *error)
+{
+    struct survey_item item;
+    const char *text[COLUMNS];
+    for (int i = 0; i < COLUMNS; i++)
+        text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
+    if (text[READING][0] == '\0')
+        return MR_OK;
+    int at = survey_kind_parse(text[KIND], &item.kind) && whole(text[LINE], &item.line) &&
+                     whole(text[PLACE], &item.place)
+               ? survey_plan_find(plan, &item)
+               : -1;
+    if (at < 0)
+        return error_set(
+            error, MR_MALFORMED,
+            "no such place, '%s' %s %s: %s, line %zu; matrig survey DB --sheet lists them",
+            text[KIND], text[LINE], text[PLACE], path, line);
+    if (!isnan(sheet->value_in[at]))
+        return error_set(error, MR_MALFORMED, "%s %s %s stands twice: %s, line %zu; leave one out",
+                         text[KIND], text[LINE], text[PLACE], path, line);
+    double value;
+    struct quantity_wrong wrong = {"", ""};
+    if (!quantity_parse(text[READING], "in", mm ? "mm" : "in", &value, &wrong) ||
+        !(fabs(value) <= READING_MOST_IN))
+        return error_set(error, MR_MALFORMED,
+                         "not a reading, '%s': %s, line %zu; write a number, or nothing%s%s",
+                         text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
+    sheet->value_in[at] = value;
+    snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[NOTE]);
+    sheet->count++;
+    return MR_OK;
+}
+
+enum mr_status survey_sheet_read(const char *path, const struct survey_plan *plan,
+                                 struct survey_sheet *sheet, struct error *error)
+{
+    char line[LINE_MAX_BYTES], *cell[COLUMNS_MAX];
+    int column[COLUMNS] = {0};
+    bool mm = false;
+    enum mr_status status = MR_OK;
+    memset(sheet, 0, sizeof *sheet);
+    for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
+        sheet->value_in[i] = (double)NAN;
+    FILE *file = fopen(path, "r");
+    if (!file)
+        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+                         strerror(errno), path);
+    for (size_t number = 1; status == MR_OK && fgets(line, sizeof line, file); number++) {
+        if (!strchr(line, '\n') && !feof(file))
+            status = error_set(error, MR_MALFORMED, "line too long: %s, line %zu; is it a sheet?",
+                               path, number);
+        else if (number == 1)
+            status = find_columns(path, cell, split(line, cell), column, &mm, error);
+        else if (line[strspn(line, " \t\r\n")] != '\0')
+            status = take_row(path, number, cell, split(line, cell), column, mm, plan, sheet,
+                              error);
+    }
+    if (status == MR_OK && ferror(file))
+        status = error_set(error, MR_IO, "cannot read: %s; is it a file?", path);
+    fclose(file);
+    if (status == MR_OK && sheet->count == 0)
+        status = error_set(error, MR_TOO_FEW, "no reading in it: %s; fill in the column reading_in",
+                           path);
+    return status;
+}
+
+/* ---- result ---- */
+
+void survey_readings_init(struct survey_readings *readings)
+{
+    double *value = (double *)(void *)readings;
+    for (size_t i = 0; i < offsetof(struct survey_readings, error_in) / sizeof *value; i++)
+        value[i] = (double)NAN;
+    readings->error_in = SURVEY_ERROR_IN;
+}
+
+static double *survey_reading_at(struct survey_readings *r, const struct survey_item *item)
+{
+    unsigned l = item->line - 1, p = item->place;
+    switch (item->kind) {
+    case SURVEY_GAP: return &r->gap_in[l][p];
+    case SURVEY_STATION: return &r->station_in[l][p];
+    case SURVEY_ACROSS: return &r->across_in[l][p];
+    default: return &r->diagonal_in[l][p];
+    }
+}
+
+/* The normal equations of a line are tridiagonal: a span ties neighbours, a station the two points
+ * around it. */
+struct normal {
+    double diagonal[SURVEY_POINTS], beside[SURVEY_POINTS - 1], right[SURVEY_POINTS];
+};
+
+/* Adds the observation a u(k) + b u(k+1) = value. */
+static void observe(struct normal *n, unsigned k, double a, double b, double value, double error)
+{
+    double w = 1.0 / (error * error);
+    n->diagonal[k] += w * a * a;
+    n->right[k] += w * a * value;
+    if (k + 1 < SURVEY_POINTS) {
+        n->diagonal[k + 1] += w * b * b;
+        n->beside[k] += w * a * b;
+        n->right[k + 1] += w * b * value;
+    }
+}
+
+/* Solution by elimination from both ends; where they meet at k, what is left of the diagonal is the
+ * reciprocal variance there. */
+static void solve(const struct normal *n, struct survey_estimate out[SURVEY_POINTS])
+{
+    double down[SURVEY_POINTS], up[SURVEY_POINTS], down_right[SURVEY_POINTS],
+        up_right[SURVEY_POINTS];
+    unsigned last = SURVEY_POINTS - 1;
+    down[0] = n->diagonal[0];
+    down_right[0] = n->right[0];
+    for (unsigned k = 1; k <= last; k++) {
+        double factor = n->beside[k - 1] / down[k - 1];
+        down[k] = n->diagonal[k] - factor * n->beside[k - 1];
+        down_right[k] = n->right[k] - factor * down_right[k - 1];
+    }
+    up[last] = n->diagonal[last];
+    up_right[last] = n->right[last];
+    for (unsigned k = last; k-- > 0;) {
+        double factor = n->beside[k] / up[k + 1];
+        up[k] = n->diagonal[k] - factor * n->beside[k];
+        up_right[k] = n->right[k] - factor * up_right[k + 1];
+    }
+    for (unsigned k = 0; k <= last; k++) {
+        double pivot = down[k] + up[k] - n->diagonal[k];
+        out[k].value_in = (down_right[k] + up_right[k] - n->right[k]) / pivot;
+        out[k].error_in = sqrt(1.0 / pivot);
+    }
+}
+
+/* `anchor`: u of the first point when the line has no stations. False: nothing was read of it. */
+static bool move_line(const struct survey_change *c, unsigned line,
+                      const struct survey_estimate *anchor,
+                      struct survey_estimate moved[SURVEY_POINTS])
+{
+    struct normal n = {{0}, {0}, {0}};
+    /* evenly spread over what the joints can do */
+    const double unknown_in = SURVEY_SPAN_CHANGE_IN / sqrt(3.0);
+    unsigned gaps = 0, stations = 0;
+    for (unsigned k = 0; k < SURVEY_SPANS; k++) {
+        double change_in = c->change.gap_in[line][k];
+        gaps += isnan(change_in) ? 0u : 1u;
+        observe(&n, k, -1.0, 1.0, isnan(change_in) ? 0.0 : change_in,
+                isnan(change_in) ? unknown_in : c->change.error_in);
+    }
+    for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
+        double change_in = c->change.station_in[line][s];
+        double at = SURVEY_STATION_FT * s / SURVEY_SPAN_FT;
+        unsigned k = (unsigned)fmin(floor(at + 1e-6), SURVEY_POINTS - 1.0);
+        if (isnan(change_in))
+            continue;
+        stations++;
+        observe(&n, k, 1.0 - (at - k), at - k, change_in, c->station_error_in);
+    }
+    if (stations == 0)
+        observe(&n, 0, 1.0, 0.0, anchor->value_in, fmax(anchor->error_in, 1e-6));
+    solve(&n, moved);
+    return gaps + stations > 0;
+}
+
+static struct survey_estimate bow_of(const struct survey_change *c, unsigned point)
+{
+    struct survey_estimate bow = {(double)NAN, (double)NAN};
+    const struct survey_estimate left = c->moved[0][point],
+                                 right = c->moved[SURVEY_LINES - 1][point];
+    for (unsigned line = 1; line + 1 < SURVEY_LINES; line++) {
+        double part = (survey_line_in(line + 1) - survey_line_in(1)) /
+                      (survey_line_in(SURVEY_LINES) - survey_line_in(1));
+        const struct survey_estimate here = c->moved[line][point];
+        double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
+        if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in)) /* false for the first */
+            continue;
+        bow.value_in = away_in;
+        bow.error_in = sqrt(here.error_in * here.error_in + pow((1.0 - part) * left.error_in, 2) +
+                            pow(part * right.error_in, 2));
+    }
+    return bow;
+}
+
+static void subtract(const struct survey_readings *now, const struct survey_readings *before,
+                     struct survey_change *c)
+{
+    const double *a = (const double *)(const void *)now, *b = (const double *)(const void *)before;
+    double *d = (double *)(void *)&c->change;
+    for (size_t i = 0; i < offsetof(struct survey_readings, error_in) / sizeof *d; i++) {
+        d[i] = a[i] - b[i];
+        c->compared += isnan(d[i]) ? 0u : 1u;
+    }
+    c->change.error_in = sqrt(now->error_in * now->error_in + before->error_in * before->error_in);
+    c->station_error_in = sqrt(2.0) * SURVEY_STATION_ERROR_IN;
+}
+
+void survey_change(const struct survey_readings *now, const struct survey_readings *before,
+                   struct survey_change *change)
+{
+    const struct survey_estimate held = {0.0, 0.0};
+    memset(change, 0, sizeof *change);
+    subtract(now, before, change);
+    for (unsigned line = 0; line < SURVEY_LINES; line++) {
+        const struct survey_estimate *anchor = line && !isnan(change->moved[0][0].value_in)
+                                                 ? &change->moved[0][0]
+                                                 : &held;
+        if (move_line(change, line, anchor, change->moved[line]))
+            continue;
+        for (unsigned k = 0; k < SURVEY_POINTS; k++)
+            change->moved[line][k] = (struct survey_estimate){(double)NAN, (double)NAN};
+    }
+    for (unsigned k = 0; k < SURVEY_POINTS; k++)
+        change->bow[k] = bow_of(change, k);
+}
+
+void survey_slack(const struct survey_readings *now, double closed_in, struct survey_slack *slack)
+{
+    memset(slack, 0, sizeof *slack);
+    for (unsigned k = 0; k < SURVEY_SPANS; k++) {
+        double sum = 0.0, squares = 0.0;
+        unsigned lines = 0;
+        for (unsigned line = 0; line < SURVEY_LINES; line++) {
+            double value_in = fmax(now->gap_in[line][k] - closed_in, 0.0);
+            if (isnan(now->gap_in[line][k]))
+                continue;
+            lines++;
+            sum += value_in;
+            squares += value_in * value_in;
+        }
+        double mean = lines ? sum / lines : (double)NAN;
+        /* of the readings, and of the lines' being different */
+        double scatter = lines > 1
+                           ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
+                           : 0.0;
+        slack->lines[k] = lines;
+        slack->surveyed += lines > 0;
+        slack->segment[k].value_in = mean;
+        slack->segment[k].error_in = lines ? fmax(sqrt(scatter), now->error_in / sqrt(lines))
+                                           : (double)NAN;
+    }
+}
+
+/* ---- campaign ---- */
+
+/* Those of a survey by place in the plan; NaN: not read, undone or skipped. `survey` NULL: only the
+ * values are wanted. */
+static enum mr_status take_readings(struct store *store, int64_t id, const struct survey_plan *plan,
+                                    double value_in[SURVEY_ITEMS_MAX], struct survey *survey,
+                                    struct error *error)
+{
+    struct store_gage_reading *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_gage_readings(store, id, &rows, &count, error);
+    for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
+        value_in[i] = (double)NAN;
+    for (size_t i = 0; i < count; i++) {
+        struct survey_item item = {SURVEY_KINDS, (unsigned)rows[i].line, (unsigned)rows[i].place};
+        int at = survey_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item) : -1;
+        if (at < 0)
+            continue; /* a place that this plan lacks */
+        value_in[at] = rows[i].value_in;
+        if (!survey)
+            continue;
+        survey_desk_restore(&survey->desk, (size_t)at, rows[i].value_in, rows[i].skipped != 0);
+        *survey_reading_at(&survey->readings, &item) = rows[i].value_in;
+        survey->confirmed += rows[i].confirmed != 0;
+    }
+    free(rows);
+    return status;
+}
+
+/* Row `i`, and of each place what was read there last before. */
+static enum mr_status fill(struct store *store, const struct store_gage_survey *rows, size_t i,
+                           struct survey *survey, struct error *error)
+{
+    const struct store_gage_survey *row = &rows[i];
+    double value_in[SURVEY_ITEMS_MAX];
+    enum survey_pattern pattern;
+    enum survey_edges edges;
+    enum mr_status status = MR_OK;
+    if (!survey_pattern_parse(row->pattern, &pattern) || !survey_edges_parse(row->edges, &edges))
+        return error_set(
+            error, MR_MALFORMED,
+            "survey %lld has a pattern that is not known, '%s': %s; the database is damaged",
+            (long long)row->id, row->pattern, store_path(store));
+    memset(survey, 0, sizeof *survey);
+    survey->row = *row;
+    survey_desk_init(&survey->desk, pattern, edges);
+    survey_readings_init(&survey->readings);
+    survey->readings.error_in = row->error_in;
+    for (size_t k = 0; k < i && status == MR_OK; k++) {
+        if (strcmp(rows[k].pattern, row->pattern) != 0)
+            continue;
+        status = take_readings(store, rows[k].id, &survey->desk.plan, value_in, NULL, error);
+        for (size_t at = 0; at < survey->desk.plan.count; at++)
+            survey->desk.previous_in[at] = isnan(value_in[at]) ? survey->desk.previous_in[at]
+                                                               : value_in[at];
+    }
+    if (status == MR_OK)
+        status = take_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
+    size_t lasts = survey->desk.lasts; /* it goes on behind the last one read */
+    survey_desk_next(&survey->desk, lasts ? survey->desk.last[lasts - 1] : 0);
+    return status;
+}
+
+/* The newest of the same pattern before row `i`; 0: none. */
+static int64_t before(const struct store_gage_survey *rows, size_t i)
+{
+    for (size_t k = i; k-- > 0;) {
+        if (strcmp(rows[k].pattern, rows[i].pattern) == 0)
+            return rows[k].id;
+    }
+    return 0;
+}
+
+enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
+                          struct error *error)
+{
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0, i = 0;
+    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    if (status == MR_OK && id == 0 && count)
+        id = rows[count - 1].id;
+    while (i < count && rows[i].id != id)
+        i++;
+    if (status == MR_OK && count == 0)
+        status = error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",
+                           store_path(store), store_path(store));
+    else if (status == MR_OK && i == count)
+        status = error_set(error, MR_UNKNOWN, "no survey %lld: %s; it has %lld to %lld",
+                           (long long)id, store_path(store), (long long)rows[0].id,
+                           (long long)rows[count - 1].id);
+    if (status == MR_OK)
+        status = fill(store, rows, i, survey, error);
+    free(rows);
+    return status;
+}
+
+enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern,
+                               struct survey *survey, bool *found, struct error *error)
+{
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0;
+    *found = false;
+    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    for (size_t i = count; i-- > 0 && status == MR_OK && !*found;) {
+        if (rows[i].ended_us != STORE_NONE ||
+            strcmp(rows[i].pattern, survey_pattern_text(pattern)) != 0)
+            continue;
+        status = fill(store, rows, i, survey, error);
+        *found = status == MR_OK;
+    }
+    free(rows);
+    return status;
+}
+
+static void worst_bow(struct survey_found *found)
+{
+    found->worst_bow_in = found->worst_bow_error_in = found->worst_bow_ft = (double)NAN;
+    for (unsigned k = 0; found->first && k < SURVEY_POINTS; k++) {
+        const struct survey_estimate *bow = &found->since_first.bow[k];
+        if (isnan(bow->value_in) || fabs(bow->value_in) <= fabs(found->worst_bow_in))
+            continue;
+        found->worst_bow_in = bow->value_in;
+        found->worst_bow_error_in = bow->error_in;
+        found->worst_bow_ft = SURVEY_SPAN_FT * k;
+    }
+}
+
+enum mr_status survey_find(struct store *store, const struct survey *survey,
+                           struct survey_found *found, struct error *error)
+{
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0, i = 0;
+    memset(found, 0, sizeof *found);
+    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    while (i < count && rows[i].id != survey->row.id)
+        i++;
+    if (status == MR_OK && i < count) {
+        found->previous = before(rows, i);
+        for (size_t k = i; k-- > 0;) {
+            if (strcmp(rows[k].pattern, rows[i].pattern) == 0)
+                found->first = rows[k].id;
+        }
+    }
+    free(rows);
+    struct survey *other = malloc(sizeof *other);
+    if (!other)
+        abort();
+    const int64_t against[2] = {found->previous, found->first};
+    struct survey_change *const change[2] = {&found->since_previous, &found->since_first};
+    for (int k = 0; k < 2 && status == MR_OK; k++) {
+        if (against[k])
+            status = survey_get(store, against[k], other, error);
+        if (status == MR_OK && against[k])
+            survey_change(&survey->readings, &other->readings, change[k]);
+    }
+    free(other);
+    survey_slack(&survey->readings, survey->row.closed_in, &found->slack);
+    worst_bow(found);
+    return status;
+}
+
+enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
+                                   struct survey_found *found, bool *there, struct error *error)
+{
+    static struct survey survey; /* tens of kilobytes */
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
+    *there = false;
+    for (size_t i = count; status == MR_OK && !*there && i-- > 0;) {
+        if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
+            continue;
+        status = survey_get(store, rows[i].id, &survey, error);
+        if (status == MR_OK)
+            status = survey_find(store, &survey, found, error);
+        *there = status == MR_OK && found->slack.surveyed > 0;
+    }
+    free(rows);
+    return status;
+}
