@@ -67,7 +67,7 @@ papers := README.md LICENSE $(wildcard docs/*.md docs/*/*.md docs/pictures/* hil
 	host/*/*.png host/*/*/*.png)
 put = $(foreach file,$(2),$(1)/$(notdir $(file)):$(file))
 install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies)) $(foreach board,$(boards),$(call put,share/matrig$(if $(filter-out zg,$(board)),/$(board)),$(call image_files,$(call board_elf,$(board))) $(call bringup_elf,$(board)))) \
-	$(call put,share/matrig/scenes,$(wildcard host/scenes/*.json)) $(call put,share/matrig/series,$(wildcard host/campaign/series/*.json)) \
+	$(call put,share/matrig/scenes,$(wildcard host/scenes/*.json)) $(call put,share/matrig/series,$(wildcard host/landing_series/series/*.json)) \
 	$(call put,share/matrig,host/demo.sh) $(call put,share/matrig/runs,$(wildcard tests/runs/*.run) hil/rest.run) \
 	$(call put,share/man/man1,$(filter %.1,$(manuals))) share/bash-completion/completions/matrig:$(B)/matrig.bash \
 	$(foreach file,$(papers),share/doc/matrig/$(file):$(file)) \

@@ -15,7 +15,7 @@ STUDY_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband -l
 programs := $(B)/matrig $(B)/matrig-board
 studies := $(B)/matrig-study
 # matrig-board(1) is the program's; `matrig board --help` has the command.
-commands := $(filter-out board,$(patsubst campaign,study,$(shell sed -n 's/^COMMAND([A-Z]*, \([a-z]*\)).*/\1/p' host/commands/commands.def)))
+commands := $(filter-out board,$(shell sed -n 's/^COMMAND([A-Z]*, \([a-z]*\)).*/\1/p' host/commands/commands.def))
 manuals := $(B)/matrig.1 $(B)/matrig-board.1 $(commands:%=$(B)/matrig-%.1) $(B)/matrig.bash
 
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a

@@ -18,7 +18,7 @@
 #define TALLY     10  /* joints in a row of a zone, of which one may be open */
 #define LAID_MOST 1.2 /* gaps as laid: up to so many slacks, none beyond one */
 
-/* What is known before any reading, as host/campaign's ranges have it: factors of what is told,
+/* What is known before any reading, as host/landing_series has it: factors of what is told,
  * evenly or normally by their logarithm. */
 static const struct {
     double low, high; /* no member is beyond: of what is told */

@@ -18,7 +18,7 @@
 struct request {
     const char *db, *scene, *series, *output, *plot, *limits_path;
     int64_t run;     /* 0: a series */
-    int64_t seeds;   /* 0: the campaign's */
+    int64_t seeds;   /* 0: the series' */
     double limit_in; /* NaN: none */
     bool voided, as_is;
     struct compare_limits limits;
@@ -194,7 +194,7 @@ static const struct command_part parts[] = {
                 "\"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when a channel's rms difference exceeds IN inches"),
-    OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
+    OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
                  "as many of the campaign's runways; else as it says"),
     OPTION_FLAG("--as-is", as_is,
                 "the scene with its own motion and gaps, not the landing's; both are aligned on "
@@ -207,7 +207,7 @@ static const struct command_part parts[] = {
     HELP_NOTE("The last sentence states whether they agree and which value differs most. Only a "
               "limit that fails exits 1."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json --plot landing5.svg\n"
-                 "         matrig compare campaign.db host/campaign/series/standard.json"),
+                 "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };
 
 const struct command command_compare = {

@@ -221,7 +221,7 @@ static const struct command_part parts[] = {
               "have another of its kind: F=480N."),
     HELP_EXAMPLE(
         "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
-        "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json"),
+        "  matrig scale host/landing_series/series/rig.json --lay 45 -o diagonal.json"),
     OPTION_CHOICE("--keep", "RULE", keep, "rule", "density|modulus", NULL),
 };
 

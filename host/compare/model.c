@@ -8,7 +8,7 @@
 
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
-#include "host/campaign/draw.h"
+#include "host/landing_series/draw.h"
 #include "host/sim/going.h"
 
 #define IN_PER_FT     12.0
@@ -141,11 +141,11 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
         model->survey_in[s] = MR_NAN;
     const struct sim_scene *scene = &model->scene;
     if (is_campaign(path)) {
-        if (campaign_load(&model->campaign, path, error) != MR_OK)
+        if (series_load(&model->series, path, error) != MR_OK)
             return error->status;
         model->ensemble = true;
-        model->seeds = seeds ? seeds : model->campaign.seeds;
-        scene = &model->campaign.landings[0].scene;
+        model->seeds = seeds ? seeds : model->series.seeds;
+        scene = &model->series.landings[0].scene;
     } else if (seeds > 1) {
         return error_set(error, MR_USAGE,
                          "no ensemble: %s is a scene, one runway; give a study file for --seeds",
@@ -163,22 +163,22 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
 void compare_model_free(struct compare_model *model)
 {
     if (model->ensemble)
-        campaign_free(&model->campaign);
+        series_free(&model->series);
     else
         sim_scene_free(&model->scene);
     free(model->gap_ft);
     *model = (struct compare_model){.ensemble = false};
 }
 
-/* Openings and resistances as the runways were laid: the same draws as the campaign's
- * (host/campaign/play.c). */
+/* Openings and resistances as the runways were laid: the same draws as the series'
+ * (host/landing_series/play.c). */
 static void lay(struct compare_model *model)
 {
     size_t all = model->seeds * model->joints;
     model->gap_ft = xcalloc(2 * all, sizeof *model->gap_ft);
     model->closing_lb = model->gap_ft + all;
     for (size_t seed = 0; seed < model->seeds; seed++) {
-        const struct campaign *c = &model->campaign;
+        const struct landing_series *c = &model->series;
         double *gap_ft = model->gap_ft + seed * model->joints,
                *closing_lb = model->closing_lb + seed * model->joints;
         struct draw gaps = draw_from(c->first_seed + seed, DRAW_GAPS),
@@ -231,7 +231,7 @@ static void take_survey(struct compare_model *model, const struct zones_closure 
                 continue;
             if (model->ensemble)
                 scale_to(gap_ft, MR_MATS_PER_SEGMENT, sum_ft,
-                         model->campaign.landings[0].scene.slack_ft);
+                         model->series.landings[0].scene.slack_ft);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT && !model->ensemble; j++)
                 gap_ft[j] = sum_ft / MR_MATS_PER_SEGMENT;
         }
@@ -245,7 +245,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
                                  const struct measured *measured, struct sim_scene *scene,
                                  struct error *error)
 {
-    const struct campaign *c = &model->campaign;
+    const struct landing_series *c = &model->series;
     struct zones_closure none;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         none.slack_in[s] = MR_NAN;

@@ -3,7 +3,7 @@
 #define MATRIG_HOST_COMPARE_MODEL_H
 
 #include "host/analyse/zones.h"
-#include "host/campaign/campaign.h"
+#include "host/landing_series/series.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/sim.h"
 #include "host/survey/survey.h"
@@ -44,7 +44,7 @@ struct compare_model {
     bool ensemble;
     bool as_is; /* scene alone: its own motion and gaps */
     struct sim_scene scene;
-    struct campaign campaign;
+    struct landing_series series;
     size_t seeds;
     size_t joints;
     /* per seed and joint: as the runway is now; NULL before the first landing */
@@ -53,7 +53,7 @@ struct compare_model {
 };
 
 /* `seeds` 0: as many as the campaign has. MR_USAGE: of another scale; else as sim_scene_load and
- * campaign_load. */
+ * series_load. */
 enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds,
                                   struct error *error);
 void compare_model_free(struct compare_model *model);

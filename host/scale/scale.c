@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/campaign/campaign.h"
-#include "host/campaign/facts.h"
+#include "host/landing_series/series.h"
+#include "host/landing_series/facts.h"
 #include "host/base/output.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_keys.h"
@@ -202,23 +202,23 @@ static json_t *scaled_scene(const struct scale_request *request, const json_t *s
     return result;
 }
 
-static json_t *scaled_range(const struct scale_request *request, struct campaign_range range,
+static json_t *scaled_range(const struct scale_request *request, struct series_range range,
                             const char *unit)
 {
-    json_t *value = campaign_range_json(range), *result = scaled(request, value, unit);
+    json_t *value = series_range_json(range), *result = scaled(request, value, unit);
     json_decref(value);
     return result;
 }
 
 /* Runway, aircraft and engine, every key written out: the defaults are a model's. */
-static void scaled_parts(const struct scale_request *request, const struct campaign *c,
+static void scaled_parts(const struct scale_request *request, const struct landing_series *c,
                          json_t *result)
 {
-    for (size_t i = 0; i < campaign_key_count; i++) {
-        const struct campaign_key *key = &campaign_keys[i];
+    for (size_t i = 0; i < series_key_count; i++) {
+        const struct series_key *key = &series_keys[i];
         const char *unit = quantity_unit_of_name(key->name);
-        json_t *section = json_object_get(result, key->section), *value = campaign_key_json(key, c);
-        if (i == 0 || strcmp(key->section, campaign_keys[i - 1].section) != 0)
+        json_t *section = json_object_get(result, key->section), *value = series_key_json(key, c);
+        if (i == 0 || strcmp(key->section, series_keys[i - 1].section) != 0)
             json_object_set_new(result, key->section, section = json_object());
         json_t *laid = times(
             value, strcmp(key->name, "gap_in") == 0 ? lay_factor("gap0", request->lay_deg) : 1.0,
@@ -231,7 +231,7 @@ static void scaled_parts(const struct scale_request *request, const struct campa
 
 /* One entry of the file's landings; `scene` takes the defaults of what it applies. */
 static json_t *scaled_landing(const struct scale_request *request, const json_t *entry,
-                              const struct campaign_landing *landing, json_t *scene)
+                              const struct series_landing *landing, json_t *scene)
 {
     static const char *const profile[] = {"ft", "ft/s2", NULL};
     json_t *result = json_deep_copy(entry), *value, *apply = json_object_get(entry, "apply");
@@ -255,11 +255,11 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
 
 /* Movements and their stations change; mats, landings and ratios do not. */
 static json_t *scaled_fact(const struct scale_request *request, const json_t *entry,
-                           const struct campaign_fact *fact)
+                           const struct series_fact *fact)
 {
     static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
     json_t *result = json_deep_copy(entry);
-    bool length = (fact->quantity <= CAMPAIGN_MEAN_IN || fact->quantity == CAMPAIGN_APART_FT) &&
+    bool length = (fact->quantity <= SERIES_MEAN_IN || fact->quantity == SERIES_APART_FT) &&
                   fact->against_first == 0;
     for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
@@ -273,7 +273,7 @@ static json_t *scaled_fact(const struct scale_request *request, const json_t *en
 static void scale_elastic(const struct scale_request *request, const char *path,
                           const json_t *source, json_t *result, struct error *error)
 {
-    json_t *elastic = campaign_elastic_json(path, source, error), *value;
+    json_t *elastic = series_elastic_json(path, source, error), *value;
     const char *key;
     if (!elastic)
         return;
@@ -287,9 +287,10 @@ static void scale_elastic(const struct scale_request *request, const char *path,
 }
 
 static json_t *scaled_campaign(const struct scale_request *request, const char *path,
-                               const json_t *source, const struct campaign *c, struct error *error)
+                               const json_t *source, const struct landing_series *c,
+                               struct error *error)
 {
-    json_t *held = campaign_scene_json(path, source, error), *scene = json_deep_copy(held);
+    json_t *held = series_scene_json(path, source, error), *scene = json_deep_copy(held);
     json_t *result = json_deep_copy(source), *list = json_array(), *entry;
     char note[200];
     size_t i, at = 0;
@@ -375,15 +376,15 @@ static json_t *scaled_file(const struct scale_request *request, const json_t *so
 {
     const char *path = request->words[0];
     struct sim_scene scene;
-    struct campaign campaign;
+    struct landing_series series;
     json_t *scaled = NULL;
     if (is_campaign) {
-        if (campaign_load(&campaign, path, error) != MR_OK)
+        if (series_load(&series, path, error) != MR_OK)
             return NULL;
-        scaled = scaled_campaign(request, path, source, &campaign, error);
-        campaign_free(&campaign);
-        if (error->status == MR_OK && campaign_from_json(&campaign, path, scaled, error) == MR_OK)
-            campaign_free(&campaign);
+        scaled = scaled_campaign(request, path, source, &series, error);
+        series_free(&series);
+        if (error->status == MR_OK && series_from_json(&series, path, scaled, error) == MR_OK)
+            series_free(&series);
     } else {
         if (sim_scene_load(&scene, path, error) != MR_OK)
             return NULL;

@@ -17,7 +17,7 @@ static int (*find_run(const char *name))(int argc, char **argv, const struct cli
         const struct command *command;
         int (*run)(int argc, char **argv, const struct cli *cli);
     } studies[] = {
-        {&command_campaign, campaign_command},
+        {&command_study, study_command},
         {&command_error, error_command},
         {&command_fit, fit_command},
         {&command_sweep, sweep_command},

@@ -5,7 +5,7 @@
 
 #include "host/base/cli.h"
 
-int campaign_command(int argc, char **argv, const struct cli *cli);
+int study_command(int argc, char **argv, const struct cli *cli);
 int error_command(int argc, char **argv, const struct cli *cli);
 int fit_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);

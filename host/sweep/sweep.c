@@ -15,7 +15,7 @@
 
 #define SCAN_MAX 1000
 
-const char *const sweep_kind_names[SWEEP_KINDS] = {"scene", "campaign"};
+const char *const sweep_kind_names[SWEEP_KINDS] = {"scene", "study"};
 
 /* ---- base and keys ---- */
 
@@ -50,9 +50,9 @@ static enum mr_status beside(const char *path, const char *name, char *found, st
     return MR_OK;
 }
 
-/* The scene and the elastic ground that a campaign names are put in too, and the parts that it may
+/* The scene and the elastic ground that a study names are put in too, and the parts that it may
  * leave out, so that keys inside them can be varied. */
-static enum mr_status complete_campaign(struct sweep *sweep, const char *file, struct error *error)
+static enum mr_status complete_study(struct sweep *sweep, const char *file, struct error *error)
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
     static const char *const named[] = {"scene", "elastic"};
@@ -78,13 +78,12 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
 {
     json_t *base = json_object_get(sweep->root, "base");
     char file[PATH_MAX];
-    /* the file that names the scene of a campaign */
+    /* the file that names the scene of a study */
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(sweep->root, "_base_file", json_copy(base));
         if (beside(path, json_string_value(base), file, error) != MR_OK ||
-            load_json(file, sweep->kind == SWEEP_SCENE ? "scene" : "campaign", &base, error) !=
-                MR_OK)
+            load_json(file, sweep->kind == SWEEP_SCENE ? "scene" : "study", &base, error) != MR_OK)
             return error->status;
         json_object_set_new(sweep->root, "base", base);
     }
@@ -95,8 +94,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
             base ? "wrong type" : "something is missing", path);
     sweep->base = base;
     if (!json_object_get(sweep->root, "kind") && json_object_get(base, "landings"))
-        sweep->kind = SWEEP_CAMPAIGN;
-    return sweep->kind == SWEEP_CAMPAIGN ? complete_campaign(sweep, file, error) : MR_OK;
+        sweep->kind = SWEEP_STUDY;
+    return sweep->kind == SWEEP_STUDY ? complete_study(sweep, file, error) : MR_OK;
 }
 
 static enum mr_status read_kind(struct sweep *sweep, const char *path, struct error *error)
@@ -109,12 +108,12 @@ static enum mr_status read_kind(struct sweep *sweep, const char *path, struct er
         sweep->kind = (enum sweep_kind)i;
         return MR_OK;
     }
-    return error_set(error, MR_MALFORMED,
-                     "unknown choice: %s: kind; give \"scene\" or \"campaign\"", path);
+    return error_set(error, MR_MALFORMED, "unknown choice: %s: kind; give \"scene\" or \"study\"",
+                     path);
 }
 
 /* A key of a scene that does not exist would fail in every case: refuse the sweep. Those of a
- * campaign are paths; its first case shows whether they are known. */
+ * study are paths; its first case shows whether they are known. */
 static enum mr_status check_key(const struct sweep *sweep, const char *where, const char *key,
                                 struct error *error)
 {
@@ -392,13 +391,12 @@ static enum mr_status read_rest(struct sweep *sweep, const char *path, struct er
             return error_set(
                 error, MR_MALFORMED,
                 "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
-                path, sweep->kind == SWEEP_CAMPAIGN ? "campaign" : "sim");
+                path, sweep->kind == SWEEP_STUDY ? "study" : "sim");
     }
-    if (sweep->kind == SWEEP_CAMPAIGN && (solver || json_object_get(sweep->root, "rtol")))
-        return error_set(
-            error, MR_MALFORMED,
-            "not here: %s: %s; a campaign has its own engines (key engine): leave it out", path,
-            solver ? "solver" : "rtol");
+    if (sweep->kind == SWEEP_STUDY && (solver || json_object_get(sweep->root, "rtol")))
+        return error_set(error, MR_MALFORMED,
+                         "not here: %s: %s; a study has its own engines (key engine): leave it out",
+                         path, solver ? "solver" : "rtol");
     if (solver && !json_is_string(solver))
         return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
     sweep->solver = json_string_value(solver);

@@ -18,7 +18,7 @@
 
 /* What a case is a run of. Another kind is added here, in sweep.c's table of kinds, and in
  * sweep_case.c. */
-enum sweep_kind { SWEEP_SCENE, SWEEP_CAMPAIGN };
+enum sweep_kind { SWEEP_SCENE, SWEEP_STUDY };
 #define SWEEP_KINDS 2
 extern const char *const sweep_kind_names[SWEEP_KINDS];
 
@@ -70,7 +70,7 @@ void sweep_free(struct sweep *sweep);
 
 /* The varied values of a case (from 0), in the file's order: a new object. */
 json_t *sweep_values(const struct sweep *sweep, size_t index);
-/* The scene (or campaign) of a case: a new object. NULL: a value cannot be put where `set` says. */
+/* The scene (or study) of a case: a new object. NULL: a value cannot be put where `set` says. */
 json_t *sweep_input(const struct sweep *sweep, size_t index);
 /* The same with the searched key at a value; `input` is not changed. */
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value);

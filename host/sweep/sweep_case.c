@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/base/xmalloc.h"
-#include "host/campaign/campaign_answer.h"
+#include "host/landing_series/series_answer.h"
 #include "host/sim/going.h"
 #include "host/sim/sim_answer.h"
 #include "host/sweep/jsonpath.h"
@@ -51,43 +51,43 @@ static json_t *simulate_scene(const struct sweep *sweep, const json_t *input)
     return object;
 }
 
-/* One runway after the other: a case stays on one core. Its seeds are the campaign's. */
-static json_t *play_campaign(const struct campaign *campaign, struct campaign_run *runs,
-                             struct error *error)
+/* One runway after the other: a case stays on one core. Its seeds are the series'. */
+static json_t *play_series(const struct landing_series *series, struct series_run *runs,
+                           struct error *error)
 {
-    struct campaign_summary summary;
-    if (campaign_ensemble(campaign, 1, false, NULL, NULL, runs, error) != MR_OK ||
-        campaign_summarise(&summary, campaign, runs, error) != MR_OK)
+    struct series_summary summary;
+    if (series_ensemble(series, 1, false, NULL, NULL, runs, error) != MR_OK ||
+        series_summarise(&summary, series, runs, error) != MR_OK)
         return NULL;
-    json_t *object = answer_into_json(campaign_answer(campaign, runs, &summary, NULL, false));
+    json_t *object = answer_into_json(series_answer(series, runs, &summary, NULL, false));
     json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
-    for (size_t i = 0; i < campaign->seeds && summary.failed > 0; i++) {
+    for (size_t i = 0; i < series->seeds && summary.failed > 0; i++) {
         if (runs[i].error.status != MR_OK) {
             json_object_set_new(
                 object, "reason",
                 json_sprintf("%zu of %zu runways could not be played; seed %llu: %s",
-                             summary.failed, campaign->seeds, (unsigned long long)runs[i].seed,
+                             summary.failed, series->seeds, (unsigned long long)runs[i].seed,
                              runs[i].error.text));
             break;
         }
     }
-    campaign_summary_free(&summary);
+    series_summary_free(&summary);
     return object;
 }
 
-static json_t *simulate_campaign(const struct sweep *sweep, const json_t *input)
+static json_t *simulate_study(const struct sweep *sweep, const json_t *input)
 {
     (void)sweep;
     struct error error = {0};
-    struct campaign campaign;
-    if (campaign_from_json(&campaign, "campaign", input, &error) != MR_OK)
+    struct landing_series series;
+    if (series_from_json(&series, "study", input, &error) != MR_OK)
         return refused(&error);
-    struct campaign_run *runs = xcalloc(campaign.seeds, sizeof *runs);
-    json_t *object = play_campaign(&campaign, runs, &error);
-    for (size_t i = 0; i < campaign.seeds; i++)
-        campaign_run_free(&runs[i]);
+    struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
+    json_t *object = play_series(&series, runs, &error);
+    for (size_t i = 0; i < series.seeds; i++)
+        series_run_free(&runs[i]);
     free(runs);
-    campaign_free(&campaign);
+    series_free(&series);
     return object ? object : refused(&error);
 }
 
@@ -95,7 +95,7 @@ sweep_simulate *sweep_simulation(enum sweep_kind kind)
 {
     switch (kind) {
     case SWEEP_SCENE: return simulate_scene;
-    case SWEEP_CAMPAIGN: return simulate_campaign;
+    case SWEEP_STUDY: return simulate_study;
     }
     return NULL;
 }
@@ -104,10 +104,10 @@ enum mr_status sweep_case_check(const struct sweep *sweep, const json_t *input, 
                                 struct error *error)
 {
     struct sim_scene scene;
-    struct campaign campaign;
-    if (sweep->kind == SWEEP_CAMPAIGN) {
-        if (campaign_from_json(&campaign, where, input, error) == MR_OK)
-            campaign_free(&campaign);
+    struct landing_series series;
+    if (sweep->kind == SWEEP_STUDY) {
+        if (series_from_json(&series, where, input, error) == MR_OK)
+            series_free(&series);
         return error->status;
     }
     if (read_scene(&scene, input, where, error) == MR_OK)
@@ -132,7 +132,7 @@ static json_t *no_field(const struct sweep *sweep, const char *what, const char 
 {
     return json_pack("{s:s,s:o}", "status", "refused", "reason",
                      json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
-                                  sweep->kind == SWEEP_CAMPAIGN ? "study FILE" : "sim SCENE"));
+                                  sweep->kind == SWEEP_STUDY ? "study FILE" : "sim SCENE"));
 }
 
 /* status, reason, result of a finished simulation; a field that is missing fails the case: nothing
@@ -284,7 +284,7 @@ json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *
     json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
         return failure("refused", "%s cannot be made",
-                       sweep->kind == SWEEP_CAMPAIGN ? "the campaign" : "the scene");
+                       sweep->kind == SWEEP_STUDY ? "the study" : "the scene");
     if (sweep->find.wanted) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);

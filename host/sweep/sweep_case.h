@@ -5,7 +5,7 @@
 #include "host/sweep/sweep.h"
 
 /* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a
- * campaign: what `matrig study --json` says and status, "incomplete" when a runway could not be
+ * study: what `matrig study --json` says and status, "incomplete" when a runway could not be
  * played to its end. Status "refused" for what the simulation does not take; "reason" beside every
  * status that is not "ok". */
 typedef json_t *sweep_simulate(const struct sweep *sweep, const json_t *input);
@@ -13,7 +13,7 @@ typedef json_t *sweep_simulate(const struct sweep *sweep, const json_t *input);
 /* The simulation of the sweep's kind. */
 sweep_simulate *sweep_simulation(enum sweep_kind kind);
 
-/* Whether the simulation takes a scene or campaign, without running it; `where` begins the
+/* Whether the simulation takes a scene or study, without running it; `where` begins the
  * error. */
 enum mr_status sweep_case_check(const struct sweep *sweep, const json_t *input, const char *where,
                                 struct error *error);

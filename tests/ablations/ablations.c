@@ -1,5 +1,5 @@
 /* ablations PARTS.json SERIES.json:LANDING...: what each part of elastic ground does, a row of a
- * table on stdout for each change that PARTS.json lists (host/campaign/ablations/parts.json), and
+ * table on stdout for each change that PARTS.json lists (host/landing_series/ablations/parts.json), and
  * for each series two columns: the largest movement in the landings before LANDING, median and 5 to
  * 95 %, and on how many runways LANDING buckles, with Wilson's 95 % interval. SEEDS=n plays so many
  * runways (16), FIRST=n from that seed on (10001).
@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/campaign/summary.h"
+#include "host/landing_series/summary.h"
 
 static size_t number_of(const char *name, size_t otherwise, long most)
 {
@@ -21,21 +21,21 @@ static size_t number_of(const char *name, size_t otherwise, long most)
 }
 
 /* The series with a part changed. */
-static enum mr_status load(struct campaign *campaign, const char *path, const json_t *part,
+static enum mr_status load(struct landing_series *series, const char *path, const json_t *part,
                            struct error *error)
 {
     json_error_t where;
     json_t *root = json_load_file(path, 0, &where);
     if (!root)
         return error_set(error, MR_IO, "cannot read %s: %s; check the path", path, where.text);
-    json_t *elastic = campaign_elastic_json(path, root, error);
+    json_t *elastic = series_elastic_json(path, root, error);
     if (elastic) {
         json_t *changed = json_deep_copy(elastic);
         json_object_update(changed, json_object_get(part, "elastic"));
         json_object_set_new(root, "elastic", changed);
         json_object_set_new(root, "ground", json_string("elastic"));
         json_object_update(root, json_object_get(part, "study"));
-        campaign_from_json(campaign, path, root, error);
+        series_from_json(series, path, root, error);
         json_decref(elastic);
     } else if (error->status == MR_OK) {
         error_set(error, MR_MALFORMED, "no elastic ground: %s; give elastic", path);
@@ -44,15 +44,15 @@ static enum mr_status load(struct campaign *campaign, const char *path, const js
     return error->status;
 }
 
-static void print_movements(const struct campaign_summary *s, size_t landings)
+static void print_movements(const struct series_summary *s, size_t landings)
 {
     for (size_t i = 0; i < landings && s->landing[i].played > 0; i++) {
-        const struct campaign_spread *in = &s->landing[i].peak_in;
+        const struct series_spread *in = &s->landing[i].peak_in;
         printf("%s%.2f (%.2f to %.2f)", i > 0 ? ", " : "", in->middle, in->low, in->high);
     }
 }
 
-static void print_buckled(const struct campaign *c, const struct campaign_summary *s,
+static void print_buckled(const struct landing_series *c, const struct series_summary *s,
                           size_t landing)
 {
     size_t count = s->landing[landing - 1].buckled;
@@ -69,25 +69,25 @@ static void print_buckled(const struct campaign *c, const struct campaign_summar
 /* The two columns of a series. Exit status. */
 static int play(const char *path, size_t landing, const json_t *part)
 {
-    struct campaign c = {0};
-    struct campaign_summary summary = {0};
+    struct landing_series c = {0};
+    struct series_summary summary = {0};
     struct error error = {0};
     if (load(&c, path, part, &error) != MR_OK) {
         fprintf(stderr, "ablations: %s\n", error.text);
         return 3;
     }
-    c.seeds = number_of("SEEDS", 16, CAMPAIGN_SEEDS_MAX);
+    c.seeds = number_of("SEEDS", 16, SERIES_SEEDS_MAX);
     c.first_seed = number_of("FIRST", 10001, 1000000000);
-    struct campaign_run *runs = calloc(c.seeds, sizeof *runs);
+    struct series_run *runs = calloc(c.seeds, sizeof *runs);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds", c.seeds);
     else if (landing < 1 || landing > c.landing_count)
         error_set(&error, MR_USAGE, "no landing %zu: %s; give one of %zu", landing, path,
                   c.landing_count);
-    else if (campaign_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, &error) ==
+    else if (series_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, &error) ==
              MR_OK)
-        campaign_summarise(&summary, &c, runs, &error);
+        series_summarise(&summary, &c, runs, &error);
     if (error.status == MR_OK) {
         printf(" | ");
         print_movements(&summary, landing - 1);
@@ -99,10 +99,10 @@ static int play(const char *path, size_t landing, const json_t *part)
     }
     int code = error.status != MR_OK ? 3 : summary.failed > 0 ? 5 : 0;
     for (size_t i = 0; runs && i < c.seeds; i++)
-        campaign_run_free(&runs[i]);
+        series_run_free(&runs[i]);
     free(runs);
-    campaign_summary_free(&summary);
-    campaign_free(&c);
+    series_summary_free(&summary);
+    series_free(&c);
     return code;
 }
 

@@ -6,5 +6,5 @@ test-programs: $(B)/tests/ablations/ablations
 .PHONY: ablations
 ablations: $(B)/tests/ablations/ablations ## longer | SEEDS=16 FIRST=10001: elastic ground with one part changed at a time: build/ablations/table.md
 	@mkdir -p $(B)/ablations
-	SEEDS=$(SEEDS) FIRST=$(FIRST) $(B)/tests/ablations/ablations host/campaign/ablations/parts.json host/campaign/series/standard.json:5 \
-		host/campaign/series/friction.json:4 | tee $(B)/ablations/table.md
+	SEEDS=$(SEEDS) FIRST=$(FIRST) $(B)/tests/ablations/ablations host/landing_series/ablations/parts.json host/landing_series/series/standard.json:5 \
+		host/landing_series/series/friction.json:4 | tee $(B)/ablations/table.md

@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/campaign/facts.h"
+#include "host/landing_series/facts.h"
 
 #define LEAST_SEEDS 16
 
@@ -24,7 +24,7 @@ static double clock_s(clockid_t clock)
 }
 
 /* Largest movement in a landing: over all of them the mean of the medians, and the most. */
-static void print_movements(const struct campaign *c, const struct campaign_summary *s)
+static void print_movements(const struct landing_series *c, const struct series_summary *s)
 {
     double sum = 0.0, most = 0.0;
     size_t waved = 0;
@@ -37,7 +37,7 @@ static void print_movements(const struct campaign *c, const struct campaign_summ
            s->landings);
 }
 
-static void print_torn(const struct campaign *c, const struct campaign_summary *s)
+static void print_torn(const struct landing_series *c, const struct series_summary *s)
 {
     const char *between = "; joints torn in landing ";
     for (size_t i = 0; i < c->landing_count; i++) {
@@ -50,7 +50,7 @@ static void print_torn(const struct campaign *c, const struct campaign_summary *
 
 /* "landing 4 (3x), 5 (12x), none (1x); station 66.6 (63.7 to 79.1); zone 54 (41 to 70) mats
  * before". */
-static void print_predicted(const struct campaign *c, const struct campaign_summary *s)
+static void print_predicted(const struct landing_series *c, const struct series_summary *s)
 {
     const char *between = "landing ";
     for (size_t i = 0; i < c->landing_count; i++) {
@@ -75,9 +75,9 @@ static void print_predicted(const struct campaign *c, const struct campaign_summ
 
 /* A series on one ground. */
 struct played {
-    struct campaign campaign;
-    struct campaign_run *runs;
-    struct campaign_summary summary;
+    struct landing_series series;
+    struct series_run *runs;
+    struct series_summary summary;
     double cpu_s;
 };
 
@@ -94,33 +94,33 @@ static void print_share(size_t agree, size_t runways, double needed)
 
 static void print_outcome(const struct played *p)
 {
-    const struct campaign *c = &p->campaign;
-    double bits = campaign_log_score_bits(c, p->runs);
+    const struct landing_series *c = &p->series;
+    double bits = series_log_score_bits(c, p->runs);
     print_predicted(c, &p->summary);
     if (c->observed_landing == 0) {
         printf("; nothing to compare with");
         return;
     }
     printf("; ");
-    print_share(campaign_agree(c, p->runs), p->summary.runways, c->needed);
+    print_share(series_agree(c, p->runs), p->summary.runways, c->needed);
     printf(", %.2g bits", bits);
 }
 
 static void print_fact(const struct played *p, size_t i)
 {
-    const struct campaign_fact_summary *fact = &p->summary.fact[i];
+    const struct series_fact_summary *fact = &p->summary.fact[i];
     if (fact->value.count == 0)
         printf("none has it");
     else
         printf("%.3g (%.3g to %.3g)%s", fact->value.middle, fact->value.low, fact->value.high,
                fact->value.count < p->summary.runways ? " of those that have it" : "");
     printf("; ");
-    print_share(fact->agree, p->summary.runways, p->campaign.facts[i].needed);
+    print_share(fact->agree, p->summary.runways, p->series.facts[i].needed);
 }
 
 static void print_rows(const struct played *weightless, const struct played *elastic)
 {
-    const struct campaign *c = &weightless->campaign;
+    const struct landing_series *c = &weightless->series;
     printf("| %s | %s | ", c->name, c->observed);
     print_outcome(weightless);
     printf(" | ");
@@ -148,21 +148,21 @@ static int play(struct played *p, const char *path, const char *ground)
 {
     struct error error = {0};
     *p = (struct played){0};
-    if (campaign_load_on(&p->campaign, path, ground, &error) != MR_OK) {
+    if (series_load_on(&p->series, path, ground, &error) != MR_OK) {
         fprintf(stderr, "campaigns: %s\n", error.text);
         return 3;
     }
-    struct campaign *c = &p->campaign;
-    c->seeds = number_of("SEEDS", c->seeds, CAMPAIGN_SEEDS_MAX);
+    struct landing_series *c = &p->series;
+    c->seeds = number_of("SEEDS", c->seeds, SERIES_SEEDS_MAX);
     c->first_seed = number_of("FIRST", (size_t)c->first_seed, 1000000000);
     p->runs = calloc(c->seeds, sizeof *p->runs);
     double begin_s = clock_s(CLOCK_MONOTONIC), begin_cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!p->runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds", c->seeds);
-    else if (campaign_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, p->runs, &error) ==
+    else if (series_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, p->runs, &error) ==
              MR_OK)
-        campaign_summarise(&p->summary, c, p->runs, &error);
+        series_summarise(&p->summary, c, p->runs, &error);
     p->cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s;
     fprintf(stderr, "%s, %s: %zu runways from seed %llu, %.1f s, %.1f s of processor time\n",
             c->name, ground, c->seeds, (unsigned long long)c->first_seed,
@@ -179,17 +179,17 @@ static int play(struct played *p, const char *path, const char *ground)
 
 static void drop(struct played *p)
 {
-    for (size_t i = 0; p->runs && i < p->campaign.seeds; i++)
-        campaign_run_free(&p->runs[i]);
+    for (size_t i = 0; p->runs && i < p->series.seeds; i++)
+        series_run_free(&p->runs[i]);
     free(p->runs);
-    campaign_summary_free(&p->summary);
-    campaign_free(&p->campaign);
+    series_summary_free(&p->summary);
+    series_free(&p->series);
 }
 
 /* Where the parameters come from, kept until the table is out. */
 static void note_basis(FILE *notes, const struct played *weightless, const struct played *elastic)
 {
-    const struct campaign *c = &weightless->campaign;
+    const struct landing_series *c = &weightless->series;
     fprintf(notes, "| %s | %s%s%s | %zu from %llu | %.0f, %.0f |\n", c->name, c->basis,
             c->afterwards[0] ? "; AFTERWARDS: " : "", c->afterwards, c->seeds,
             (unsigned long long)c->first_seed, weightless->cpu_s, elastic->cpu_s);
@@ -199,9 +199,9 @@ static int score(const char *path, FILE *notes)
 {
     struct played weightless, elastic = {0};
     int code = play(&weightless, path, "weightless"), other = 0;
-    if (code != 3 && weightless.campaign.awaits[0]) {
-        printf("| %s | %s | not run: awaits %s | |\n", weightless.campaign.name,
-               weightless.campaign.observed, weightless.campaign.awaits);
+    if (code != 3 && weightless.series.awaits[0]) {
+        printf("| %s | %s | not run: awaits %s | |\n", weightless.series.name,
+               weightless.series.observed, weightless.series.awaits);
     } else if (code != 3) {
         other = play(&elastic, path, "elastic");
         if (other != 3) {

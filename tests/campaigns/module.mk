@@ -1,5 +1,5 @@
 # The report's series of landings.
-series := $(addprefix host/campaign/series/,$(addsuffix .json,standard standard_stop friction control_mild control_fresh bands_preliminary \
+series := $(addprefix host/landing_series/series/,$(addsuffix .json,standard standard_stop friction control_mild control_fresh bands_preliminary \
 	bands_detailed diagonal cleats cleats_bent cleats_rising stiffeners dyess dyess_clay))
 $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(wildcard tests/campaigns/*.c)) $(host_lib) $(common_lib)
 	$(call link,$(HOST_LIBS))

@@ -89,9 +89,9 @@ series_and_its_limits() {
         fails_with 2 "no landings in series 'summer'" $matrig compare "$db" --series summer
 }
 ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the error is more than the solver's
-    $matrig --json compare "$db" 1 host/campaign/series/standard.json --seeds 3 >"$tmp/e.json" &&
+    $matrig --json compare "$db" 1 host/landing_series/series/standard.json --seeds 3 >"$tmp/e.json" &&
         [ "$(json "$tmp/e.json" 'j["seeds"] == 3 and max(c["peak_simulated_error_in"] for c in j["channels"]) > 1.5 * j["error_in"]')" = True ] &&
-        fails_with 2 'as-is takes a scene: .*standard.json is a campaign' $matrig compare "$db" 1 host/campaign/series/standard.json --as-is
+        fails_with 2 'as-is takes a scene: .*standard.json is a campaign' $matrig compare "$db" 1 host/landing_series/series/standard.json --as-is
 }
 without_switches() {
     cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges where landing = 2' || return 1

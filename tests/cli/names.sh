@@ -27,8 +27,8 @@ host/sim/elements/mods.h cleats?
 host/sim/elements/mods.h stiffeners?
 host/sim/elements/mods.h diagonal lay
 common/bands.h pretension
-host/campaign/failures.h two-panel wave
-host/campaign/campaign.h unhinging
+host/landing_series/failures.h two-panel wave
+host/landing_series/series.h unhinging
 common/closure.h compression zone
 host/sim/scene/result.h bow_wave
 common/similitude.h similitude

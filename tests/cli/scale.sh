@@ -100,8 +100,8 @@ check "a scene with an unknown key" fails_with 4 sped $m scale "$tmp/bad.json"
 check "a list of all ratios" grep -Eq 'torsional_stiffness +KT +n\^4 ' <($m scale)
 
 laid_rig() { # the series' scene, made by hand to five digits; sliding is its own
-    $m scale host/campaign/series/rig.json --lay 45 -o "$tmp/diagonal.json" || return 1
-    python3 - "$tmp/diagonal.json" host/campaign/series/diagonal_rig.json <<'P'
+    $m scale host/landing_series/series/rig.json --lay 45 -o "$tmp/diagonal.json" || return 1
+    python3 - "$tmp/diagonal.json" host/landing_series/series/diagonal_rig.json <<'P'
 import json, sys
 a, b = (json.load(open(f)) for f in sys.argv[1:])
 keys = {k for k in set(a) | set(b) if k[0] != "_"} - {"lay_slide", "lay_mu"}
@@ -112,12 +112,12 @@ P
 }
 check "the rig laid at 45 degrees is the diagonal series' scene" laid_rig
 laid_series() {
-    $m --json scale host/campaign/series/standard.json --lay 45 >"$tmp/o.json" && grep -q '"gap_in":\[0.0,0.0509' "$tmp/o.json" &&
+    $m --json scale host/landing_series/series/standard.json --lay 45 >"$tmp/o.json" && grep -q '"gap_in":\[0.0,0.0509' "$tmp/o.json" &&
         grep -q '"N":297' "$tmp/o.json"
 }
 check "and a campaign: gaps open along the runway" laid_series
 facts() { # 50 ft and 1/16 in by 7; mats stay
-    $m --json scale host/campaign/series/standard.json >"$tmp/o.json" && python3 - "$tmp/o.json" <<'P'
+    $m --json scale host/landing_series/series/standard.json >"$tmp/o.json" && python3 - "$tmp/o.json" <<'P'
 import json, sys
 f = json.load(open(sys.argv[1]))["campaign"]["facts"]
 print(f)
@@ -126,7 +126,7 @@ P
 }
 check "facts of a campaign scale by their quantity" facts
 apart() { # 4.5 and 7.5 ft by 7
-    $m --json scale host/campaign/series/standard.json | python3 -c '
+    $m --json scale host/landing_series/series/standard.json | python3 -c '
 import json, sys
 f = [f for f in json.load(sys.stdin)["campaign"]["facts"] if f["quantity"] == "apart_ft"]
 sys.exit(not (len(f) == 1 and f[0]["at_least"] == 31.5 and f[0]["at_most"] == 52.5))'

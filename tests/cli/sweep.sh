@@ -217,7 +217,7 @@ bad "a dotted key that leads nowhere" 4 'no such place' "{$b, \"vary\": {\"path.
 bad "a search without a field" 4 'find field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"
 bad "a search of a varied key" 4 'varied and searched' "{$b, \"vary\": {\"F\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"field\": \"peak_u_ft\", \"above\": 1}}"
 c='"base": "runway/series.json"' co='"outputs": ["buckled_share"]'
-bad "a scene given as a campaign" 4 'wrong value: .*landings' "{\"kind\": \"campaign\", \"base\": {\"scene\": {}}, \"vary\": {\"seeds\": [1]}, $co}"
+bad "a scene given as a campaign" 4 'wrong value: .*landings' "{\"kind\": \"study\", \"base\": {\"scene\": {}}, \"vary\": {\"seeds\": [1]}, $co}"
 bad "a campaign given as a scene" 4 'unknown key' "{\"kind\": \"scene\", $c, \"vary\": {\"F\": [1]}, $co}"
 bad "a key that campaigns lack" 4 'unknown key: .*first case: .*"friction"' "{$c, \"vary\": {\"friction\": [1]}, $co}"
 bad "a key that its runway lacks" 4 'unknown key: .*runway."gaps"' "{$c, \"vary\": {\"runway.gaps\": [1]}, $co}"

@@ -21,9 +21,9 @@ quiet_error() { fast "$tmp/quiet.txt" $m --quiet error "$tmp/short.json" && cat 
 check "with --quiet it says nothing" quiet_error
 
 # One runway alone: none is done until all is.
-study_goes_on() { fast "$tmp/study.txt" $m study host/campaign/series/friction.json --ground elastic --seeds 1; }
+study_goes_on() { fast "$tmp/study.txt" $m study host/landing_series/series/friction.json --ground elastic --seeds 1; }
 check "study: one runway" study_goes_on
 check "goes on while none is done" says study "none of 1 runways is done" "fewer --seeds"
-quiet_study() { fast "$tmp/quiet.txt" $m --quiet study host/campaign/series/friction.json --ground elastic --seeds 1 && [ ! -s "$tmp/quiet.txt" ]; }
+quiet_study() { fast "$tmp/quiet.txt" $m --quiet study host/landing_series/series/friction.json --ground elastic --seeds 1 && [ ! -s "$tmp/quiet.txt" ]; }
 check "with --quiet it says nothing either" quiet_study
 finish

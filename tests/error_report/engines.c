@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/campaign/play.h"
+#include "host/landing_series/play.h"
 #include "host/base/html.h"
 #include "host/base/svg.h"
 #include "tests/error_report/report.h"
@@ -18,7 +18,7 @@
 
 struct engine {
     const char *name;
-    enum campaign_engine use;
+    enum series_engine use;
     double longest_s; /* stability limit on this runway */
 };
 
@@ -26,16 +26,16 @@ struct point {
     double dt_s, ms, rms_in, worst_in;
 };
 
-static const struct engine engines[] = {{"chain", CAMPAIGN_CHAIN, 2.0e-4},
-                                        {"planar", CAMPAIGN_PLANAR, 2.0e-4}};
+static const struct engine engines[] = {{"chain", SERIES_CHAIN, 2.0e-4},
+                                        {"planar", SERIES_PLANAR, 2.0e-4}};
 #define ENGINES (sizeof engines / sizeof engines[0])
 
-static enum mr_status play(struct campaign *campaign, const struct engine *engine, double dt_s,
-                           struct campaign_run *runs, struct error *error)
+static enum mr_status play(struct landing_series *series, const struct engine *engine, double dt_s,
+                           struct series_run *runs, struct error *error)
 {
-    campaign->engine = engine->use;
-    campaign->chain_dt_s = campaign->planar_dt_s = dt_s;
-    if (campaign_ensemble(campaign, 1, false, NULL, NULL, runs, error) != MR_OK)
+    series->engine = engine->use;
+    series->chain_dt_s = series->planar_dt_s = dt_s;
+    if (series_ensemble(series, 1, false, NULL, NULL, runs, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < SEEDS; i++) {
         if (runs[i].error.status != MR_OK)
@@ -44,49 +44,49 @@ static enum mr_status play(struct campaign *campaign, const struct engine *engin
     return error->status;
 }
 
-static void release(struct campaign_run *runs)
+static void release(struct series_run *runs)
 {
     for (size_t i = 0; i < SEEDS; i++)
-        campaign_run_free(&runs[i]);
+        series_run_free(&runs[i]);
 }
 
-static struct point measure(const struct campaign *campaign, double dt_s,
-                            const struct campaign_run *runs, const struct campaign_run *reference)
+static struct point measure(const struct landing_series *series, double dt_s,
+                            const struct series_run *runs, const struct series_run *reference)
 {
     struct point p = {.dt_s = dt_s};
     double sum = 0.0;
     for (size_t i = 0; i < SEEDS; i++) {
         p.ms += runs[i].ms / SEEDS;
-        for (size_t s = 0; s < campaign->station_count; s++) {
+        for (size_t s = 0; s < series->station_count; s++) {
             double apart =
                 fabs(runs[i].outcomes[0].movement_in[s] - reference[i].outcomes[0].movement_in[s]);
             p.worst_in = fmax(p.worst_in, apart);
             sum += apart * apart;
         }
     }
-    p.rms_in = sqrt(sum / (double)(SEEDS * campaign->station_count));
+    p.rms_in = sqrt(sum / (double)(SEEDS * series->station_count));
     return p;
 }
 
 /* `nudged`: the reference once more with friction changed by NUDGE. */
-static enum mr_status study(struct campaign *campaign, const struct engine *engine,
+static enum mr_status study(struct landing_series *series, const struct engine *engine,
                             struct point *points, struct point *nudged, struct error *error)
 {
-    struct campaign_run reference[SEEDS] = {0}, runs[SEEDS] = {0};
+    struct series_run reference[SEEDS] = {0}, runs[SEEDS] = {0};
     double finest_s = engine->longest_s / 1.5 / (double)(1 << (STEPS - 1 + REFERENCE)),
-           friction = campaign->landings[0].scene.friction;
-    play(campaign, engine, finest_s, reference, error);
+           friction = series->landings[0].scene.friction;
+    play(series, engine, finest_s, reference, error);
     if (error->status == MR_OK) {
-        campaign->landings[0].scene.friction = friction * (1.0 + NUDGE);
-        if (play(campaign, engine, finest_s, runs, error) == MR_OK)
-            *nudged = measure(campaign, finest_s, runs, reference);
-        campaign->landings[0].scene.friction = friction;
+        series->landings[0].scene.friction = friction * (1.0 + NUDGE);
+        if (play(series, engine, finest_s, runs, error) == MR_OK)
+            *nudged = measure(series, finest_s, runs, reference);
+        series->landings[0].scene.friction = friction;
         release(runs);
     }
     for (int k = 0; k < STEPS && error->status == MR_OK; k++) {
         double dt_s = engine->longest_s / 1.5 / (double)(1 << k);
-        if (play(campaign, engine, dt_s, runs, error) == MR_OK)
-            points[k] = measure(campaign, dt_s, runs, reference);
+        if (play(series, engine, dt_s, runs, error) == MR_OK)
+            points[k] = measure(series, dt_s, runs, reference);
         release(runs);
     }
     release(reference);
@@ -152,28 +152,28 @@ static void draw(FILE *out, const struct point points[ENGINES][STEPS])
     svg_close(out);
 }
 
-enum mr_status write_engines(FILE *out, const char *series, struct error *error)
+enum mr_status write_engines(FILE *out, const char *path, struct error *error)
 {
-    struct campaign campaign;
+    struct landing_series series;
     struct point points[ENGINES][STEPS] = {0}, nudged[ENGINES] = {0};
-    if (campaign_load(&campaign, series, error) != MR_OK)
+    if (series_load(&series, path, error) != MR_OK)
         return error->status;
-    size_t landings = campaign.landing_count;
-    campaign.seeds = SEEDS;
-    campaign.landing_count = 1;
-    campaign.station_count = CAMPAIGN_STATIONS_MAX;
-    double runway_ft = campaign.landings[0].scene.mats * campaign.landings[0].scene.length_ft;
-    for (size_t s = 0; s < campaign.station_count; s++)
-        campaign.stations_ft[s] = runway_ft * ((double)s + 0.5) / CAMPAIGN_STATIONS_MAX;
+    size_t landings = series.landing_count;
+    series.seeds = SEEDS;
+    series.landing_count = 1;
+    series.station_count = SERIES_STATIONS_MAX;
+    double runway_ft = series.landings[0].scene.mats * series.landings[0].scene.length_ft;
+    for (size_t s = 0; s < series.station_count; s++)
+        series.stations_ft[s] = runway_ft * ((double)s + 0.5) / SERIES_STATIONS_MAX;
     for (size_t e = 0; e < ENGINES && error->status == MR_OK; e++)
-        study(&campaign, &engines[e], points[e], &nudged[e], error);
+        study(&series, &engines[e], points[e], &nudged[e], error);
     if (error->status == MR_OK) {
         fprintf(out,
                 "<h2>The landing engines of campaigns</h2>\n<p>%s, first landing, %d runways, "
                 "single passes; errors of the "
                 "movement at %d stations against a step of 1/%d of the longest one here, of the "
                 "same engine.</p>\n",
-                campaign.name, SEEDS, CAMPAIGN_STATIONS_MAX, 1 << (STEPS - 1 + REFERENCE));
+                series.name, SEEDS, SERIES_STATIONS_MAX, 1 << (STEPS - 1 + REFERENCE));
         fprintf(out,
                 "<p>Landings are badly conditioned: whether a joint just closes decides where its "
                 "mats come to rest. Friction changed "
@@ -184,7 +184,7 @@ enum mr_status write_engines(FILE *out, const char *series, struct error *error)
         draw(out, points);
         table(out, points);
     }
-    campaign.landing_count = landings;
-    campaign_free(&campaign);
+    series.landing_count = landings;
+    series_free(&series);
     return error->status;
 }

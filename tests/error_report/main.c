@@ -88,7 +88,7 @@ int main(int argc, char **argv)
         for (size_t i = 0; i < count && !predictor && error.status == MR_OK; i++)
             one_scene(out, scenes[i], &error);
         if (argc == 2 && error.status == MR_OK)
-            write_engines(out, "host/campaign/series/standard.json", &error);
+            write_engines(out, "host/landing_series/series/standard.json", &error);
         if ((argc == 2 || predictor) && error.status == MR_OK)
             write_predictor(out, &error);
         fputs("</body></html>\n", out);

@@ -1,5 +1,5 @@
 /* Results of a sweep (JSON lines), sweeps and campaign files; the first byte says which. */
-#include "host/campaign/campaign.h"
+#include "host/landing_series/series.h"
 #include "host/sweep/sweep_table.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -32,12 +32,12 @@ static enum mr_status read_sweep(const uint8_t *data, size_t size, struct error 
     return MR_OK;
 }
 
-static enum mr_status read_campaign(const uint8_t *data, size_t size, struct error *error)
+static enum mr_status read_study(const uint8_t *data, size_t size, struct error *error)
 {
-    struct campaign campaign;
-    enum mr_status status = campaign_load(&campaign, fuzz_file("campaign.json", data, size), error);
+    struct landing_series series;
+    enum mr_status status = series_load(&series, fuzz_file("campaign.json", data, size), error);
     if (status == MR_OK)
-        campaign_free(&campaign);
+        series_free(&series);
     return status;
 }
 
@@ -48,7 +48,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     enum mr_status status = data[0] == 'r' ? read_results(data + 1, size - 1, &error)
                           : data[0] == 's' ? read_sweep(data + 1, size - 1, &error)
-                                           : read_campaign(data + 1, size - 1, &error);
+                                           : read_study(data + 1, size - 1, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
     return 0;
 }

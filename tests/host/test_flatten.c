@@ -1,5 +1,5 @@
 /* Waves pressed flat between landings. Expected values by hand. Units ft, lb. */
-#include "host/campaign/flatten.h"
+#include "host/landing_series/flatten.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* pilot [SEEDS]: the six results of the pilot study (report B.3) as cases: observed | computed |
- * verdict. 8 runways each when not said otherwise; campaigns of host/campaign/pilot.
+ * verdict. 8 runways each when not said otherwise; campaigns of host/landing_series/pilot.
  *
  * Exit: 0, whatever the verdicts are; 2 usage; 3 files; 5 a runway could not be played. */
 #include <math.h>
@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/campaign/play.h"
+#include "host/landing_series/play.h"
 
 #define FT_S_PER_MPH (5280.0 / 3600.0)
 #define SPEEDS       3
@@ -31,31 +31,31 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
                            struct error *error)
 {
     char path[200];
-    struct campaign c;
+    struct landing_series c;
     *t = (struct tally){0};
-    snprintf(path, sizeof path, "host/campaign/pilot/%s.json", name);
-    if (campaign_load(&c, path, error) != MR_OK)
+    snprintf(path, sizeof path, "host/landing_series/pilot/%s.json", name);
+    if (series_load(&c, path, error) != MR_OK)
         return error->status;
     c.seeds = seeds;
     for (size_t i = 0; speed_ft_s > 0.0 && i < c.landing_count; i++) {
         double way_ft = speed_ft_s * speed_ft_s / (2.0 * c.landings[i].deceleration_ft_s2.low);
-        c.landings[i].speed_ft_s = (struct campaign_range){speed_ft_s, speed_ft_s};
-        c.landings[i].touchdown_ft = (struct campaign_range){STOP_FROM_FT - way_ft,
-                                                             STOP_TO_FT - way_ft};
+        c.landings[i].speed_ft_s = (struct series_range){speed_ft_s, speed_ft_s};
+        c.landings[i].touchdown_ft = (struct series_range){STOP_FROM_FT - way_ft,
+                                                           STOP_TO_FT - way_ft};
     }
-    struct campaign_run *runs = calloc(seeds, sizeof *runs);
+    struct series_run *runs = calloc(seeds, sizeof *runs);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!runs)
         error_set(error, MR_FULL, "out of memory: %zu seeds", seeds);
     else
-        campaign_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, error);
+        series_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, error);
     for (size_t i = 0; runs && i < seeds; i++) {
         if (runs[i].error.status != MR_OK)
             *error = runs[i].error;
         t->runways++;
         t->buckled += runs[i].buckled > 0;
         for (size_t k = 0; k < runs[i].played; k++) {
-            const struct campaign_outcome *o = &runs[i].outcomes[k];
+            const struct series_outcome *o = &runs[i].outcomes[k];
             t->landings++;
             t->low_waves += o->waves > 0 && !o->buckled;
             t->ahead += o->buckled && o->overruns == 0;
@@ -65,10 +65,10 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
                 t->ahead_mats[t->crests++] = o->crest_ahead_mats;
             }
         }
-        campaign_run_free(&runs[i]);
+        series_run_free(&runs[i]);
     }
     free(runs);
-    campaign_free(&c);
+    series_free(&c);
     return error->status;
 }
 

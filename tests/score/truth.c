@@ -268,7 +268,7 @@ static bool make_planar(struct sim_scene *scene, uint32_t number, struct error *
     return sim_scene_set_list(&scene->ground_ft, heights_ft, SCORE_JOINTS, error) == MR_OK;
 }
 
-/* Ground and gear of another rig than the one that host/campaign's elastic ground was fitted to:
+/* Ground and gear of another rig than the one that host/landing_series's elastic ground was fitted to:
  * stiffness within 1.5 times of that, what springs back, the length that an axle presses and where
  * the lines stand are drawn. */
 static bool make_elastic(struct sim_scene *scene, uint32_t number, struct error *error)

@@ -1,0 +1,518 @@
+#include "host/landing_series/play.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "host/landing_series/draw.h"
+#include "host/landing_series/failures.h"
+#include "host/landing_series/flatten.h"
+#include "host/sim/elements/mods.h"
+#include "host/sim/sim.h"
+
+#define IN_PER_FT   12.0
+#define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
+#define ZONE_SHARE  (1.0 / 3.0)
+#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
+
+/* A runway between landings. */
+struct runway {
+    const struct landing_series *series;
+    int mats;
+    size_t joints;
+    double *storage;
+    double *gap_ft, *closing_lb, *ground_ft; /* per joint */
+    /* per node: the ground's heights, where the runway was laid */
+    double *high_ft;
+    double laid_ft;       /* mean opening when it was laid */
+    double *u_ft;         /* per mat: total movement, [0] unused */
+    struct sim_mods mods; /* as the last landing left them; lists are its own */
+};
+
+static enum mr_status lay(struct runway *r, const struct landing_series *series, uint64_t seed,
+                          struct error *error)
+{
+    *r = (struct runway){.series = series, .mats = series->landings[0].scene.mats};
+    r->joints = (size_t)r->mats + 1;
+    r->storage = calloc(5 * (r->joints + 1), sizeof *r->storage);
+    if (!r->storage)
+        return error_set(error, MR_FULL, "out of memory: a runway of %d mats; use a smaller N",
+                         r->mats);
+    r->gap_ft = r->storage;
+    r->closing_lb = r->gap_ft + r->joints;
+    r->ground_ft = r->closing_lb + r->joints;
+    r->high_ft = r->ground_ft + r->joints;
+    r->u_ft = r->high_ft + r->joints;
+    struct draw gaps = draw_from(seed, DRAW_GAPS), closing = draw_from(seed, DRAW_CLOSING),
+                ground = draw_from(seed, DRAW_GROUND);
+    double slack_ft = series->landings[0].scene.slack_ft;
+    for (size_t j = 0; j < r->joints; j++) {
+        r->gap_ft[j] = fmin(draw_between(&gaps, series->gap_in) / IN_PER_FT, slack_ft);
+        r->laid_ft += r->gap_ft[j] / (double)r->joints;
+        r->closing_lb[j] = draw_between(&closing, series->closing_lb);
+        r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, series->irregularity_in) /
+                                          IN_PER_FT;
+    }
+    return MR_OK;
+}
+
+/* High spots of the ground stay where they are while nodes move over them; those of the mats move
+ * along. */
+static void follow_ground(struct runway *r)
+{
+    double length_ft = r->series->landings[0].scene.length_ft;
+    if (r->series->along != SERIES_GROUND)
+        return;
+    for (size_t j = 0; j < r->joints; j++) {
+        double moved = 0.5 *
+                       ((j > 0 ? r->u_ft[j] : 0.0) + (j < (size_t)r->mats ? r->u_ft[j + 1] : 0.0)) /
+                       length_ft;
+        double at = fmin(fmax((double)j + moved, 0.0), (double)r->mats);
+        size_t left = (size_t)fmin(floor(at), r->mats - 1);
+        r->ground_ft[j] = r->high_ft[left] +
+                          (at - (double)left) * (r->high_ft[left + 1] - r->high_ft[left]);
+    }
+}
+
+static double strength_lb(const struct runway *r)
+{
+    const struct landing_series *c = r->series;
+    return c->strength_lb_in * c->strip_ft * IN_PER_FT;
+}
+
+static enum mr_status own_list(struct sim_list *list, struct error *error)
+{
+    struct sim_list copy = {0};
+    enum mr_status status = sim_scene_set_list(&copy, list->values, list->count, error);
+    *list = copy;
+    return status;
+}
+
+/* Modifications as the file has them before a landing; torn joints stay torn. */
+static enum mr_status modify(struct runway *r, const struct sim_scene *scene, struct error *error)
+{
+    struct sim_list torn = r->mods.torn;
+    r->mods.torn = (struct sim_list){0};
+    mods_free_lists(&r->mods);
+    r->mods = scene->mods;
+    if (r->series->parting) {
+        r->mods.unhinge_deg = r->series->unhinge_deg;
+        r->mods.tear_lb = fmin(r->mods.tear_lb, strength_lb(r));
+    }
+    struct sim_list *lists[MODS_LISTS];
+    mods_lists(&r->mods, lists);
+    for (size_t i = 0; i < MODS_LISTS; i++)
+        own_list(lists[i], error); /* every one, so that none stays the series' */
+    if (torn.count > 0) {
+        free(r->mods.torn.values);
+        r->mods.torn = torn;
+    }
+    return error->status;
+}
+
+static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed,
+                            const struct sim_result *result, struct error *error)
+{
+    struct sim_scene scene = *as_landed;
+    scene.mods = r->mods;
+    mods_carry(&scene, result, error);
+    r->mods = scene.mods;
+    return error->status;
+}
+
+static enum mr_status set_scene(const struct runway *r, const struct sim_scene *made,
+                                enum sim_model model, const struct sim_path_row *rows, size_t count,
+                                struct sim_scene *scene, struct error *error)
+{
+    *scene = *made; /* lists that this one replaces are the series': copies follow */
+    scene->model = model;
+    scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
+    scene->mods = r->mods; /* only read */
+    scene->path = NULL;
+    scene->path_count = 0;
+    scene->t_dwell_s = r->series->dwell_s;
+    if (sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints, error) != MR_OK ||
+        sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints, error) != MR_OK ||
+        (model == SIM_CONSISTENT &&
+         sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints, error) != MR_OK))
+        return error->status;
+    return sim_scene_set_path(scene, rows, count, error);
+}
+
+static void drop_scene(struct sim_scene *scene)
+{
+    free(scene->gap0_ft.values);
+    free(scene->grit_lb.values);
+    free(scene->ground_ft.values);
+    free(scene->path);
+}
+
+static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
+                                 enum sim_model model, const struct sim_path_row *rows,
+                                 size_t count, bool all, struct sim_result *result,
+                                 struct error *error)
+{
+    const struct landing_series *c = r->series;
+    const struct sim_options options = {
+        .dt_s = model == SIM_CHAIN ? c->chain_dt_s : c->planar_dt_s,
+        .single = true,
+        .no_prune = all,
+        .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
+    };
+    struct sim_scene scene = {0};
+    *result = (struct sim_result){0};
+    if (set_scene(r, &landing->scene, model, rows, count, &scene, error) == MR_OK)
+        sim_run(&scene, &options, result, error);
+    drop_scene(&scene);
+    if (result->status == SIM_FOLDED) /* an outcome, not a failure */
+        *error = (struct error){0};
+    return error->status;
+}
+
+/* Largest lift of a node by the compression of its joint, in weights of a mat: above 1 a vee of two
+ * mats rises, as P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
+                         const double *push_lb)
+{
+    double most = 0.0;
+    for (size_t j = 1; j + 1 < r->joints; j++) {
+        double bend = 2.0 * r->ground_ft[j] - r->ground_ft[j - 1] - r->ground_ft[j + 1];
+        most = fmax(most, push_lb[j + 1] * bend / (scene->length_ft * scene->weight_lb));
+    }
+    return most;
+}
+
+/* Mats that a line of stiffeners ties are tipped by a wheel on one end, and their joints rise
+ * without any compression. */
+static bool tips(const struct sim_scene *scene)
+{
+    return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
+           scene->wheel_load_lb > 0.0;
+}
+
+static double joint_station_ft(const struct sim_scene *scene, size_t j)
+{
+    return (double)j * scene->length_ft;
+}
+
+static void note_waves(const struct runway *r, const struct sim_scene *scene, const double *rise_ft,
+                       struct series_outcome *out)
+{
+    double limit_ft = r->series->wave_in / IN_PER_FT, heights[SERIES_WAVES_MAX];
+    for (size_t j = 1; j + 1 < r->joints; j++) {
+        double h = rise_ft[j + 1];
+        out->rise_in = fmax(out->rise_in, h * IN_PER_FT);
+        if (!(h > limit_ft && h >= rise_ft[j] && h > rise_ft[j + 2]))
+            continue;
+        int at = out->waves < SERIES_WAVES_MAX ? out->waves : SERIES_WAVES_MAX;
+        out->waves++;
+        while (at > 0 && heights[at - 1] < h) {
+            if (at < SERIES_WAVES_MAX) {
+                heights[at] = heights[at - 1];
+                out->wave_ft[at] = out->wave_ft[at - 1];
+            }
+            at--;
+        }
+        if (at < SERIES_WAVES_MAX) {
+            heights[at] = h;
+            out->wave_ft[at] = joint_station_ft(scene, j);
+        }
+    }
+}
+
+/* Where joints came apart by turning. */
+static void note_parted(const struct runway *r, const struct sim_scene *scene,
+                        const struct sim_result *result, struct series_outcome *out)
+{
+    for (size_t j = 1; j <= r->joints && result->mods; j++)
+        out->parted += result->mods->unhinged_s[j] > 0.0;
+    if (out->parted == 0)
+        return;
+    out->unhinged = out->buckled = true;
+    out->failures = failures_apart(result->mods->unhinged_s, r->joints, scene->length_ft,
+                                   out->failure_ft, &out->buckle_ft);
+}
+
+/* `folded`: a mat stood upright. */
+static void note_planar(const struct runway *r, const struct sim_scene *scene,
+                        const struct sim_result *result, bool folded, struct series_outcome *out)
+{
+    out->asked_planar = true;
+    out->ms_planar = result->run_ms;
+    out->mats_planar = result->mats_mean;
+    if (result->first_crest > 0 && result->first_crest_wheel > 0) {
+        out->crest_ft = joint_station_ft(scene, (size_t)result->first_crest - 1);
+        out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
+    }
+    if (folded) {
+        out->buckled = true;
+        out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);
+        out->rise_in = r->series->buckle_in;
+        out->failures = 1;
+        out->failure_ft[0] = out->buckle_ft;
+        note_parted(r, scene, result, out);
+        return;
+    }
+    note_waves(r, scene, result->rise_ft, out);
+    out->crest_deg = result->crest_deg;
+    out->sag_deg = result->sag_deg;
+    out->unhinged = result->sag_deg > r->series->unhinge_deg;
+    out->buckled = out->unhinged || out->rise_in >= r->series->buckle_in;
+    out->overruns = result->overruns;
+    for (int i = 0; i < result->overruns; i++)
+        out->overrun_ft[i] = joint_station_ft(scene, (size_t)result->overrun[i] - 1);
+    if (out->buckled)
+        out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
+                       : out->waves > 0    ? out->wave_ft[0]
+                                           : joint_station_ft(scene, (size_t)result->sag_joint - 1);
+    out->failures = failures_find(result->rise_ft, r->joints, scene->length_ft,
+                                  r->series->buckle_in / IN_PER_FT, out->overrun_ft, out->overruns,
+                                  out->failure_ft);
+    if (out->buckled && out->failures == 0)
+        out->failure_ft[out->failures++] = out->buckle_ft;
+    note_parted(r, scene, result, out);
+}
+
+/* A mat that has come apart from both neighbours is no part of the runway any more. */
+static bool is_loose(const struct sim_result *result, int mat)
+{
+    const struct mods_state *s = result->mods;
+    return s && s->torn[mat] != 0.0 && s->torn[mat + 1] != 0.0;
+}
+
+static void note_movement(struct runway *r, const struct sim_scene *scene,
+                          const struct sim_result *result, struct series_outcome *out)
+{
+    const struct landing_series *c = r->series;
+    const double *u_ft = result->u_ft;
+    for (int n = 1; n <= r->mats; n++) {
+        r->u_ft[n] += u_ft[n];
+        if (is_loose(result, n))
+            continue;
+        out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
+        double station_ft = (n - 0.5) * scene->length_ft;
+        if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft &&
+            station_ft - out->stop_ft > out->reach_ft)
+            out->reach_ft = station_ft - out->stop_ft;
+    }
+    for (size_t i = 0; i < c->station_count; i++) {
+        int mat = (int)fmin(floor(c->stations_ft[i] / scene->length_ft) + 1.0, r->mats);
+        out->movement_in[i] = u_ft[mat] * IN_PER_FT;
+        out->total_in[i] = r->u_ft[mat] * IN_PER_FT;
+    }
+}
+
+static void note_joints(const struct runway *r, const struct sim_result *result,
+                        struct series_outcome *out)
+{
+    double most_lb = strength_lb(r);
+    for (size_t j = 0; j < r->joints; j++) {
+        out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
+        out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
+        out->tears += result->pull_lb[j + 1] > most_lb;
+    }
+}
+
+/* The longest stretch in which any ten joints are open by less than a third of what they were when
+ * the runway was laid: what readings of gage points show. */
+static void note_zone(const struct runway *r, const struct sim_scene *scene,
+                      struct series_outcome *out)
+{
+    double limit_ft = ZONE_SHARE * r->laid_ft * ZONE_JOINTS, sum_ft = 0.0;
+    size_t from = 0;
+    bool in = false;
+    for (size_t j = 0; j < r->joints; j++) {
+        sum_ft += fmax(r->gap_ft[j], 0.0);
+        if (j >= ZONE_JOINTS)
+            sum_ft -= fmax(r->gap_ft[j - ZONE_JOINTS], 0.0);
+        if (j + 1 < ZONE_JOINTS)
+            continue;
+        if (!(sum_ft < limit_ft)) {
+            in = false;
+            continue;
+        }
+        if (!in)
+            from = j + 1 - ZONE_JOINTS;
+        in = true;
+        int mats = (int)(j + 1 - from);
+        if (mats > out->zone_mats) {
+            out->zone_mats = mats;
+            out->zone_from_ft = joint_station_ft(scene, from);
+            out->zone_to_ft = joint_station_ft(scene, j);
+        }
+    }
+}
+
+/* `mods`: with the tensions before the landing. A slack segment (negative: how far it hangs loose)
+ * pulls nothing. */
+static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene,
+                       const struct draw_path *path, const struct mods_state *state,
+                       struct series_outcome *out)
+{
+    size_t passed = 0, segment = 0;
+    for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
+        const struct sim_list *before = &mods->band[g].t0_lb;
+        int connections = mods_connections(scene, g);
+        for (int i = 0; i <= connections && connections > 0; i++, segment++) {
+            double middle_ft =
+                (mods_connection_mat(scene, g, i) - 0.5 * mods->band[g].every - 0.5) *
+                scene->length_ft;
+            double before_lb = before->count > 0 ? fmax(0.0, sim_scene_joint(before, i + 1)) : 0.0;
+            out->band_slack += state->band_least_lb[segment] <= 0.0;
+            if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
+                continue;
+            out->band_ahead_lb += fmax(0.0, state->band_least_lb[segment]) - before_lb;
+            out->band_behind_lb += fmax(0.0, state->band_most_lb[segment]) - before_lb;
+            passed++;
+        }
+    }
+    if (passed > 0) {
+        out->band_ahead_lb /= (double)passed;
+        out->band_behind_lb /= (double)passed;
+    }
+}
+
+/* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed
+ * back over it. */
+static void open_gaps(struct runway *r, const double *u_ft)
+{
+    for (size_t j = 0; j < r->joints; j++)
+        r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
+}
+
+/* A wave that is left is longer than the joints beside it are open. */
+static void press_flat(struct runway *r, const struct sim_scene *scene)
+{
+    const struct flat_runway flat = {
+        r->joints,      r->gap_ft, r->u_ft, r->closing_lb, scene->friction * scene->weight_lb,
+        scene->kl_lb_ft};
+    flatten(&flat);
+}
+
+/* What the mats have come to in a landing. */
+static enum mr_status settle(struct runway *r, const struct sim_scene *scene,
+                             const struct draw_path *path, const struct sim_result *moved,
+                             struct series_outcome *out, struct error *error)
+{
+    note_movement(r, scene, moved, out);
+    open_gaps(r, moved->u_ft);
+    if ((r->series->press_flat || r->series->parting) && out->waves > 0)
+        press_flat(r, scene);
+    follow_ground(r);
+    note_joints(r, moved, out);
+    note_zone(r, scene, out);
+    note_bands(&r->mods, scene, path, moved->mods, out);
+    return carry(r, scene, moved, error);
+}
+
+static enum mr_status land(struct runway *r, const struct series_landing *landing,
+                           const struct draw_path *path, bool all, struct series_outcome *out,
+                           struct error *error)
+{
+    const struct landing_series *c = r->series;
+    const struct sim_scene *scene = &landing->scene;
+    struct sim_result chain = {0}, planar = {0};
+    const struct sim_result *moved = &chain;
+    if (c->engine != SERIES_PLANAR &&
+        run_engine(r, landing, SIM_CHAIN, path->rows, path->count, all, &chain, error) == MR_OK) {
+        out->ms_chain = chain.run_ms;
+        out->mats_chain = chain.mats_mean;
+        out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
+    }
+    bool ask = c->engine == SERIES_PLANAR ||
+               (c->engine == SERIES_AUTO && (out->skip_ratio > c->skip_share || tips(scene)));
+    if (error->status == MR_OK && ask &&
+        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) ==
+            MR_OK) {
+        note_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
+        if (planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0))
+            moved = &planar;
+    }
+    if (error->status == MR_OK && moved->u_ft)
+        settle(r, scene, path, moved, out, error);
+    sim_result_free(&chain);
+    sim_result_free(&planar);
+    return error->status;
+}
+
+static void move_back(struct runway *r, const struct sim_scene *scene,
+                      const struct sim_result *result, struct error *error)
+{
+    for (int n = 1; n <= r->mats; n++)
+        r->u_ft[n] += result->u_ft[n];
+    open_gaps(r, result->u_ft);
+    follow_ground(r);
+    carry(r, scene, result, error);
+}
+
+/* Pushed back over the bare mat the wheels drag it upfield. */
+static enum mr_status push_back(struct runway *r, const struct series_landing *landing,
+                                double stop_ft, double touchdown_ft, bool all, struct error *error)
+{
+    const struct landing_series *c = r->series;
+    double way_ft = stop_ft - touchdown_ft,
+           ramp_s = c->onset_s > 0.0 ? 2.0 * c->onset_s : 0.01 * way_ft / c->back_ft_s;
+    double force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
+    const struct sim_path_row rows[] = {{0.0, stop_ft, 0.0},
+                                        {ramp_s, stop_ft, force_lb},
+                                        {ramp_s + way_ft / c->back_ft_s, touchdown_ft, force_lb},
+                                        {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
+    struct sim_result result = {0};
+    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK)
+        move_back(r, &landing->scene, &result, error);
+    sim_result_free(&result);
+    return error->status;
+}
+
+static enum mr_status lay_runway(struct runway *r, const struct landing_series *series,
+                                 struct series_run *run)
+{
+    run->outcomes = calloc(series->landing_count, sizeof *run->outcomes);
+    if (!run->outcomes)
+        return error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer",
+                         series->landing_count);
+    return lay(r, series, run->seed, &run->error);
+}
+
+static void clear(struct runway *r)
+{
+    mods_free_lists(&r->mods);
+    free(r->storage);
+}
+
+void series_play(const struct landing_series *series, uint64_t seed, bool all,
+                 struct series_run *run)
+{
+    struct runway runway = {0};
+    struct draw_path path = {0};
+    *run = (struct series_run){.seed = seed};
+    lay_runway(&runway, series, run);
+    for (size_t i = 0; i < series->landing_count && run->error.status == MR_OK && run->buckled == 0;
+         i++) {
+        const struct series_landing *landing = &series->landings[i];
+        struct series_outcome *out = &run->outcomes[i];
+        if ((i == 0 || landing->modified) && modify(&runway, &landing->scene, &run->error) != MR_OK)
+            break;
+        if (draw_landing(series, landing, seed, i, &path, &run->error) != MR_OK)
+            break;
+        out->stop_ft = path.stop_ft;
+        out->deceleration_ft_s2 = path.mean_ft_s2;
+        if (land(&runway, landing, &path, all, out, &run->error) != MR_OK)
+            break;
+        run->ms += out->ms_chain + out->ms_planar;
+        run->played = i + 1;
+        if (out->buckled) {
+            run->buckled = (int)i + 1;
+            run->buckle_ft = out->buckle_ft;
+        } else if (landing->back == SERIES_BARE) {
+            push_back(&runway, landing, path.stop_ft, path.touchdown_ft, all, &run->error);
+        }
+    }
+    draw_path_free(&path);
+    clear(&runway);
+}
+
+void series_run_free(struct series_run *run)
+{
+    free(run->outcomes);
+    run->outcomes = NULL;
+}

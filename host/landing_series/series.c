@@ -1,0 +1,509 @@
+/* Reading a study file. */
+#include <errno.h>
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/quantity.h"
+#include "host/landing_series/series.h"
+#include "host/landing_series/facts.h"
+#include "host/landing_series/keys.h"
+#include "host/sim/scene/scene_keys.h"
+
+#define IN_PER_FT 12.0
+
+static const char *const alongs[] = {"mats", "ground", NULL};
+static const char *const engines[] = {"auto", "chain", "planar", NULL};
+
+#define FIELD(field) offsetof(struct landing_series, field)
+#define NUMBER(section, name, field, low, high)                     \
+    {                                                               \
+        section, name, SERIES_NUMBER, FIELD(field), low, high, NULL \
+    }
+#define RANGE(section, name, field, low, high)                     \
+    {                                                              \
+        section, name, SERIES_RANGE, FIELD(field), low, high, NULL \
+    }
+#define CHOICE(section, name, field, choices)                         \
+    {                                                                 \
+        section, name, SERIES_CHOICE, FIELD(field), 0.0, 0.0, choices \
+    }
+const struct series_key series_keys[] = {
+    RANGE("runway", "gap_in", gap_in, 0.0, 1000.0),
+    RANGE("runway", "closing_lb", closing_lb, 0.0, 1e9),
+    RANGE("runway", "irregularity_in", irregularity_in, 0.0, 1000.0),
+    CHOICE("runway", "irregularity_along", along, alongs),
+    NUMBER("runway", "joint_lb_in", strength_lb_in, 0.0, 1e9),
+    NUMBER("runway", "strip_ft", strip_ft, 1e-3, 1e4),
+    NUMBER("runway", "unhinge_deg", unhinge_deg, 0.0, 180.0),
+    NUMBER("runway", "wave_in", wave_in, 1e-6, 1000.0),
+    NUMBER("runway", "buckle_in", buckle_in, 1e-6, 1000.0),
+    NUMBER("aircraft", "weight_lb", weight_lb, 0.0, 1e9),
+    NUMBER("aircraft", "axles", axles, 1.0, 1e6),
+    NUMBER("aircraft", "onset_s", onset_s, 0.0, 60.0),
+    NUMBER("aircraft", "dwell_s", dwell_s, 0.0, 60.0),
+    NUMBER("aircraft", "back_ft_s", back_ft_s, 1e-3, 1000.0),
+    NUMBER("aircraft", "back_drag_ft_s2", back_drag_ft_s2, 0.0, 1000.0),
+    CHOICE("engine", "use", engine, engines),
+    NUMBER("engine", "chain_dt_s", chain_dt_s, 0.0, 1.0),
+    NUMBER("engine", "planar_dt_s", planar_dt_s, 0.0, 1.0),
+    NUMBER("engine", "skip_share", skip_share, -1.0, 1e3),
+};
+const size_t series_key_count = sizeof series_keys / sizeof series_keys[0];
+
+json_t *series_range_json(struct series_range range)
+{
+    return range.low == range.high ? json_real(range.low)
+                                   : json_pack("[f,f]", range.low, range.high);
+}
+
+json_t *series_key_json(const struct series_key *key, const struct landing_series *c)
+{
+    const void *field = (const char *)c + key->offset;
+    unsigned choice;
+    if (key->kind == SERIES_NUMBER)
+        return json_real(*(const double *)field);
+    if (key->kind == SERIES_RANGE)
+        return series_range_json(*(const struct series_range *)field);
+    memcpy(&choice, field, sizeof choice);
+    return json_string(key->choices[choice]);
+}
+
+static void read_sections(const struct keys *r, const json_t *root, struct landing_series *c)
+{
+    for (size_t i = 0, count; i < series_key_count; i += count) {
+        const struct series_key *key = &series_keys[i];
+        const json_t *section = json_object_get(root, key->section);
+        const char *known[16] = {NULL};
+        for (count = 0;
+             i + count < series_key_count && strcmp(key[count].section, key->section) == 0; count++)
+            known[count] = key[count].name;
+        if (section)
+            keys_check(r, key->section, section, known);
+        for (size_t k = 0; section && k < count; k++, key++) {
+            void *field = (char *)c + key->offset;
+            unsigned choice;
+            if (key->kind == SERIES_NUMBER) {
+                keys_number(r, key->section, section, key->name, key->low, key->high, field);
+            } else if (key->kind == SERIES_RANGE) {
+                keys_range(r, key->section, section, key->name, key->low, key->high, field);
+            } else {
+                memcpy(&choice, field, sizeof choice);
+                choice = keys_choice(r, key->section, section, key->name, key->choices, choice);
+                memcpy(field, &choice, sizeof choice);
+            }
+        }
+    }
+}
+
+static void read_seeds(const struct keys *r, const json_t *root, struct landing_series *c)
+{
+    const json_t *seeds = json_object_get(root, "seeds");
+    double first = 1.0, last = 16.0;
+    if (json_is_integer(seeds)) {
+        last = (double)json_integer_value(seeds);
+    } else if (json_is_array(seeds) && json_array_size(seeds) == 2 &&
+               json_is_integer(json_array_get(seeds, 0)) &&
+               json_is_integer(json_array_get(seeds, 1))) {
+        first = (double)json_integer_value(json_array_get(seeds, 0));
+        last = (double)json_integer_value(json_array_get(seeds, 1));
+    } else if (seeds) {
+        keys_wrong(r, "", "seeds", "how many, or [first, last]");
+    }
+    if (!(first >= 0.0 && last >= first && last < 1e15 && last - first < SERIES_SEEDS_MAX)) {
+        keys_wrong(r, "", "seeds", "1 to 10000 seeds, as their number or [first, last]");
+        return;
+    }
+    c->first_seed = (uint64_t)first;
+    c->seeds = (size_t)(last - first) + 1;
+}
+
+static void read_stations(const struct keys *r, const json_t *root, struct landing_series *c)
+{
+    const json_t *list = json_object_get(root, "stations_ft");
+    struct quantity_wrong wrong;
+    double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
+    if (!list) { /* eleven, as the rig's every 10 ft of 120 */
+        for (c->station_count = 0; c->station_count < 11; c->station_count++)
+            c->stations_ft[c->station_count] = runway_ft * (double)(c->station_count + 1) / 12.0;
+        return;
+    }
+    c->station_count = json_array_size(list);
+    if (!json_is_array(list) || c->station_count == 0 || c->station_count > SERIES_STATIONS_MAX)
+        keys_wrong(r, "", "stations_ft", "a list of 1 to 64 stations");
+    for (size_t i = 0; i < c->station_count && !keys_failed(r); i++) {
+        if (!quantity_json(json_array_get(list, i), "ft", &c->stations_ft[i], &wrong) ||
+            !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
+            keys_wrong(r, "", "stations_ft", "stations on the runway");
+    }
+}
+
+static void read_profile(const struct keys *r, const char *where, const json_t *list,
+                         struct series_landing *landing)
+{
+    landing->profile_count = json_array_size(list);
+    if (landing->profile_count > SERIES_PROFILE_MAX) {
+        keys_wrong(r, where, "profile", "at most 16 rows [station_ft, ft/s2]");
+        return;
+    }
+    for (size_t i = 0; i < landing->profile_count && !keys_failed(r); i++) {
+        const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0),
+                     *a = json_array_get(row, 1);
+        struct series_knot *knot = &landing->profile[i];
+        struct quantity_wrong wrong;
+        if (json_array_size(row) != 2 || !quantity_json(x, "ft", &knot->station_ft, &wrong) ||
+            !quantity_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
+            !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||
+            !isfinite(knot->station_ft) || (i > 0 && knot->station_ft <= knot[-1].station_ft))
+            keys_wrong(
+                r, where, "profile",
+                "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
+    }
+}
+
+/* Put what the landing applies on the scene's keys, and take off what it removes: back to the
+ * file's scene. */
+static bool modify(const struct keys *r, const char *where, const json_t *landing,
+                   const json_t *scene, json_t *now)
+{
+    json_t *apply = json_object_get(landing, "apply"),
+           *remove_list = json_object_get(landing, "remove"), *value;
+    const char *name;
+    size_t i;
+    if (remove_list && !json_is_array(remove_list))
+        keys_wrong(r, where, "remove", "a list of scene keys");
+    json_array_foreach(remove_list, i, value)
+    {
+        const char *key = json_string_value(value);
+        if (!key || !json_object_get(now, key)) {
+            keys_wrong(r, where, "remove", "scene keys that have been applied before");
+            return true;
+        }
+        if (json_object_get(scene, key))
+            json_object_set(now, key, json_object_get(scene, key));
+        else
+            json_object_del(now, key);
+    }
+    if (apply && !json_is_object(apply))
+        keys_wrong(r, where, "apply", "an object of scene keys");
+    json_object_foreach(apply, name, value)
+    {
+        json_object_set(now, name, value);
+    }
+    return apply || remove_list;
+}
+
+/* The runway as a landing finds it. */
+static void read_scene(const struct keys *r, const char *where, const json_t *now,
+                       struct sim_scene *scene)
+{
+    char scene_where[700];
+    snprintf(scene_where, sizeof scene_where, "%s: %s", r->path, where);
+    sim_scene_from_json(scene, scene_where, (json_t *)now, r->error);
+}
+
+static void read_landing(const struct keys *r, const char *where, const json_t *entry,
+                         const json_t *scene, json_t *now, struct series_landing *landing)
+{
+    static const char *const known[] = {"touchdown_ft",
+                                        "speed_ft_s",
+                                        "deceleration_ft_s2",
+                                        "profile",
+                                        "tow_lb",
+                                        "push_back",
+                                        "apply",
+                                        "remove",
+                                        "times",
+                                        NULL};
+    static const char *const backs[] = {"plywood", "mat", NULL};
+    keys_check(r, where, entry, known);
+    keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
+    keys_range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
+    const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"),
+                 *profile = json_object_get(entry, "profile");
+    keys_number(r, where, entry, "tow_lb", 1e-6, 1e9, &landing->tow_lb);
+    if (!!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
+        keys_wrong(r, where, "deceleration_ft_s2", "it, a profile or tow_lb, one of them");
+    keys_range(r, where, entry, "deceleration_ft_s2", 0.0, 1e4, &landing->deceleration_ft_s2);
+    if (profile)
+        read_profile(r, where, profile, landing);
+    landing->back = keys_choice(r, where, entry, "push_back", backs, landing->back);
+    if (keys_failed(r))
+        return;
+    landing->modified = modify(r, where, entry, scene, now);
+    if (!keys_failed(r))
+        read_scene(r, where, now, &landing->scene);
+    if (!keys_failed(r) &&
+        landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
+        char says[100];
+        snprintf(says, sizeof says, "a station before the runway's end, %.6g ft",
+                 landing->scene.mats * landing->scene.length_ft);
+        keys_wrong(r, where, "touchdown_ft", says);
+    }
+}
+
+/* The engines set these, landing by landing. */
+static void check_scene(const struct keys *r, const json_t *scene)
+{
+    static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
+                                      "bump",  "t_dwell", "tend",    "t_out", "Vac",
+                                      "s0",    "F",       "F_tstop", NULL};
+    if (!json_is_object(scene))
+        keys_wrong(r, "", "scene", "an object of scene keys, or the name of a scene file");
+    for (size_t i = 0; own[i] && !keys_failed(r); i++) {
+        if (json_object_get(scene, own[i]))
+            error_set(r->error, MR_MALFORMED,
+                      "not here: %s: scene.%s; the runway and the landings give it: leave it out",
+                      r->path, own[i]);
+    }
+}
+
+static void read_landings(const struct keys *r, const json_t *root, const json_t *scene,
+                          struct landing_series *c)
+{
+    const json_t *list = json_object_get(root, "landings"), *entry;
+    json_t *now = json_deep_copy(scene);
+    size_t i;
+    c->landings = calloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
+    if (!c->landings || !now)
+        error_set(r->error, MR_FULL, "out of memory: %s", r->path);
+    else if (!json_is_array(list) || json_array_size(list) == 0)
+        keys_wrong(r, "", "landings", "a list of at least one landing");
+    /* the heights and paths that the engines add make a scene whole */
+    json_object_set_new(now, "model", json_string("consistent"));
+    json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
+    json_array_foreach(list, i, entry)
+    {
+        char where[40];
+        double times = 1.0;
+        snprintf(where, sizeof where, "landings[%zu]", i);
+        if (keys_failed(r))
+            break;
+        keys_number(r, where, entry, "times", 1.0, SERIES_LANDINGS_MAX, &times);
+        for (size_t k = 0; k < (size_t)times && !keys_failed(r); k++) {
+            if (c->landing_count == SERIES_LANDINGS_MAX) {
+                error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer",
+                          r->path, SERIES_LANDINGS_MAX);
+                break;
+            }
+            struct series_landing *landing = &c->landings[c->landing_count++];
+            sim_scene_defaults(&landing->scene);
+            landing->touchdown_ft = (struct series_range){3.0, 3.0};
+            landing->speed_ft_s = (struct series_range){28.0, 28.0};
+            read_landing(r, where, entry, scene, now, landing);
+            landing->modified = landing->modified && k == 0;
+        }
+    }
+    json_decref(now);
+}
+
+static void check_lengths(const struct keys *r, const struct landing_series *c)
+{
+    const struct sim_scene *first = &c->landings[0].scene;
+    for (size_t i = 1; i < c->landing_count && !keys_failed(r); i++) {
+        const struct sim_scene *scene = &c->landings[i].scene;
+        if (scene->mats != first->mats || scene->length_ft != first->length_ft ||
+            scene->slack_ft != first->slack_ft)
+            error_set(r->error, MR_MALFORMED,
+                      "another runway: %s: landing %zu has another N, L or slack; give them in "
+                      "scene only",
+                      r->path, i + 1);
+    }
+}
+
+static json_t *load_json(const struct keys *r, const char *path)
+{
+    json_error_t where;
+    errno = 0;
+    json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
+    if (root)
+        return root;
+    if (json_error_code(&where) == json_error_cannot_open_file)
+        error_set(r->error, MR_IO, "cannot open: %s: %s; check the path", path, strerror(errno));
+    else if (json_error_code(&where) == json_error_premature_end_of_input)
+        error_set(r->error, MR_TRUNCATED,
+                  "study file ends too early: %s line %d column %d: %s; correct it there", path,
+                  where.line, where.column, where.text);
+    else
+        error_set(r->error, MR_MALFORMED,
+                  "malformed JSON: %s line %d column %d: %s; correct it there", path, where.line,
+                  where.column, where.text);
+    return NULL;
+}
+
+/* A key's object, or the one that the file holds that it names beside `file`. A new reference. */
+static json_t *object_or_file(const struct keys *r, const char *file, const json_t *value)
+{
+    char path[1024];
+    if (!json_is_string(value))
+        return json_incref((json_t *)value);
+    const char *slash = strrchr(file, '/');
+    int folder = slash && json_string_value(value)[0] != '/' ? (int)(slash - file) + 1 : 0;
+    snprintf(path, sizeof path, "%.*s%s", folder, file, json_string_value(value));
+    return load_json(r, path);
+}
+
+json_t *series_elastic_json(const char *file, const json_t *root, struct error *error)
+{
+    const struct keys r = {file, error};
+    const json_t *value = json_object_get(root, "elastic");
+    json_t *elastic = value ? object_or_file(&r, file, value) : NULL;
+    if (value && !keys_failed(&r) && !json_is_object(elastic))
+        keys_wrong(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
+    return elastic;
+}
+
+json_t *series_scene_json(const char *file, const json_t *root, struct error *error)
+{
+    const struct keys r = {file, error};
+    const json_t *value = json_object_get(root, "scene");
+    const char *ground = json_string_value(json_object_get(root, "ground"));
+    json_t *scene = value ? object_or_file(&r, file, value) : NULL;
+    if (!scene || !ground || strcmp(ground, "elastic") != 0)
+        return scene;
+    json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);
+    if (!elastic && !keys_failed(&r))
+        error_set(error, MR_MALFORMED,
+                  "no elastic ground: %s: ground is elastic and nothing says what that is; give "
+                  "elastic, an object of scene keys with gear_k_lb_ft",
+                  file);
+    if (elastic && !keys_failed(&r))
+        json_object_update(both, elastic);
+    json_decref(elastic);
+    json_decref(scene);
+    return both;
+}
+
+static void read_root(const struct keys *r, const json_t *root, struct landing_series *c)
+{
+    static const char *const known[] = {
+        "name",    "scene",       "runway",   "aircraft",         "engine", "landings",
+        "seeds",   "stations_ft", "observed", "observed_landing", "within", "needed",
+        "facts",   "awaits",      "basis",    "afterwards",       "ground", "elastic",
+        "parting", "press_flat",  NULL};
+    static const char *const grounds[] = {"weightless", "elastic", NULL};
+    keys_check(r, "", root, known);
+    if (keys_failed(r))
+        return;
+    keys_text(r, "", root, "name", c->name, sizeof c->name);
+    keys_text(r, "", root, "observed", c->observed, sizeof c->observed);
+    keys_text(r, "", root, "awaits", c->awaits, sizeof c->awaits);
+    keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
+    keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
+    keys_choice(r, "", root, "ground", grounds, 0); /* series_scene_json looks at it */
+    const json_t *parting = json_object_get(root, "parting");
+    if (parting && !json_is_boolean(parting))
+        keys_wrong(r, "", "parting", "true or false");
+    c->parting = json_is_true(parting);
+    const json_t *flat = json_object_get(root, "press_flat");
+    if (flat && !json_is_boolean(flat))
+        keys_wrong(r, "", "press_flat", "true or false");
+    c->press_flat = json_is_true(flat);
+    double landing = 0.0, within = 0.0;
+    keys_number(r, "", root, "observed_landing", -1.0, SERIES_LANDINGS_MAX, &landing);
+    c->observed_landing = (int)landing;
+    keys_number(r, "", root, "within", 0.0, SERIES_LANDINGS_MAX, &within);
+    c->within = (int)within;
+    keys_number(r, "", root, "needed", 0.0, 1.0, &c->needed);
+    read_sections(r, root, c);
+    read_seeds(r, root, c);
+    json_t *scene = keys_failed(r) ? NULL : series_scene_json(r->path, root, r->error);
+    if (!keys_failed(r))
+        check_scene(r, scene);
+    if (!keys_failed(r))
+        read_landings(r, root, scene, c);
+    if (!keys_failed(r))
+        check_lengths(r, c);
+    if (!keys_failed(r))
+        read_stations(r, root, c);
+    if (!keys_failed(r))
+        facts_read(r, root, c);
+    json_decref(scene);
+}
+
+static enum mr_status from_json(struct landing_series *c, const char *where, const json_t *root,
+                                struct error *error)
+{
+    const struct keys r = {where, error};
+    /* model scale, of the standard series (README.md, "Calibration") */
+    *c = (struct landing_series){
+        .gap_in = {0.0, 0.036},
+        .closing_lb = {0.0, 20.0},
+        .irregularity_in = {0.0, 0.043},
+        .strength_lb_in = 12.0,
+        .strip_ft = 12.0 / 7.0,
+        .unhinge_deg = 30.0,
+        .wave_in = 0.05,
+        .buckle_in = 24.0 / 7.0,
+        .weight_lb = 1300.0,
+        .axles = 12.0,
+        .onset_s = 0.05,
+        .dwell_s = 0.3,
+        .back_ft_s = 5.0,
+        .back_drag_ft_s2 = 4.0,
+        .skip_share = 0.9,
+        .needed = 0.625,
+    };
+    read_root(&r, root, c);
+    if (keys_failed(&r))
+        series_free(c);
+    if (!keys_failed(&r) && !c->name[0])
+        snprintf(c->name, sizeof c->name, "%s", where);
+    return error->status;
+}
+
+enum mr_status series_from_json(struct landing_series *c, const char *where, const json_t *root,
+                                struct error *error)
+{
+    return from_json(c, where, root, error);
+}
+
+enum mr_status series_load(struct landing_series *c, const char *path, struct error *error)
+{
+    return series_load_on(c, path, NULL, error);
+}
+
+enum mr_status series_load_on(struct landing_series *c, const char *path, const char *ground,
+                              struct error *error)
+{
+    const struct keys r = {path, error};
+    *c = (struct landing_series){0};
+    json_t *root = load_json(&r, path);
+    if (root && ground)
+        json_object_set_new(root, "ground", json_string(ground));
+    if (root)
+        from_json(c, path, root, error);
+    json_decref(root);
+    return error->status;
+}
+
+void series_ground_text(const struct landing_series *c, char *text, size_t size)
+{
+    const struct sim_scene *s = &c->landings[0].scene;
+    const struct sim_key *key = sim_key_find("gear_k_lb_ft");
+    double k = *(const double *)((const char *)s + key->offset), axles = 0.0;
+    size_t lines = s->gear.lines_ft.count > 0 ? s->gear.lines_ft.count : 1;
+    for (size_t i = 0; i < lines; i++)
+        axles += s->gear.axles.count > 0 ? s->gear.axles.values[i] : 1.0;
+    const char *parts = c->parting ? "; joints come apart" : "";
+    if (k > 0.0)
+        snprintf(text, size,
+                 "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb an axle, "
+                 "%g axles in %zu line%s%s",
+                 k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s", parts);
+    else if (s->wheel_load_lb > 0.0)
+        snprintf(text, size, "Coulomb's law under one axle of %.6g lb%s", s->wheel_load_lb, parts);
+    else
+        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses%s",
+                 parts);
+}
+
+void series_free(struct landing_series *series)
+{
+    for (size_t i = 0; i < series->landing_count; i++)
+        sim_scene_free(&series->landings[i].scene);
+    free(series->landings);
+    *series = (struct landing_series){0};
+}

@@ -1,0 +1,70 @@
+/* Summary: distributions of what an ensemble's runways did. */
+#ifndef MATRIG_HOST_LANDING_SERIES_SUMMARY_H
+#define MATRIG_HOST_LANDING_SERIES_SUMMARY_H
+
+#include "host/landing_series/play.h"
+
+/* 5th, 50th and 95th percentile (linear between order statistics); count 0: NaN. */
+struct series_spread {
+    double low, middle, high;
+    size_t count;
+};
+
+struct series_spread series_spread_of(double *values, size_t count); /* sorts them */
+
+/* Of the runways that took this landing. */
+struct series_landing_summary {
+    size_t played;
+    size_t buckled;
+    size_t planar, waved, unhinged, torn;
+    struct series_spread stop_ft, deceleration_ft_s2, peak_in, reach_ft, zone_mats, push_lb,
+        pull_lb;
+    struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
+};
+
+struct series_fact_summary {
+    size_t agree;               /* runways */
+    bool enough;                /* as many as the fact needs */
+    struct series_spread value; /* of those that have one */
+};
+
+struct series_summary {
+    size_t runways;                                   /* that were played to their end */
+    size_t failed;                                    /* that could not be */
+    size_t survived;                                  /* did not buckle */
+    size_t landings;                                  /* played, over all runways */
+    size_t planar;                                    /* of them with the planar engine */
+    struct series_spread station_ft, buckle_landing;  /* of those that buckled */
+    struct series_spread zone_before, peak_before_in; /* of them, in the landing before */
+    struct series_landing_summary *landing;           /* landing_count */
+    struct series_fact_summary fact[SERIES_FACTS_MAX];
+    double ms_chain, ms_planar;
+};
+
+/* MR_FULL. The caller frees. */
+enum mr_status series_summarise(struct series_summary *summary, const struct landing_series *series,
+                                const struct series_run *runs, struct error *error);
+void series_summary_free(struct series_summary *summary);
+
+/* Runways that agree with what was observed (landing, within); of those that were played to their
+ * end. */
+size_t series_agree(const struct landing_series *series, const struct series_run *runs);
+
+/* Largest difference between two ensembles of the same series, in movement at a station, and how
+ * many runways buckled in another landing. */
+struct series_difference {
+    double movement_in; /* until a wave rises on the runway */
+    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
+    double waved_in;
+    size_t outcomes;
+    double times; /* how many times as long b took */
+};
+struct series_difference series_compare(const struct landing_series *series,
+                                        const struct series_run *a, const struct series_run *b);
+
+/* How well the runways foretold where the observed one buckled: -log2 of the share that they give
+ * that landing (never: that too), with one runway spread over all that could have happened, so that
+ * none is impossible. 0: certain and right. NaN where nothing is stated. */
+double series_log_score_bits(const struct landing_series *series, const struct series_run *runs);
+
+#endif

@@ -1,0 +1,200 @@
+/* matrig study FILE: a series of landings on an ensemble of runways. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "host/base/plot.h"
+#include "host/base/monotonic_clock.h"
+#include "host/base/progress.h"
+#include "host/base/xmalloc.h"
+#include "host/landing_series/series_answer.h"
+#include "host/commands/study_command.h"
+#include "host/commands/commands.h"
+#include "host/study/studies.h"
+
+#define PROGRESS_S 1.0
+
+struct runways_done {
+    const struct cli *cli;
+    double begin_s, next_s;
+    bool drawn;
+    struct progress *underway; /* for when no runway is done for long */
+};
+
+static void tell_progress(void *ctx, size_t done, size_t of)
+{
+    struct runways_done *p = ctx;
+    double now_s = monotonic_s(),
+           left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
+    progress_at(p->underway, "%zu of %zu runways are done", done, of);
+    if (p->cli->quiet || now_s < p->next_s || done == of)
+        return;
+    fprintf(stderr,
+            cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  "
+                           : "matrig: study: %zu of %zu runways, about %.0f s left\n",
+            done, of, left_s);
+    progress_printed(p->underway);
+    p->drawn = cli_terminal();
+    p->next_s = now_s + PROGRESS_S;
+}
+
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
+                                   struct study_request *request, struct error *error)
+{
+    if (command_parse(&command_study, argc, argv, cli, request, &request->path, error) != MR_OK)
+        return error->status;
+    if (plot_check(request->plot, request->path, error) != MR_OK)
+        return error->status;
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    if (!request->jobs)
+        request->jobs = cores > 0 && cores < STUDY_JOBS_MAX ? cores : 1;
+    return MR_OK;
+}
+
+#define LINES 8 /* landings that are drawn: all, or the last of every so many */
+
+static void plot_movement(struct plot *plot, const struct landing_series *c,
+                          const struct series_summary *s)
+{
+    double middle[SERIES_STATIONS_MAX];
+    size_t played = 0;
+    while (played < c->landing_count && s->landing[played].played > 0)
+        played++;
+    size_t every = (played + LINES - 1) / LINES;
+    for (size_t i = 0; i < played; i++) {
+        char key[32];
+        if (i + 1 != played && (i + 1) % every != 0)
+            continue;
+        for (size_t k = 0; k < c->station_count; k++)
+            middle[k] = s->landing[i].total_in[k].middle;
+        snprintf(key, sizeof key, "landing %zu", i + 1);
+        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                              .key = key,
+                                              .colour = (unsigned)(i / every),
+                                              .x = c->stations_ft,
+                                              .y = middle,
+                                              .count = c->station_count});
+    }
+}
+
+/* Beside each other where runways buckle in the same landing. */
+static void plot_buckles(struct plot *plot, const struct landing_series *c,
+                         const struct series_run *runs)
+{
+    double *station_ft = xcalloc(2 * c->seeds, sizeof *station_ft),
+           *landing = station_ft + c->seeds;
+    size_t count = 0;
+    for (size_t i = 0; i < c->seeds; i++) {
+        if (runs[i].buckled == 0)
+            continue;
+        station_ft[count] = runs[i].buckle_ft;
+        landing[count++] = runs[i].buckled + 0.6 * ((double)(i % 9) / 8.0 - 0.5);
+    }
+    plot_draw(plot,
+              &(struct plot_series){
+                  .kind = PLOT_POINTS, .colour = 1, .x = station_ft, .y = landing, .count = count});
+    free(station_ft);
+}
+
+static enum mr_status write_plot(const char *path, const struct landing_series *c,
+                                 const struct series_run *runs, const struct series_summary *s,
+                                 struct error *error)
+{
+    const struct plot_axis station = {
+        "station (ft)", 0.0, c->landings[0].scene.mats * c->landings[0].scene.length_ft, false};
+    struct plot *plot = plot_new(c->name, 1000, 420, 2);
+    plot_panel(plot, NULL, station, (struct plot_axis){.label = "total movement, median (in)"});
+    plot_movement(plot, c, s);
+    plot_panel(
+        plot, NULL, station,
+        (struct plot_axis){"buckles in landing", 0.5, (double)c->landing_count + 0.5, false});
+    plot_buckles(plot, c, runs);
+    return plot_write(plot, path, error);
+}
+
+/* Once more with every mat integrated and the planar engine in every landing. */
+static enum mr_status check(const struct landing_series *c, const struct study_request *request,
+                            const struct series_run *runs, const struct cli *cli,
+                            struct series_difference *apart, struct progress *underway,
+                            struct error *error)
+{
+    struct landing_series whole = *c;
+    struct runways_done progress = {.cli = cli,
+                                    .begin_s = monotonic_s(),
+                                    .next_s = monotonic_s() + PROGRESS_S,
+                                    .underway = underway};
+    progress_at(underway, "runways are played again in full; none is done");
+    struct series_run *again = xcalloc(c->seeds, sizeof *again);
+    whole.skip_share = -1.0;
+    if (series_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again, error) ==
+        MR_OK)
+        *apart = series_compare(c, runs, again);
+    for (size_t i = 0; i < c->seeds; i++)
+        series_run_free(&again[i]);
+    free(again);
+    return error->status;
+}
+
+static int finish(const struct landing_series *c, const struct study_request *request,
+                  const struct series_run *runs, const struct cli *cli, struct progress *underway,
+                  struct error *error)
+{
+    struct series_summary summary;
+    struct series_difference apart;
+    int code = 0;
+    if (series_summarise(&summary, c, runs, error) != MR_OK) {
+        progress_end(underway);
+        return cli_fail(error);
+    }
+    bool checked = request->check && check(c, request, runs, cli, &apart, underway, error) == MR_OK;
+    progress_end(underway);
+    if (error->status == MR_OK && request->plot)
+        write_plot(request->plot, c, runs, &summary, error);
+    if (error->status == MR_OK && summary.failed > 0)
+        error_set(error, MR_NUMERICS,
+                  "%zu of %zu runways could not be played to their end: %s; see what failed",
+                  summary.failed, c->seeds, request->path);
+    if (error->status != MR_OK)
+        code = cli_fail(error);
+    code = answer_show(cli, series_answer(c, runs, &summary, checked ? &apart : NULL, cli->si),
+                       code);
+    series_summary_free(&summary);
+    return code;
+}
+
+int study_command(int argc, char **argv, const struct cli *cli)
+{
+    struct error error = {0};
+    struct study_request request = {0};
+    struct landing_series series;
+    struct progress underway;
+    struct runways_done progress = {.cli = cli,
+                                    .begin_s = monotonic_s(),
+                                    .next_s = monotonic_s() + PROGRESS_S,
+                                    .underway = &underway};
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
+        series_load_on(&series, request.path, request.ground, &error) != MR_OK)
+        return cli_fail(&error);
+    series.parting = series.parting || request.parting;
+    if (request.seeds)
+        series.seeds = (size_t)request.seeds;
+    struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
+    int code = 0;
+    progress_begin(&underway, "study", "fewer --seeds", cli->quiet);
+    progress_at(&underway, "none of %zu runways is done", series.seeds);
+    series_ensemble(&series, (int)request.jobs, request.no_prune, tell_progress, &progress, runs,
+                    &error);
+    if (progress.drawn)
+        fputc('\n', stderr);
+    if (error.status == MR_OK) {
+        code = finish(&series, &request, runs, cli, &underway, &error);
+    } else {
+        progress_end(&underway);
+        code = cli_fail(&error);
+    }
+    for (size_t i = 0; i < series.seeds; i++)
+        series_run_free(&runs[i]);
+    free(runs);
+    series_free(&series);
+    return code;
+}

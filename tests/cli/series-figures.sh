@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Figures of the series and the pilot cases: pictures without holes on a page that stands alone, and what must hold on every runway.
+. "$(dirname "$0")/tap.sh"
+figures=build/tests/series_figures/series-figures
+check "figures 4.5 and 5.2 of one runway" sh -c "$figures '$tmp' 1 4.5 5.2 >'$tmp/figures.md'"
+drawn() {
+    ! grep -qi 'nan' "$tmp"/*.svg && grep -q 'station (ft)' "$tmp/fig4_5.svg" && grep -q 'displacement downfield (in)' "$tmp/fig4_5.svg" &&
+        [ "$(grep -cE '<text>[a-g]</text>' "$tmp/fig4_5.svg")" -eq 5 ] && [ -s "$tmp/fig5_2.svg" ]
+}
+check "with units, its five stated places and values" drawn
+table() { grep -q '^| g |' "$tmp/figures.md" && grep -q 'agrees' "$tmp/figures.md" && grep -q 'DIFFERS' "$tmp/figures.md"; }
+check "and a table that can say either" table
+# What the report tells of the series besides its buckle: in words, in JSON, on the page, and as rows of the scoreboard.
+told() {
+    local standard=host/landing_series/series/standard.json
+    build/matrig --quiet study $standard --seeds 1 >"$tmp/c.txt" &&
+        build/matrig --quiet --json study $standard --seeds 1 >"$tmp/c.json" &&
+        SEEDS=1 build/tests/campaigns/campaigns $standard >"$tmp/c.md" 2>/dev/null || return 1
+    cat "$tmp/c.md"
+    grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
+        [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&
+        grep -q '^| standard pattern | .*few runways: .* bits | landing .*few runways: .* bits |$' "$tmp/c.md"
+}
+check "facts of a series are told" told
+ground() {
+    local fresh=host/landing_series/series/control_fresh.json
+    build/matrig --quiet study $fresh --seeds 1 | grep -q '^ground *weightless gear' &&
+        build/matrig --quiet study $fresh --seeds 1 --ground elastic | grep -q '^ground *elastic under a gear with weight: 7000 lb/ft .* 6 axles in 4 lines'
+}
+check "and which ground it has" ground
+check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
+check "no runways" fails_with 2 usage $figures "$tmp" 0
+# More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.
+pilot() { build/tests/pilot/pilot 1 >"$tmp/pilot.md" && cat "$tmp/pilot.md" && [ "$(grep -c '^| [1-6]' "$tmp/pilot.md")" -eq 7 ]; }
+check "the pilot study's six results" pilot
+check "no wave when f below exceeds f above" grep -q '^| 5 .* 0 of 1 runways buckle, .* agrees' "$tmp/pilot.md"
+finish

@@ -1,0 +1,576 @@
+/* Campaigns: uneven ground, the path of a landing, what carries over, and that neither threads nor
+ * what is left out change an answer. */
+#include "tests/cmocka_all.h"
+
+#include <glob.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host/base/statistics.h"
+#include "host/landing_series/draw.h"
+#include "host/landing_series/summary.h"
+#include "host/sim/sim.h"
+
+#define RIG                                                                                      \
+    "\"N\":%d,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":1.3e4,\"CV\":60,\"KT\":" \
+    "41.6,\"CT\":1.57e-4,"                                                                       \
+    "\"TAD_deg\":7,\"profile\":\"full\",\"KL\":2.9e5,\"CL\":5,\"slack\":0.0025,\"left\":"        \
+    "\"fixed\",\"right\":\"fixed\","                                                             \
+    "\"f\":0.5,\"friction\":\"stick\",\"v0\":0,\"thrust\":\"jump\""
+
+static struct error error;
+
+static const char *file_of(const char *text)
+{
+    static char path[64];
+    snprintf(path, sizeof path, "build/test-campaign-%d.json", (int)getpid());
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+    return path;
+}
+
+static struct landing_series load(int mats, const char *rest)
+{
+    char text[2000];
+    struct landing_series series;
+    int scene = snprintf(text, sizeof text, "{\"scene\":{" RIG "},", mats);
+    snprintf(text + scene, sizeof text - (size_t)scene, "%s}", rest);
+    error = (struct error){0};
+    const char *path = file_of(text);
+    enum mr_status status = series_load(&series, path, &error);
+    remove(path);
+    if (status != MR_OK)
+        fail_msg("%s", error.text);
+    return series;
+}
+
+/* Largest rise of nine mats pressed together by a slowly growing thrust, when their middle joint
+ * lies on a high spot. */
+static double rise_in(double spot_ft, double thrust_lb)
+{
+    struct sim_scene scene;
+    struct sim_result result;
+    double ground[10] = {0.0}, closed = 0.0;
+    const struct sim_path_row rows[] = {
+        {0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
+    const struct sim_options options = {.single = true};
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CONSISTENT;
+    scene.mats = 9;
+    scene.length_ft = 2.0 / 7.0;
+    scene.weight_lb = 0.466;
+    scene.inertia_slug_ft2 = 1.19e-4;
+    scene.kv_lb_ft = 1.3e4;
+    scene.cv_lb_s_ft = 60.0;
+    scene.kt_lb_ft_rad = 0.0;
+    scene.ct_lb_ft_s_rad = 0.0;
+    scene.kl_lb_ft = 2.9e6;
+    scene.cl_lb_s_ft = 20.0;
+    scene.profile = SIM_FULL;
+    scene.friction_law = SIM_NONE;
+    scene.v0_ft_s = 0.0;
+    ground[5] = spot_ft;
+    error = (struct error){0};
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &closed, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, 10, &error), MR_OK);
+    assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
+    /* one that rises ends by folding */
+    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft)
+        fail_msg("%s", error.text);
+    double rise = result.rise_ft[6] * 12.0;
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+    return rise;
+}
+
+/* Two mats that lean against each other at height h under a compression P are lifted when 2 P h/L
+ * exceeds a mat's weight: statics of the joint between them. */
+static void test_a_vee_rises_above_its_static_load(void **state)
+{
+    (void)state;
+    for (double spot_in = 0.02; spot_in < 0.1; spot_in *= 2.0) {
+        double critical_lb = 0.466 * (2.0 / 7.0) / (2.0 * spot_in / 12.0);
+        assert_true(rise_in(spot_in / 12.0, 0.93 * critical_lb) < 0.002);
+        assert_true(rise_in(spot_in / 12.0, 1.07 * critical_lb) > 0.5);
+    }
+    /* a hollow holds down */
+    assert_true(rise_in(-0.05 / 12.0, 60.0) < 0.1 * rise_in(0.05 / 12.0, 60.0));
+}
+
+/* A landing of constant braking: the onset's smooth step loses what a delay of half of it would. */
+static void test_the_path_is_uniform_braking(void **state)
+{
+    struct landing_series series = load(420,
+                                        "\"landings\":[{\"deceleration_ft_s2\":4.6,\"times\":2},"
+                                        "{\"speed_ft_s\":30,\"profile\":[[3,5],[53,5.001]]},"
+                                        "{\"touchdown_ft\":2,\"speed_ft_s\":4,\"tow_lb\":26}]");
+    struct draw_path path = {0};
+    (void)state;
+    assert_int_equal(draw_landing(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
+    assert_near(path.stop_ft, 3.0 + 28.0 * 0.025 + 28.0 * 28.0 / 9.2, 0.02);
+    assert_near(path.rows[100].force_lb, 1300.0 / 12.0 * 4.6 / 32.174, 1e-9);
+    assert_near(path.rows[path.count - 1].t_s, 0.025 + 28.0 / 4.6, 2e-3);
+    assert_true(path.rows[path.count - 1].force_lb == 0.0);
+    assert_int_equal(draw_landing(&series, &series.landings[2], 1, 2, &path, &error), MR_OK);
+    assert_near(path.stop_ft, 3.0 + 30.0 * 0.025 + 30.0 * 30.0 / 10.0, 0.05);
+    assert_int_equal(draw_landing(&series, &series.landings[3], 1, 3, &path, &error), MR_OK);
+    assert_near(path.stop_ft, 120.0, 0.01); /* towed at 4 ft/s: 29.5 s to the end */
+    assert_near(path.rows[path.count - 1].t_s, 29.5, 2e-3);
+    assert_near(path.rows[1000].x_ft, 2.0 + 4.0 * path.rows[1000].t_s, 1e-9);
+    assert_near(path.rows[1000].force_lb, 26.0, 1e-12);
+    draw_path_free(&path);
+    series_free(&series);
+}
+
+/* Two landings by hand: the second begins with the gaps that the first has left. */
+static void test_gaps_carry_over(void **state)
+{
+    struct landing_series series = load(
+        120,
+        "\"engine\":{\"use\":\"chain\"},\"stations_ft\":[1,10,20,30],\"runway\":{\"gap_in\":0.02,"
+        "\"closing_lb\":2},\"landings\":[{\"speed_ft_s\":15,\"deceleration_ft_s2\":5,\"times\":2}"
+        "]");
+    struct series_run run;
+    struct draw_path path = {0};
+    double gap[121], closing = 2.0;
+    (void)state;
+    series_play(&series, 1, false, &run);
+    assert_int_equal(run.error.status, MR_OK);
+    assert_int_equal(run.played, 2);
+    assert_int_equal(draw_landing(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
+    for (int j = 0; j <= 120; j++)
+        gap[j] = 0.02 / 12.0;
+    for (int landing = 0; landing < 2; landing++) {
+        struct sim_scene scene = series.landings[0].scene;
+        const struct sim_options options = {.single = true};
+        struct sim_result result;
+        scene.model = SIM_CHAIN;
+        scene.t_dwell_s = 0.3;
+        assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gap, 121, &error), MR_OK);
+        assert_int_equal(sim_scene_set_list(&scene.grit_lb, &closing, 1, &error), MR_OK);
+        assert_int_equal(sim_scene_set_path(&scene, path.rows, path.count, &error), MR_OK);
+        assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
+        for (int s = 0; s < 4; s++)
+            assert_near(run.outcomes[landing].movement_in[s],
+                        12.0 * result.u_ft[(int)(series.stations_ft[s] / scene.length_ft) + 1],
+                        1e-9);
+        assert_true(landing > 0 || run.outcomes[landing].peak_in > 0.05);
+        for (int j = 0; j <= 120; j++)
+            gap[j] += (j < 120 ? result.u_ft[j + 1] : 0.0) - (j > 0 ? result.u_ft[j] : 0.0);
+        sim_result_free(&result);
+        free(scene.gap0_ft.values);
+        free(scene.grit_lb.values);
+        free(scene.path);
+    }
+    /* it does matter */
+    assert_true(run.outcomes[1].movement_in[1] < 0.9 * run.outcomes[0].movement_in[1]);
+    draw_path_free(&path);
+    series_run_free(&run);
+    series_free(&series);
+}
+
+static void play_all(struct landing_series *series, int jobs, bool all, struct series_run *runs)
+{
+    error = (struct error){0};
+    assert_int_equal(series_ensemble(series, jobs, all, NULL, NULL, runs, &error), MR_OK);
+    for (size_t i = 0; i < series->seeds; i++) {
+        if (runs[i].error.status != MR_OK)
+            fail_msg("%s", runs[i].error.text);
+        for (size_t k = 0; k < series->landing_count; k++) { /* clocks are no result */
+            struct series_outcome *out = &runs[i].outcomes[k];
+            out->ms_chain = out->ms_planar = 0.0;
+        }
+    }
+}
+
+/* To the last bit before a wave. */
+static void compare(const struct landing_series *series, struct series_run *a, struct series_run *b)
+{
+    struct series_difference apart = series_compare(series, a, b);
+    assert_int_equal(apart.outcomes, 0);
+    assert_near(apart.movement_in, 0.0, 0.0);
+}
+
+static void test_neither_jobs_nor_skipping_nor_pruning_change_an_answer(void **state)
+{
+    struct landing_series series =
+        load(140, "\"seeds\":[5,7],\"landings\":[{\"speed_ft_s\":14,\"deceleration_ft_s2\":4.3},"
+                  "{\"speed_ft_s\":24,\"deceleration_ft_s2\":[7.3,8]}]");
+    struct series_run one[3], three[3], whole[3];
+    size_t skipped = 0, buckled = 0;
+    (void)state;
+    play_all(&series, 1, false, one);
+    play_all(&series, 3, false, three);
+    for (size_t i = 0; i < 3; i++) {
+        assert_int_equal(one[i].seed, 5 + i);
+        assert_int_equal(one[i].buckled, three[i].buckled);
+        assert_memory_equal(one[i].outcomes, three[i].outcomes, 2 * sizeof *one[i].outcomes);
+        skipped += !one[i].outcomes[0].asked_planar;
+        buckled += one[i].buckled > 0;
+    }
+    series.skip_share = -1.0;
+    play_all(&series, 2, true, whole);
+    compare(&series, one, whole);
+    for (size_t i = 0; i < 3; i++) {
+        if (!one[i].outcomes[0].asked_planar)
+            assert_true(whole[i].outcomes[0].asked_planar && whole[i].outcomes[0].rise_in < 0.001);
+        series_run_free(&one[i]);
+        series_run_free(&three[i]);
+        series_run_free(&whole[i]);
+    }
+    assert_true(skipped > 0 && buckled > 0);
+    series_free(&series);
+}
+
+static void test_spreads(void **state)
+{
+    double values[] = {5, 1, 4, 2, 3}, one = 7.0;
+    (void)state;
+    struct series_spread s = series_spread_of(values, 5);
+    assert_near(s.middle, 3.0, 0.0);
+    assert_near(s.low, 1.2, 1e-12);
+    assert_near(s.high, 4.8, 1e-12);
+    assert_near(series_spread_of(&one, 1).high, 7.0, 0.0);
+    assert_true(isnan(series_spread_of(&one, 0).middle));
+}
+
+/* A band is put on before landing 2 and off before landing 3; what is not touched stays. */
+static void test_modifications_are_laid_over_the_scene(void **state)
+{
+    struct landing_series series = load(
+        60, "\"landings\":[{\"deceleration_ft_s2\":4},{\"deceleration_ft_s2\":4,\"times\":2,"
+            "\"apply\":{\"f\":0.85,\"TAD_deg\":1}},{\"deceleration_ft_s2\":4,\"remove\":[\"f\"]}]");
+    (void)state;
+    assert_int_equal(series.landing_count, 4);
+    const double f[] = {0.5, 0.85, 0.85, 0.5}, tad[] = {7, 1, 1, 1};
+    const bool modified[] = {false, true, false, true};
+    for (int i = 0; i < 4; i++) {
+        assert_near(series.landings[i].scene.friction, f[i], 0.0);
+        assert_near(series.landings[i].scene.tad_deg, tad[i], 0.0);
+        assert_int_equal(series.landings[i].modified, modified[i]);
+    }
+    series_free(&series);
+}
+
+/* On even ground no compression raises a joint; a wheel with weight on mats that are tied does. */
+static void test_tied_mats_under_weight_are_asked_for(void **state)
+{
+    static const struct {
+        const char *ground, *modification;
+        bool asked;
+    } cases[] = {{"elastic", "\"stiff_span\":7,\"stiff_KT\":84", true},
+                 {"elastic", "\"stiff_span\":7,\"stiff_K\":1e6", false},
+                 {"elastic", "\"f\":0.85", false},
+                 {"weightless", "\"stiff_span\":7,\"stiff_KT\":84", false}};
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        char rest[600];
+        struct series_run run;
+        snprintf(rest, sizeof rest,
+                 "\"ground\":\"%s\",\"elastic\":{\"wheel_load\":108.3,\"gear_k_lb_ft\":7000},"
+                 "\"runway\":{\"irregularity_in\":0},\"landings\":[{\"speed_ft_s\":6,"
+                 "\"deceleration_ft_s2\":4,\"apply\":{%s}}]",
+                 cases[i].ground, cases[i].modification);
+        struct landing_series series = load(60, rest);
+        series_play(&series, 1, false, &run);
+        assert_int_equal(run.error.status, MR_OK);
+        assert_int_equal(run.outcomes[0].asked_planar, cases[i].asked);
+        series_run_free(&run);
+        series_free(&series);
+    }
+}
+
+static void test_files_that_are_refused(void **state)
+{
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {"{\"scene\":{\"N\":9},\"landings\":[]}", "landings"},
+        {"{\"scene\":{\"N\":9}}", "landings"},
+        {"{\"landings\":[{\"deceleration_ft_s2\":4}]}", "scene"},
+        {"{\"scene\":{\"N\":9,\"path\":[]},\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "scene.path"},
+        {"{\"scene\":{\"N\":9,\"nonsense\":1},\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "nonsense"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":-4}]}",
+         "landings.0..deceleration_ft_s2"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":[5,4]}]}",
+         "landings.0..deceleration_ft_s2"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{}]}", "profile"},
+        {"{\"scene\":{\"N\":9,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4,\"touchdown_ft\":[4,"
+         "18]}]}",
+         "landings.0..touchdown_ft.18 ft"},
+        {"{\"scene\":{\"N\":1,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "landings.0..touchdown_ft.2 ft"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":{\"N\":10}},{"
+         "\"deceleration_ft_s2\":4,"
+         "\"remove\":[\"N\"]}]}",
+         "another runway"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"remove\":[\"bands\"]}]}",
+         "remove"},
+        {"{\"scene\":{\"N\":9},\"runway\":{\"gap_in\":[1,0]},\"landings\":[{\"deceleration_ft_s2\":"
+         "4}]}",
+         "runway.gap_in"},
+        {"{\"scene\":{\"N\":9},\"seeds\":0,\"landings\":[{\"deceleration_ft_s2\":4}]}", "seeds"},
+        {"{\"scene\":{\"N\":9},\"landing\":[]}", "unknown key"},
+        {"{\"scene\":{\"N\":9},\"press_flat\":1,\"landings\":[{\"deceleration_ft_s2\":4}]}",
+         "press_flat; give true or false"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"times\":500}]}", "times"},
+        {"{\"scene\":{\"N\":9},", "line 1"},
+        {"[]", "an object"},
+    };
+    struct landing_series series;
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        error = (struct error){0};
+        const char *path = file_of(cases[i].text);
+        assert_int_not_equal(series_load(&series, path, &error), MR_OK);
+        remove(path);
+        char *dots = strdup(cases[i].says), *found = error.text;
+        assert_non_null(dots);
+        for (char *part = strtok(dots, "."); part && found; part = strtok(NULL, "."))
+            found = strstr(found, part);
+        if (!found)
+            fail_msg("case %zu: \"%s\" does not say %s", i, error.text, cases[i].says);
+        free(dots);
+    }
+    error = (struct error){0};
+    assert_int_equal(series_load(&series, "build/no-such-campaign.json", &error), MR_IO);
+}
+
+/* The report's rig: the first landing moves the mats by 1/4 to 1/2 in and reaches 12 to 16 ft
+ * ahead. */
+static void test_the_standard_series_moves_as_observed(void **state)
+{
+    struct landing_series series;
+    struct series_run run;
+    (void)state;
+    error = (struct error){0};
+    assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
+                     MR_OK);
+    series.engine = SERIES_CHAIN;
+    series_play(&series, 1, false, &run);
+    assert_int_equal(run.played, 5);
+    for (int i = 0; i < 4; i++)
+        assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 &&
+                    run.outcomes[i].reach_ft > 9.0 && run.outcomes[i].reach_ft < 18.0);
+    assert_true(run.outcomes[4].zone_mats > 50);
+    series_run_free(&run);
+    series_free(&series);
+}
+
+/* A wheel that rides a wave until it stops has met one wave, however far it is carried. */
+static void test_a_wave_that_is_ridden_is_met_once(void **state)
+{
+    struct landing_series series;
+    struct series_run run;
+    (void)state;
+    error = (struct error){0};
+    assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
+                     MR_OK);
+    series_play(&series, 2, false, &run);
+    assert_int_equal(run.buckled, 5);
+    const struct series_outcome *o = &run.outcomes[4];
+    assert_int_equal(o->overruns, 1);
+    assert_int_equal(o->failures, 1);
+    assert_true(o->failure_ft[0] == o->overrun_ft[0] && run.buckle_ft == o->overrun_ft[0]);
+    assert_true(o->stop_ft - o->overrun_ft[0] > 5.0); /* that it is carried for */
+    series_run_free(&run);
+    series_free(&series);
+}
+
+/* "(4.2" or ", 4.2)": sections IV to VI of the report. */
+static void quotes_its_section(const struct landing_series *series, const char *says)
+{
+    const char *section = strpbrk(says, "(");
+    while (section && !(section[1] >= '4' && section[1] <= '6' && section[2] == '.'))
+        section = strpbrk(section + 1, "(");
+    if (!section)
+        fail_msg("%s: no section: %s", series->name, says);
+}
+
+/* What elastic ground adds comes from the series' own object or a file beside it. */
+static void test_ground_is_chosen(void **state)
+{
+    static const char *const own =
+        "{\"scene\":{\"N\":60,\"slack\":0.0025,\"W\":1},\"ground\":\"elastic\",%s"
+        "\"landings\":[{\"deceleration_ft_s2\":5}]}";
+    char text[500], ground[200];
+    struct landing_series series;
+    (void)state;
+    snprintf(text, sizeof text, own,
+             "\"elastic\":{\"W\":2,\"wheel_load\":100,\"gear_k_lb_ft\":5000},");
+    json_t *root = json_loads(text, 0, NULL);
+    error = (struct error){0};
+    assert_int_equal(series_from_json(&series, "test", root, &error), MR_OK);
+    assert_true(series.landings[0].scene.weight_lb == 2.0);
+    series_ground_text(&series, ground, sizeof ground);
+    assert_string_equal(ground, "elastic under a gear with weight: 5000 lb/ft per mat and axle, "
+                                "100 lb an axle, 1 axles in 1 line");
+    series_free(&series);
+    json_object_set_new(root, "ground", json_string("weightless"));
+    assert_int_equal(series_from_json(&series, "test", root, &error), MR_OK);
+    assert_true(series.landings[0].scene.weight_lb == 1.0);
+    series_free(&series);
+    json_decref(root);
+    static const struct {
+        const char *with, *says;
+    } wrong[] = {{"", "no elastic ground"},
+                 {"\"elastic\":5,", "an object of scene keys"},
+                 {"\"elastic\":{\"gear_k\":5},", "gear_k"},
+                 {"\"elastic\":\"none.json\",", "none.json"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        snprintf(text, sizeof text, own, wrong[i].with);
+        root = json_loads(text, 0, NULL);
+        error = (struct error){0};
+        assert_int_not_equal(series_from_json(&series, "test", root, &error), MR_OK);
+        if (!strstr(error.text, wrong[i].says))
+            fail_msg("%s: %s", wrong[i].with, error.text);
+        json_decref(root);
+    }
+}
+
+/* Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3. */
+static void test_wilson(void **state)
+{
+    static const struct {
+        size_t count, of;
+        double low, high;
+    } cases[] = {{81, 263, 0.2553, 0.3662},
+                 {15, 148, 0.0624, 0.1605},
+                 {0, 20, 0.0, 0.1611},
+                 {1, 29, 0.0061, 0.1718}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct wilson w = wilson_of(cases[i].count, cases[i].of);
+        assert_true(fabs(w.low - cases[i].low) < 6e-5 && fabs(w.high - cases[i].high) < 6e-5);
+    }
+}
+
+/* Of three runways two buckle in landing 2 and one never, of four landings: shares by hand. */
+static void test_log_score(void **state)
+{
+    struct series_run runs[3] = {{.buckled = 2}, {.buckled = 2}, {.buckled = 0}};
+    struct landing_series series = {.seeds = 3, .landing_count = 4};
+    static const struct {
+        int seen;
+        double share;
+    } cases[] = {{2, 2.2 / 4.0}, {1, 0.2 / 4.0}, {-1, 1.2 / 4.0}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        series.observed_landing = cases[i].seen;
+        assert_true(fabs(pow(2.0, -series_log_score_bits(&series, runs)) - cases[i].share) < 1e-12);
+    }
+    series.observed_landing = 0;
+    assert_true(isnan(series_log_score_bits(&series, runs)));
+}
+
+static void test_every_series_can_be_read(void **state)
+{
+    glob_t files;
+    size_t count = 0;
+    (void)state;
+    assert_int_equal(glob("host/landing_series/series/*.json", 0, NULL, &files), 0);
+    for (size_t i = 0; i < files.gl_pathc; i++) {
+        struct landing_series series;
+        char ground[200];
+        if (strstr(files.gl_pathv[i], "rig.json") || strstr(files.gl_pathv[i], "prototype.json") ||
+            strstr(files.gl_pathv[i], "_ground.json"))
+            continue;
+        for (int elastic = 0; elastic < 2; elastic++) {
+            error = (struct error){0};
+            if (series_load_on(&series, files.gl_pathv[i], elastic ? "elastic" : NULL, &error) !=
+                MR_OK)
+                fail_msg("%s", error.text);
+            series_ground_text(&series, ground, sizeof ground);
+            assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
+            assert_true(series.seeds >= 16 && series.observed[0] != 0);
+            assert_true(series.basis[0] != 0 && series.awaits[0] == 0);
+            for (size_t k = 0; k < series.fact_count; k++)
+                quotes_its_section(&series, series.facts[k].says);
+            series_free(&series);
+        }
+        count++;
+    }
+    assert_int_equal(count, 15);
+    globfree(&files);
+}
+
+static struct landing_series series(const char *path)
+{
+    struct landing_series series;
+    error = (struct error){0};
+    if (series_load(&series, path, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    return series;
+}
+
+/* Every key of `scene` is `from`'s times the factor beside it. */
+static void is_scaled(const struct sim_scene *scene, const struct sim_scene *from,
+                      const double *factors)
+{
+    const double now[] = {scene->length_ft,    scene->weight_lb,      scene->inertia_slug_ft2,
+                          scene->kl_lb_ft,     scene->cl_lb_s_ft,     scene->slack_ft,
+                          scene->kt_lb_ft_rad, scene->ct_lb_ft_s_rad, scene->tad_deg,
+                          scene->kv_lb_ft,     scene->cv_lb_s_ft,     scene->friction};
+    const double then[] = {from->length_ft,    from->weight_lb,      from->inertia_slug_ft2,
+                           from->kl_lb_ft,     from->cl_lb_s_ft,     from->slack_ft,
+                           from->kt_lb_ft_rad, from->ct_lb_ft_s_rad, from->tad_deg,
+                           from->kv_lb_ft,     from->cv_lb_s_ft,     from->friction};
+    for (size_t i = 0; i < sizeof now / sizeof now[0]; i++) {
+        if (fabs(now[i] / (then[i] * factors[i]) - 1.0) > 1e-5)
+            fail_msg("key %zu: %.9g, not %.9g", i, now[i], then[i] * factors[i]);
+    }
+}
+
+/* Dyess is the rig by the report's table 2.2 with n = 7; the diagonal pattern
+ * the rig with joints across at 45 degrees: lengths along the runway over cos
+ * 45, and with them the weight and the soil under a mat; forces of a joint and
+ * turns about it times cos 45. */
+static void test_scenes_are_the_rig_scaled(void **state)
+{
+    struct landing_series rig = series("host/landing_series/series/standard.json"),
+                          dyess = series("host/landing_series/series/dyess.json");
+    struct landing_series diagonal = series("host/landing_series/series/diagonal.json");
+    const double n = 7.0, c = sqrt(0.5);
+    (void)state;
+    const double prototype[] = {n,         n * n * n,   pow(n, 5), n * n, pow(n, 2.5), n,
+                                pow(n, 4), pow(n, 4.5), 1.0,       n * n, pow(n, 2.5), 1.0};
+    const double across[] = {1 / c,      1 / c,      pow(c, -3), c,     c,     1 / c,
+                             pow(c, -3), pow(c, -3), c,          1 / c, 1 / c, 1.0};
+    is_scaled(&dyess.landings[0].scene, &rig.landings[0].scene, prototype);
+    is_scaled(&diagonal.landings[0].scene, &rig.landings[0].scene, across);
+    assert_true(fabs(dyess.gap_in.high - n * rig.gap_in.high) < 1e-9);
+    assert_true(fabs(dyess.closing_lb.high - n * n * n * rig.closing_lb.high) < 1e-9);
+    assert_true(fabs(diagonal.gap_in.high - rig.gap_in.high / c) < 1e-4);
+    series_free(&rig);
+    series_free(&dyess);
+    series_free(&diagonal);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_vee_rises_above_its_static_load),
+        cmocka_unit_test(test_the_path_is_uniform_braking),
+        cmocka_unit_test(test_gaps_carry_over),
+        cmocka_unit_test(test_neither_jobs_nor_skipping_nor_pruning_change_an_answer),
+        cmocka_unit_test(test_spreads),
+        cmocka_unit_test(test_modifications_are_laid_over_the_scene),
+        cmocka_unit_test(test_tied_mats_under_weight_are_asked_for),
+        cmocka_unit_test(test_files_that_are_refused),
+        cmocka_unit_test(test_ground_is_chosen),
+        cmocka_unit_test(test_wilson),
+        cmocka_unit_test(test_log_score),
+        cmocka_unit_test(test_every_series_can_be_read),
+        cmocka_unit_test(test_scenes_are_the_rig_scaled),
+        cmocka_unit_test(test_the_standard_series_moves_as_observed),
+        cmocka_unit_test(test_a_wave_that_is_ridden_is_met_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
