@@ -14,7 +14,7 @@ const matrigCharts = (() => {
   const number = (v) => String(Number(v.toPrecision(5)));
   Dygraph.PLUGINS = [Dygraph.Plugins.Axes, Dygraph.Plugins.Grid]; /* its legend needs styles that a strict page refuses */
 
-  const colours = () => ({ gridLineColor: hue('grid'), axisLineColor: hue('soft') });
+  const colours = () => ({ colors: [hue('line') || hue('a')], gridLineColor: hue('grid'), axisLineColor: hue('soft') });
   /* One plot in a box. Rows are [x, [low, value, high], ...]. */
   const plot = (box, rows, options) => new Dygraph(box, rows, {
     customBars: true, connectSeparatedPoints: true, legend: 'never', showLabelsOnHighlight: false, fillAlpha: 0.2, strokeWidth: 1.4, ...colours(), ...options,

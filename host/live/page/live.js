@@ -97,22 +97,15 @@
   };
 
   /* ---- strips ---- */
-  let strips = [], palette = {};
-  const readPalette = () => {
-    const style = getComputedStyle(document.documentElement);
-    for (const name of ['line', 'grid', 'soft']) palette[name] = style.getPropertyValue('--' + name).trim();
-  };
-  const colours = () => ({ colors: [palette.line], gridLineColor: palette.grid, axisLineColor: palette.soft });
+  let strips = [];
   const ranges = { displacement: [-0.05, 0.05], tension: [0, 100] };
-  Dygraph.PLUGINS = [Dygraph.Plugins.Axes, Dygraph.Plugins.Grid]; /* its legend has inline styles, which this page's policy refuses */
   const NOTHING = [[0, [NaN, NaN, NaN]]];
   const makePlot = (strip) => {
-    strip.plot = new Dygraph(strip.box, NOTHING, {
-      labels: ['t', 'value'], customBars: true, legend: 'never', showLabelsOnHighlight: false, highlightCircleSize: 0, interactionModel: {},
-      strokeWidth: 1.2, fillAlpha: 0.25, rightGap: 14, labelsKMB: false, dateWindow: [0, span], valueRange: ranges[strip.kind], ...colours(),
+    strip.plot = matrigCharts.plot(strip.box, NOTHING, {
+      labels: ['t', 'value'], highlightCircleSize: 0, interactionModel: {}, rightGap: 14, dateWindow: [0, span], valueRange: ranges[strip.kind],
       axes: {
         x: { pixelsPerLabel: 55, axisLabelWidth: 50, axisLabelFormatter: (t) => (t < 0 ? '' : fixed(t, Number.isInteger(t) ? 0 : 1) + ' s') },
-        y: { pixelsPerLabel: 15, axisLabelWidth: 46, axisLabelFormatter: (v) => String(Number(v.toPrecision(6))) },
+        y: { pixelsPerLabel: 15 },
       },
     });
   };
@@ -157,7 +150,6 @@
     $('displacements').replaceChildren();
     $('tensions').replaceChildren();
     strips = configuration.channels.map((channel, i) => (channel.fitted && !leftOut.has(channel.name) ? makeStrip(i, channel, $(i < TRANSDUCERS ? 'displacements' : 'tensions')) : null)).filter((s) => s);
-    readPalette();
     strips.forEach(makePlot);
     for (const kind of ['displacement', 'tension']) {
       const count = strips.filter((s) => s.kind === kind).length, all = configuration.channels.filter((c, i) => c.fitted && (i < TRANSDUCERS) === (kind === 'displacement')).length;
@@ -581,15 +573,14 @@
     if (name === 'auto') delete document.documentElement.dataset.theme; else document.documentElement.dataset.theme = name;
     say('theme', 'Theme: ' + name);
     try { localStorage.setItem('matrig-theme', name); } catch (e) { /* not kept */ }
-    readPalette();
-    strips.forEach((s) => s.plot.updateOptions(colours()));
+    strips.forEach((s) => s.plot.updateOptions(matrigCharts.colours()));
   };
   const nextTheme = () => setTheme(THEMES[(THEMES.indexOf(document.documentElement.dataset.theme || 'auto') + 1) % THEMES.length]);
   const start = () => {
     let theme = 'auto';
     try { theme = localStorage.getItem('matrig-theme') || 'auto'; } catch (e) { /* none kept */ }
     setTheme(THEMES.includes(theme) ? theme : 'auto');
-    const recolour = () => { readPalette(); strips.forEach((s) => s.plot.updateOptions(colours())); };
+    const recolour = () => { strips.forEach((s) => s.plot.updateOptions(matrigCharts.colours())); };
     for (const query of ['(prefers-color-scheme:dark)', 'print']) matchMedia(query).addEventListener('change', recolour);
     for (const b of document.querySelectorAll('[data-span]')) b.addEventListener('click', () => setSpan(Number(b.dataset.span)));
     $('sound').addEventListener('click', toggleSound);
