@@ -364,7 +364,7 @@ static void find_noise(struct measured_channel *channel, size_t from, size_t to)
         channel->noise = sqrt(squares[1] / (double)(count[1] - 1));
 }
 
-static void find_baseline(struct measured_channel *channel, size_t from, size_t to, bool relative)
+static void find_baseline(struct measured_channel *channel, size_t from, size_t to)
 {
     double sum = 0.0;
     size_t count = 0;
@@ -374,7 +374,7 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
         sum += (double)channel->raw[i];
         count++;
     }
-    channel->baseline = relative ? 0.0 : count ? sum / (double)count : (double)NAN;
+    channel->baseline = count ? sum / (double)count : (double)NAN;
     channel->rest = count;
     find_noise(channel, from, to);
 }
@@ -426,8 +426,7 @@ void measured_find_facts(struct measured *measured)
             continue;
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid += channel->validity[i] == MR_VALID;
-        find_baseline(channel, from, edge,
-                      measured->relative && channel->config.kind == MR_KIND_DISPLACEMENT);
+        find_baseline(channel, from, edge);
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
         find_missing(measured, channel, edge < measured->samples ? edge : 0);
     }

@@ -96,7 +96,6 @@ struct measured {
     int64_t skipped_blocks;
     struct measured_aside aside;
     size_t samples;
-    bool relative; /* displacements were since the baseline when they were imported */
     int64_t t0_us; /* board time of t_s = 0 */
     bool t0_is_touchdown;
 

@@ -114,21 +114,6 @@ static enum mr_status fill_from_import(struct measured *measured, struct store_i
     return status;
 }
 
-/* A mean taken twice would move every reading by what rounding left. */
-static enum mr_status find_relative(struct store *store, struct measured *measured,
-                                    struct error *error)
-{
-    struct store_import import;
-    bool found;
-    enum mr_status status = store_import_get(store, measured->landing.session, &import, &found,
-                                             error);
-    if (status != MR_OK || !found)
-        return status;
-    measured->relative = import.mapping && strcmp(import.mapping, STORE_IMPORT_EXPORTED) == 0;
-    free(import.mapping);
-    return MR_OK;
-}
-
 enum mr_status measured_load_import(struct store *store, struct measured *measured,
                                     struct error *error)
 {
@@ -137,8 +122,6 @@ enum mr_status measured_load_import(struct store *store, struct measured *measur
     enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
     if (status == MR_OK && count)
         status = fill_from_import(measured, rows, count, error);
-    if (status == MR_OK && count)
-        status = find_relative(store, measured, error);
     store_imported_free(rows, count);
     return status;
 }

@@ -10,7 +10,6 @@
 #include "host/export/dbc.h"
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"
-#include "host/export/origin.h"
 #include "host/link/bases.h"
 #include "host/base/output.h"
 #include "host/base/command.h"
@@ -19,14 +18,13 @@
 
 /* ---- csv ---- */
 
-static void csv_provenance(const struct measured *measured, const char *origin, bool si, FILE *out)
+static void csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
     char source[MEASURED_SOURCE_TEXT];
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
             landing->firmware);
-    fprintf(out, "# landing: %s\n", origin);
     measured_source_text(measured, source);
     fprintf(out, "# readings from %s\n", source);
     char doubt[DOUBTS_TEXT];
@@ -115,10 +113,9 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
         status = error_set(error, MR_USAGE,
                            "no readings: RUN %lld of %s; the landing was given up before any came",
                            (long long)run, store_path(store));
-    char *origin = status == MR_OK ? origin_text(store, &measured, error) : NULL;
-    if (origin) {
+    if (status == MR_OK) {
         size_t count = measured_in_order(&measured, channels);
-        csv_provenance(&measured, origin, cli->si, out);
+        csv_provenance(&measured, cli->si, out);
         csv_errors(&measured, channels, count, cli->si, out);
         fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
                 unit_of(UNIT_SPEED, cli->si)->suffix);
@@ -132,7 +129,6 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
             csv_row(&measured, channels, count, i, cli->si, out);
         *rows = (long)measured.samples;
     }
-    free(origin);
     measured_free(&measured);
     return error->status;
 }

@@ -4,7 +4,6 @@
 
 #include "host/base/answer.h"
 #include "host/commands/commands.h"
-#include "host/export/origin.h"
 #include "host/import/readings.h"
 #include "host/import/import.h"
 #include "host/import/landing.h"
@@ -126,26 +125,6 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
     return status;
 }
 
-/* The same landing, told by board and counter, whatever the table's bytes are. */
-static enum mr_status refuse_known(struct store *store, const struct mapping *mapping,
-                                   const struct import_request *request, bool again,
-                                   struct error *error)
-{
-    int64_t run = 0;
-    if (!mapping->origin || request->like)
-        return MR_OK;
-    const struct store_landing *l = &mapping->origin->landing;
-    enum mr_status status = import_find_origin(store, mapping->origin, &run, error);
-    if (status == MR_OK && run && !again)
-        status = error_set(error, MR_USAGE,
-                           "there already: landing %lld of board %s is RUN %lld of %s: %s; --like "
-                           "%lld puts the table beside it, "
-                           "--again takes it as another",
-                           (long long)l->board_landing, l->board_uid, (long long)run,
-                           store_path(store), request->path, (long long)run);
-    return status;
-}
-
 /* Another instrument's readings are read whole before a campaign is opened, let alone written; a
  * log is looked into. */
 static enum mr_status read_readings(const struct textfile *file,
@@ -155,9 +134,6 @@ static enum mr_status read_readings(const struct textfile *file,
     char interface[IMPORT_INTERFACE];
     if (!mapping->text)
         return import_candump_check(file, request, interface, error);
-    if (mapping->origin_line && !mapping->origin)
-        verdict_set(&result->verdict, MR_MALFORMED, mapping->origin_line, 1,
-                    "the landing that the table is of is not told: board and switches are lost");
     return mapping->signals ? import_read_signals(file, request, mapping, result, error)
                             : csv_read(file->text, file->length, request->path, mapping,
                                        &result->rows, &result->verdict, error);
@@ -214,10 +190,6 @@ static enum mr_status describe(const struct textfile *file, const struct import_
         enum mr_status status = mapping_load(map, mapping, error);
         if (status != MR_OK)
             return status;
-    } else {
-        mapping_of_export(file->text, file->length, mapping);
-        if (!request->like)
-            mapping_by_block(mapping);
     }
     bool csv = mapping->text && !mapping->signals;
     row->mapping = mapping->text;
@@ -276,8 +248,6 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = refuse_twice(store, &row, request, r.again, &error);
     if (status == MR_OK)
-        status = refuse_known(store, &mapping, request, r.again, &error);
-    if (status == MR_OK)
         status = import(store, &file, request, &mapping, &row, &result, &error);
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);
@@ -301,9 +271,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database, made when it does not exist"),
-    HELP_ITEM("FILE", "a log that candump -L wrote of a matrig board: its landings are taken in as "
-                      "if they had been logged.\n"
-                      "Or a table that matrig export --format csv wrote. With --map:"),
+    HELP_ITEM("FILE", "a log that candump -L wrote of a matrig board: its landings are imported as "
+                      "if they had been logged. With --map:"),
     OPTION_TEXT(
         "--map", "M.json", map,
         "a table of another instrument (CSV), or its frames in a candump log, becomes a landing. M "
@@ -336,8 +305,8 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--base", "B", base,
                 "the board spoke at this base of identifiers (0x190); else at 0"),
     OPTION_FLAG("--again", again, "though the same file was imported before"),
-    HELP_NOTE("A damaged file is told as complete, truncated at or malformed at (line and column), "
-              "exit 4, and what is good of it is kept."),
+    HELP_NOTE("A file is reported as complete, or as truncated or malformed at a line and column: "
+              "exit 4, and its good part is kept."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
                  "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5"),
 };

@@ -33,11 +33,12 @@ enum mr_status import_candump_check(const struct textfile *file,
         return error_set(error, MR_USAGE, "no frame of %s in %zu: %s; see the log's second column",
                          request->interface, log.elsewhere, request->path);
     if (!found)
-        return error_set(
-            error, MR_MALFORMED,
-            "no frame in it: %s line %zu, column %zu; give a log that `candump -L` wrote",
-            request->path, log.verdict.line ? log.verdict.line : 1,
-            log.verdict.column ? log.verdict.column : 1);
+        return error_set(error, MR_MALFORMED,
+                         "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
+                         "wrote, or a table with "
+                         "--map",
+                         request->path, log.verdict.line ? log.verdict.line : 1,
+                         log.verdict.column ? log.verdict.column : 1);
     snprintf(name, IMPORT_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
     return MR_OK;
 }

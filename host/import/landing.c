@@ -9,7 +9,6 @@
 #include "host/analyse/measured.h"
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
-#include "host/export/origin.h"
 #include "host/link/link.h"
 
 #define BLOCK_US        1000.0
@@ -34,8 +33,6 @@ struct work {
     int64_t first;
     size_t blocks;
     int64_t run, session;
-    /* the campaign has this landing of this board: one row names it, for the black box */
-    bool known;
     struct found {
         double board_us;
         unsigned position;
@@ -128,9 +125,7 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
             error, MR_MALFORMED,
             "%.0f s long: %s; a landing is an hour at most, is the unit of time right?",
             last_s - first_s, w->request->path);
-    w->base_us = w->request->like ? (double)w->like.t0_us
-               : m->origin        ? MIDDLE_US
-                                  : MIDDLE_US - 1e6 * first_s;
+    w->base_us = w->request->like ? (double)w->like.t0_us : MIDDLE_US - 1e6 * first_s;
     if (by) {
         enum mr_status status = align(w, by, error);
         if (status != MR_OK)
@@ -222,21 +217,10 @@ static enum mr_status put_gap(struct work *w, const struct mapping_channel *chan
     return gap.count ? store_gap_put(w->store, w->session, w->run, &gap, error) : MR_OK;
 }
 
-/* Beside another landing it is that landing's. */
-static const struct origin *origin_of(const struct work *w)
-{
-    return w->request->like ? NULL : w->mapping->origin;
-}
-
 static int64_t index_of(const struct work *w, const struct mapping_channel *channel)
 {
     enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION
                                                                  : MR_KIND_DISPLACEMENT;
-    const struct origin *origin = origin_of(w);
-    for (unsigned c = 0; origin && c < MR_CHANNELS; c++) {
-        if (origin->channel[c].kind == kind && origin->channel[c].number == channel->number)
-            return c;
-    }
     int there = w->request->like ? measured_find(&w->like, kind, channel->number) : -1;
     return there >= 0 ? there
                       : (channel->role == MAPPING_TENSION ? (int64_t)MR_TRANSDUCERS : 0) +
@@ -249,13 +233,8 @@ static enum mr_status put_configuration(struct work *w, const struct mapping_cha
                                         int64_t index, struct error *error)
 {
     struct mr_channel_config config = {.band = 1, .station_ft = (float)NAN};
-    const struct origin *origin = origin_of(w);
     const struct mr_channel_config *like = w->request->like ? &w->like.channel[index].config : NULL;
-    if (like && like->kind && w->mapping->exported)
-        config = *like;
-    else if (origin && origin->channel[index].kind)
-        config = origin->channel[index];
-    else if (like && like->kind)
+    if (like && like->kind)
         config = (struct mr_channel_config){.band = like->band, .station_ft = like->station_ft};
     config.kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT;
     config.number = (uint8_t)channel->number;
@@ -281,10 +260,7 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
     if (channel->series.count)
         import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first, w->blocks,
                         reading);
-    const struct origin *origin = origin_of(w);
     int64_t stride = usual_us > 1.5 * BLOCK_US && usual_us < 1e6 ? llround(usual_us / BLOCK_US) : 1;
-    if (origin && origin->stride[index])
-        stride = (int64_t)origin->stride[index];
     struct store_imported row = {.index = index,
                                  .first_block = w->first,
                                  .stride = stride,
@@ -294,23 +270,6 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
     if (status == MR_OK)
         status = store_imported_put(w->store, w->run, &row, error);
     return status == MR_OK ? put_gap(w, channel, reading, error) : status;
-}
-
-/* A channel of which nothing could be read is one all the same. */
-static enum mr_status put_origin_channels(struct work *w, const struct origin *origin,
-                                          struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (unsigned index = 0; origin && index < MR_CHANNELS && status == MR_OK; index++) {
-        const struct mr_channel_config *config = &origin->channel[index];
-        if (config->kind)
-            status = store_channel_put(w->store, w->run, index, config, error);
-        for (unsigned item = 0; config->kind && item < MR_CALIBRATION_TABLE && status == MR_OK;
-             item++)
-            status = store_calibration_put(w->store, w->run, index, item,
-                                           (double)mr_channel_item(config, item), error);
-    }
-    return status;
 }
 
 static enum mr_status put_channels(struct work *w, struct error *error)
@@ -324,14 +283,13 @@ static enum mr_status put_channels(struct work *w, struct error *error)
                      w->request->path);
     }
     float *reading = xmalloc(w->blocks * sizeof *reading);
-    enum mr_status status = put_origin_channels(w, origin_of(w), error);
+    enum mr_status status = MR_OK;
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
-        if (measures(&w->mapping->channel[c]) &&
-            (w->mapping->channel[c].series.count || origin_of(w)))
+        if (measures(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
             status = put_channel(w, &w->mapping->channel[c], reading, error);
         unknown += measures(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
     }
-    if (unknown && !(w->mapping->exported && (w->request->like || w->mapping->origin)))
+    if (unknown)
         cli_note(w->request->cli,
                  "no error is told of %u channels: their standard errors will be of their noise "
                  "alone; see the mapping's error",
@@ -422,23 +380,11 @@ static enum mr_status copy_like(struct work *w, struct error *error)
     return status;
 }
 
-static enum mr_status put_origin(struct work *w, const struct origin *origin, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; i < origin->places && status == MR_OK; i++)
-        status = store_switch_put(w->store, w->run, &origin->place[i], error);
-    for (size_t i = 0; i < origin->edges && status == MR_OK; i++)
-        status = store_edge_put(w->store, w->run, &origin->edge[i], error);
-    return status;
-}
-
 static enum mr_status put_gear(struct work *w, struct error *error)
 {
     const struct mapping_channel *gear = find_role(w->mapping, MAPPING_GEAR);
     if (w->request->like)
         return copy_like(w, error);
-    if (origin_of(w))
-        return put_origin(w, origin_of(w), error);
     if (find_role(w->mapping, MAPPING_SWITCH))
         return edges_from_switches(w, error);
     return gear ? edges_from_gear(w, *gear, error) : MR_OK;
@@ -467,35 +413,10 @@ static enum mr_status put_landing(struct work *w, struct error *error)
         landing.switch_error_ft = w->like.landing.switch_error_ft;
         landing.clock_source = w->like.landing.clock_source;
     }
-    if (origin_of(w)) {
-        landing = origin_of(w)->landing;
-        landing.session = session.id;
-        if (w->known)
-            landing.board_uid[0] = '\0';
-    }
     if (status == MR_OK)
         status = store_landing_add(w->store, &landing, error);
     w->session = session.id;
     w->run = landing.id;
-    return status;
-}
-
-enum mr_status import_find_origin(struct store *store, const struct origin *origin, int64_t *run,
-                                  struct error *error)
-{
-    struct store_landing *rows = NULL;
-    size_t count = 0;
-    const struct store_landing *l = &origin->landing;
-    *run = 0;
-    enum mr_status status = l->board_uid[0] ? store_landings(store, &rows, &count, error) : MR_OK;
-    for (size_t i = 0; status == MR_OK && i < count && !*run; i++) {
-        bool armed = rows[i].armed_block == l->armed_block || rows[i].armed_block == STORE_NONE ||
-                     l->armed_block == STORE_NONE;
-        if (armed && rows[i].board_landing == l->board_landing &&
-            strcmp(rows[i].board_uid, l->board_uid) == 0)
-            *run = rows[i].id;
-    }
-    free(rows);
     return status;
 }
 
@@ -509,11 +430,6 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
         status = measured_load(store, request->like, &w.like, error);
         if (status == MR_OK)
             status = store_edges(store, request->like, &w.edge, &w.edges, error);
-    }
-    if (status == MR_OK && origin_of(&w)) {
-        int64_t run = 0;
-        status = import_find_origin(store, mapping->origin, &run, error);
-        w.known = run != 0;
     }
     if (status == MR_OK)
         status = place_in_time(&w, error);

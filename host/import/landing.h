@@ -14,12 +14,6 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-/* The landing of the campaign that a table of matrig export came from, by board, counter and moment
- * of arming; 0: it has none. */
-struct origin;
-enum mr_status import_find_origin(struct store *store, const struct origin *origin, int64_t *run,
-                                  struct error *error);
-
 /* One channel by blocks, its time in us of the board: reading[i] is that of block first + i; NaN:
  * missing. `usual_us`: between samples. Pure, for tests. */
 void import_resample(const struct series *series, double base_us, double usual_us, double gap_us,

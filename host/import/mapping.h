@@ -74,13 +74,7 @@ struct mapping_channel {
 };
 
 struct mapping {
-    bool signals; /* of CAN frames; else columns of a table */
-    /* matrig's own table: its readings are as good as those of the landing they came from */
-    bool exported;
-    /* the landing that they came from, if the table tells; NULL: it does not */
-    struct origin *origin;
-    /* where it tells; 0: it does not. Without an origin: what stands there is damaged */
-    size_t origin_line;
+    bool signals;                     /* of CAN frames; else columns of a table */
     char separator, decimal, comment; /* comment '\0': none */
     unsigned header_lines;
     char missing[MAPPING_WORDS][16];
@@ -103,12 +97,6 @@ enum mr_status mapping_load(const char *path, struct mapping *mapping, struct er
 /* The same from text; `path` for errors. */
 enum mr_status mapping_parse(const char *text, size_t length, const char *path,
                              struct mapping *mapping, struct error *error);
-/* For a table that matrig export --format csv wrote, by its names. False: it is none. Its rows are
- * placed by touchdown. */
-bool mapping_of_export(const char *text, size_t length, struct mapping *mapping);
-/* The rows of such a table that tells its origin are placed by the board's blocks: time 0 is then
- * the middle of block 0. */
-void mapping_by_block(struct mapping *mapping);
 void mapping_free(struct mapping *mapping);
 
 /* The bits lie within `length` bytes. */

@@ -6,9 +6,6 @@
 
 #include "host/store/store.h"
 
-/* The mapping of matrig's own tables: their displacements are since the baseline already. */
-#define STORE_IMPORT_EXPORTED "{\"note\":\"columns of matrig export\"}"
-
 struct store_import {
     int64_t session;
     char file[400];

@@ -77,7 +77,7 @@ landing() { # the log is seen, and what it records is next; the links are those 
 import_is_none() { # an imported landing is no landing of the day
     $matrig export "$tmp/d.db" 1 --format csv -o "$tmp/i.csv" || return 1
     before=$($matrig --json day "$tmp/d.db")
-    $matrig import "$tmp/d.db" "$tmp/i.csv" --like 1 >"$tmp/said" 2>&1
+    $matrig import "$tmp/d.db" "$tmp/i.csv" --map tests/exchange/exported.json --like 1 >"$tmp/said" 2>&1
     cat "$tmp/said"
     [ "$(sqlite3 "$tmp/d.db" 'select count(*) from imports')" = 1 ] && [ "$before" = "$($matrig --json day "$tmp/d.db")" ]
 }

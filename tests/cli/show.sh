@@ -40,7 +40,7 @@ $matrig --quiet log --serial "file:$tmp/serial" --db "$tmp/serial.db" >/dev/null
 head -c 480000 "$tmp/serial" >"$tmp/short" && $matrig --quiet log --serial "file:$tmp/short" --db "$tmp/short.db" >/dev/null 2>&1
 awk '!/ can0 090#/ || n++ % 3' "$tmp/can" >"$tmp/edges" && $matrig --quiet log --can "file:$tmp/edges" --db "$tmp/edges.db" >/dev/null 2>&1
 { head -c 300000 "$tmp/serial"; tail -c +310000 "$tmp/serial"; } >"$tmp/hole" && $matrig --quiet log --serial "file:$tmp/hole" --db "$tmp/hole.db" >/dev/null 2>&1
-$matrig --quiet export "$db" 1 --format csv -o "$tmp/run1.csv" && $matrig --quiet import "$tmp/import.db" "$tmp/run1.csv" >/dev/null
+$matrig --quiet export "$db" 1 --format csv -o "$tmp/run1.csv" && $matrig --quiet import "$tmp/import.db" "$tmp/run1.csv" --map tests/exchange/exported.json >/dev/null
 same_numbers() { # NAME
     show=$($matrig --quiet --json show "$tmp/$1.db") summary=$($matrig --quiet --json show "$tmp/$1.db" 1) python3 - <<'P'
 import json, os
@@ -83,7 +83,7 @@ logged_twice() {
 check "one that is logged twice" logged_twice
 imported_twice() { # the log of one link of it, and another instrument's readings of it
     cp "$db" "$tmp/again.db" && $matrig import "$tmp/again.db" "$tmp/can" >"$tmp/out" && grep 'RUN 2 is the same landing as RUN 1' "$tmp/out" &&
-        $matrig --json import "$tmp/again.db" "$tmp/run1.csv" --like 1 | grep '"same_as":\[1\]' && [ "$(show "$tmp/again.db" | grep -c 'the same landing as RUN 1')" = 2 ]
+        $matrig --json import "$tmp/again.db" "$tmp/run1.csv" --map tests/exchange/exported.json --like 1 | grep '"same_as":\[1\]' && [ "$(show "$tmp/again.db" | grep -c 'the same landing as RUN 1')" = 2 ]
 }
 check "one that is imported, too" imported_twice
 void_is_not_the_same() { $matrig --quiet landing "$tmp/twice.db" 1 --void --reason twice >/dev/null && ! show "$tmp/twice.db" | grep 'the same landing'; }

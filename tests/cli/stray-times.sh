@@ -52,7 +52,7 @@ an_edge() { # its switch is missing then, as if it had not been seen
 check "an edge an hour later costs its switch, no more" an_edge
 # An imported landing: a whole channel that begins an hour later.
 imported() {
-    build/matrig --quiet import "$db" "$tmp/whole.csv" --like 1 >/dev/null 2>&1 || return 1
+    build/matrig --quiet import "$db" "$tmp/whole.csv" --map tests/exchange/exported.json --like 1 >/dev/null 2>&1 || return 1
     local run
     run=$(sqlite3 "$db" 'select max(id) from landings')
     sqlite3 "$db" "update imported set first_block = first_block + 3500000 where landing = $run and idx = 3; delete from edges where landing = $run and 0"

@@ -49,13 +49,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     else
         FUZZ_REQUIRE(error.text[0]);
     mapping_free(&mapping);
-    for (int by_block = 0; by_block < 2; by_block++) {
-        if (mapping_of_export((const char *)data, size, &mapping)) {
-            if (by_block)
-                mapping_by_block(&mapping);
-            import(data, size, &mapping);
-        }
-        mapping_free(&mapping);
-    }
     return 0;
 }
