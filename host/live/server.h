@@ -12,6 +12,7 @@
 #ifndef MATRIG_HOST_LIVE_SERVER_H
 #define MATRIG_HOST_LIVE_SERVER_H
 
+#include "host/collect/collect.h"
 #include "host/live/hub.h"
 
 #define LIVE_PORT    8473
@@ -27,5 +28,26 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
 const char *live_server_url(const struct live_server *server);
 /* Ends the hub's waits, then serves no more. NULL is allowed. */
 void live_server_close(struct live_server *server);
+
+/* ---- for matrig log: hub and server, fed by a collector ---- */
+
+struct live {
+    struct live_source source;
+    struct live_hub *hub;
+    struct live_server *server;
+    struct collector_listener listener; /* give it to collector_listen */
+};
+
+/* `live` stays where it is; `where` as live_server_open. What `source` points to must outlive
+ * it. */
+enum mr_status live_open(struct live *live, const char *where, const struct live_source *source,
+                         struct error *error);
+void live_close(struct live *live); /* also of one that was never opened, all zero */
+
+/* Counts and events that are due: call it 20 times a second or oftener, as long as something
+ * comes. */
+void live_turn(struct live *live, const struct collector *collector);
+/* Arm or disarm, to be sent to the board. */
+bool live_take_order(struct live *live, struct mr_command *command);
 
 #endif

@@ -16,7 +16,7 @@
 #include "host/base/cli.h"
 #include "host/collect/collect.h"
 #include "host/collect/quicklook.h"
-#include "host/live/live.h"
+#include "host/live/server.h"
 #include "host/link/reader.h"
 #include "host/log/links.h"
 #include "host/log/typed.h"
