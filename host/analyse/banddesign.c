@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
@@ -97,10 +98,7 @@ static double spread(int i)
 
 static enum mr_status lay_mats(struct sim_scene *scene, struct error *error)
 {
-    double *gaps = calloc((size_t)scene->mats + 1, sizeof *gaps);
-    if (!gaps)
-        return error_set(error, MR_FULL, "out of memory: %d mats; give a shorter band",
-                         scene->mats);
+    double *gaps = xcalloc((size_t)scene->mats + 1, sizeof *gaps);
     for (int j = 0; j <= scene->mats; j++)
         gaps[j] = PLAY_FT * spread(j);
     enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gaps, (size_t)scene->mats + 1,

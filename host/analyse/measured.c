@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/measured_peak.h"
 #include "host/analyse/measured_series.h"
+#include "host/base/xmalloc.h"
 
 #define CLOCK_TOLERANCE  0.01   /* the internal oscillator's, taken as a standard error */
 #define SAMPLE_MIDDLE_MS 0.4375 /* mean of 8 scans, 125 us apart, from the beginning of the block */
@@ -576,4 +576,334 @@ size_t measured_in_order(const struct measured *measured, const struct measured_
         }
     }
     return count;
+}
+
+/* The standard errors of measured.h. */
+#define BLOCKS_PER_H 3600000.0
+
+struct mr_error_case measured_error_case(const struct measured *measured,
+                                         const struct measured_channel *channel, double value,
+                                         double samples)
+{
+    bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
+    double stride = (double)channel->stride;
+    return (struct mr_error_case){
+        .value = (float)value,
+        .noise = (float)channel->noise,
+        .averaged = (float)fmax(samples / stride, 1.0),
+        .baseline_blocks = movement ? (float)fmax((double)channel->rest / stride, 1.0) : 0.0f,
+        /* Since power on: when the zero was taken before is in zero_error. A landing is over before
+         * its baseline drifts. */
+        .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
+        .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
+    };
+}
+
+double measured_error(const struct measured *measured, const struct measured_channel *channel,
+                      double value, double samples)
+{
+    struct mr_error_case c = measured_error_case(measured, channel, value, samples);
+    return (double)mr_reading_error(&channel->config, &c);
+}
+
+#define SUM_BITS 61 /* of a running sum, without sign */
+
+/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a
+ * step at the edge of the first is none in the second. Two values of each half at least. */
+static size_t search_reach(const struct measured_channel *channel)
+{
+    return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
+}
+static size_t peak_reach(const struct measured_channel *channel)
+{
+    return search_reach(channel) - channel->stride;
+}
+
+double measured_peak_samples(const struct measured_channel *channel)
+{
+    return 2.0 * (double)peak_reach(channel) + 1.0;
+}
+
+/* Which of the two halves a sample's value belongs to: every second value is of the same. */
+static size_t half_of(const struct measured_channel *channel, size_t sample)
+{
+    return (sample + channel->phase) / channel->stride % 2;
+}
+
+/* The samples from `from` up to and without `to` that lie within `reach` of `sample`. */
+struct window {
+    size_t from, to;
+};
+
+static struct window window_at(const struct measured *measured, size_t sample, size_t reach)
+{
+    return (struct window){sample > reach ? sample - reach : 0, sample + reach < measured->samples
+                                                                    ? sample + reach + 1
+                                                                    : measured->samples};
+}
+
+/* The mean around a sample of one half of the values. NaN: none is valid. */
+static double half_mean(const struct measured *measured, const struct measured_channel *channel,
+                        size_t sample, size_t reach, size_t half)
+{
+    struct window window = window_at(measured, sample, reach);
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t i = window.from; i < window.to; i++) {
+        double value = half_of(channel, i) == half ? measured_value(channel, i) : (double)NAN;
+        if (!isnan(value)) {
+            sum += value;
+            count++;
+        }
+    }
+    return count ? sum / (double)count : (double)NAN;
+}
+
+/* ---- running sums: nearly every sample is seen not to be the peak at the cost of two differences
+ * ---- */
+
+/* Of each half, over all samples before. Whole multiples of `unit`, so that no difference of two
+ * sums depends on what came before. */
+struct running {
+    int64_t sum;
+    int64_t count;
+};
+
+struct sums {
+    struct running *half[2]; /* samples + 1 of each */
+    double unit;             /* NaN: a value is infinite, and nothing can be told by sums */
+};
+
+/* The finest unit in which all values together fit a sum. */
+static double unit_for(const struct measured *measured, const struct measured_channel *channel)
+{
+    double most = 1e-30; /* all zero: any unit does */
+    int value_bits, count_bits;
+    for (size_t i = 0; i < measured->samples; i++)
+        most = fmax(most, fabs(measured_value(channel, i)));
+    if (isinf(most))
+        return (double)NAN;
+    (void)frexp(most, &value_bits);
+    (void)frexp((double)measured->samples, &count_bits);
+    return ldexp(1.0, value_bits + count_bits - SUM_BITS);
+}
+
+static struct sums sums_of(const struct measured *measured, const struct measured_channel *channel)
+{
+    struct sums sums = {.unit = unit_for(measured, channel)};
+    struct running now[2] = {{0, 0}, {0, 0}};
+    for (size_t half = 0; half < 2; half++)
+        sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
+    if (isnan(sums.unit))
+        return sums;
+    double per_unit = 1.0 / sums.unit; /* powers of two */
+    /* counted on: dividing is dear */
+    size_t within = channel->phase % channel->stride, half = half_of(channel, 0);
+    for (size_t i = 0; i < measured->samples; i++) {
+        double value = measured_value(channel, i);
+        if (!isnan(value)) {
+            now[half].sum += llrint(value * per_unit);
+            now[half].count++;
+        }
+        sums.half[0][i + 1] = now[0];
+        sums.half[1][i + 1] = now[1];
+        if (++within == channel->stride) {
+            within = 0;
+            half = 1 - half;
+        }
+    }
+    return sums;
+}
+
+/* Of each sample from `from` on half_mean, to half a unit; NaN also where the other half has no
+ * value to take a peak from. Without sums every sample has the same. */
+static double *rough_means(const struct measured *measured, const struct measured_channel *channel,
+                           const struct sums *sums, size_t from, size_t half)
+{
+    const struct running *mine = sums->half[half], *others = sums->half[1 - half];
+    double *mean = xcalloc(measured->samples + 1, sizeof *mean);
+    for (size_t i = from; i < measured->samples && !isnan(sums->unit); i++) {
+        struct window search = window_at(measured, i, search_reach(channel)),
+                      peak = window_at(measured, i, peak_reach(channel));
+        int64_t count = mine[search.to].count - mine[search.from].count;
+        bool usable = count > 0 && others[peak.to].count > others[peak.from].count;
+        mean[i] = usable ? sums->unit * (double)(mine[search.to].sum - mine[search.from].sum) /
+                               (double)count
+                         : (double)NAN;
+    }
+    return mean;
+}
+
+/* What a rough mean must come to on the side of `sign` for half_mean to be the largest. */
+static double least_of_peaks(const double *rough, size_t from, size_t to, double sign, double unit)
+{
+    double most = -(double)INFINITY;
+    for (size_t i = from; i < to; i++)
+        most = sign * rough[i] > most ? sign * rough[i] : most;
+    /* sums round, and so does adding up a mean */
+    return isnan(unit) ? most : most - 4.0 * unit - 1e-12 * fabs(most);
+}
+
+/* The extreme on the side of `sign`: found in one half, whose rough means are given, taken from the
+ * other. */
+static double extreme(const struct measured *measured, const struct measured_channel *channel,
+                      const double *rough, double unit, size_t from, double sign, size_t half)
+{
+    double most = (double)NAN, other = (double)NAN;
+    double least = least_of_peaks(rough, from, measured->samples, sign, unit);
+    for (size_t i = from; i < measured->samples; i++) {
+        if (!(sign * rough[i] >= least))
+            continue;
+        double value = sign * half_mean(measured, channel, i, search_reach(channel), half);
+        if (isnan(value) || value <= most)
+            continue;
+        double there = half_mean(measured, channel, i, peak_reach(channel), 1 - half);
+        if (isnan(there))
+            continue;
+        most = value;
+        other = there;
+    }
+    return other;
+}
+
+void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
+                    size_t from, double *high, double *low)
+{
+    *high = *low = (double)NAN;
+    if (measured->samples == 0) /* nor has the channel a stride then */
+        return;
+    struct sums sums = sums_of(measured, channel);
+    *high = *low = 0.0;
+    for (size_t half = 0; half < 2; half++) {
+        double *rough = rough_means(measured, channel, &sums, from, half);
+        *high += extreme(measured, channel, rough, sums.unit, from, 1.0, half) / 2.0;
+        *low += extreme(measured, channel, rough, sums.unit, from, -1.0, half) / 2.0;
+        free(rough);
+    }
+    free(sums.half[0]);
+    free(sums.half[1]);
+}
+
+static const struct {
+    const char *name;
+    char letter;
+    const char *alone, *filled;
+} sources[MEASURED_SOURCES] = {
+    [MEASURED_NOTHING] = {"none", '-', "no readings came", "came from nowhere"},
+    [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
+    [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
+                      "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
+    [MEASURED_BOX] = {"blackbox", 'B', "black box records, 1 kHz", "from the black box"},
+    [MEASURED_IMPORT] = {"import", 'I', "a file of another instrument",
+                         "from a file of another instrument"},
+};
+
+const char *measured_source_name(enum measured_source source)
+{
+    return sources[source].name;
+}
+
+char measured_source_letter(enum measured_source source)
+{
+    return sources[source].letter;
+}
+
+/* A block is what most of it is: its record's source, else CAN when that filled any of it. */
+static enum measured_source source_of_block(const struct measured *measured, size_t sample)
+{
+    enum measured_source source = MEASURED_NOTHING;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        enum measured_source of_channel = (enum measured_source)measured->channel[c].source[sample];
+        if (of_channel != MEASURED_NOTHING)
+            source = of_channel;
+    }
+    return source;
+}
+
+enum mr_status measured_find_stretches(struct measured *measured, struct error *error)
+{
+    for (size_t i = 0; i < measured->samples; i++) {
+        enum measured_source source = source_of_block(measured, i);
+        int64_t block = measured->first_block + (int64_t)i;
+        measured->blocks_from[source]++;
+        if (measured->stretches && measured->stretch[measured->stretches - 1].source == source) {
+            measured->stretch[measured->stretches - 1].to_block = block;
+            continue;
+        }
+        if (!list_grow(&measured->stretch, measured->stretches, sizeof *measured->stretch))
+            return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
+                             (long long)measured->landing.id);
+        measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
+    }
+    return MR_OK;
+}
+
+/* What was set aside because of its time; false: nothing. */
+static bool aside_text(const struct measured *measured, char *out, size_t size)
+{
+    const struct measured_aside *aside = &measured->aside;
+    const struct {
+        size_t count;
+        const char *one, *many;
+    } kinds[] = {{aside->blocks, "block record", "block records"},
+                 {aside->messages, "CAN message", "CAN messages"},
+                 {aside->edges, "switch edge", "switch edges"},
+                 {aside->readings, "reading", "readings"}};
+    size_t used = 0;
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        if (kinds[k].count && used < size)
+            used += (size_t)snprintf(out + used, size - used, "%s%zu %s", used ? ", " : "",
+                                     kinds[k].count,
+                                     kinds[k].count == 1 ? kinds[k].one : kinds[k].many);
+    }
+    if (used && used < size)
+        snprintf(out + used, size - used,
+                 " set aside: the time lies far from the landing's (first: %.3f s of the board)",
+                 (double)aside->block / 1000.0);
+    return used != 0;
+}
+
+void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
+{
+    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
+                                                 MEASURED_IMPORT, MEASURED_NOTHING};
+    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s",
+                                   sources[measured->source].alone);
+    const char *separator = ";";
+    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {
+        size_t stretches = 0;
+        if (order[k] == measured->source || !measured->blocks_from[order[k]])
+            continue;
+        for (size_t i = 0; i < measured->stretches; i++)
+            stretches += measured->stretch[i].source == order[k];
+        used += (size_t)snprintf(
+            out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
+            (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled,
+            stretches, stretches == 1 ? "stretch" : "stretches");
+        separator = ",";
+    }
+    if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used,
+                                 "; %lld ms before them are in the campaign alone",
+                                 (long long)measured->skipped_blocks);
+    if (used < MEASURED_SOURCE_TEXT &&
+        aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
+        memcpy(out + used, "; ", 2);
+}
+
+void measured_aside_note(const struct measured *measured, const struct cli *cli)
+{
+    char text[MEASURED_SOURCE_TEXT];
+    if (aside_text(measured, text, sizeof text))
+        cli_note(cli, "RUN %lld: %s", (long long)measured->landing.id, text);
+}
+
+json_t *measured_aside_json(const struct measured *measured)
+{
+    const struct measured_aside *aside = &measured->aside;
+    if (aside->blocks + aside->messages + aside->edges + aside->readings == 0)
+        return json_null();
+    return json_pack("{sIsIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages",
+                     (json_int_t)aside->messages, "edges", (json_int_t)aside->edges, "readings",
+                     (json_int_t)aside->readings, "first_block", (json_int_t)aside->block);
 }

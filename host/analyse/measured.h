@@ -21,6 +21,7 @@
 #include "common/gates.h"
 #include "common/measure.h"
 #include "host/analyse/doubts.h"
+#include "host/base/cli.h"
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
@@ -79,7 +80,7 @@ struct measured_check {
 };
 
 /* What is set aside because its time lies far from the landing's
- * (host/analyse/measured_moments.h). */
+ * (host/analyse/measured_series.h). */
 struct measured_aside {
     size_t blocks, messages, edges, readings; /* readings: of an imported file */
     int64_t block;                            /* of the first of them */
@@ -177,5 +178,36 @@ int measured_find(const struct measured *measured, enum mr_channel_kind kind, un
 /* The measuring channels as tables have them: displacements 1.., then tensions 1... `channels` has
  * room for MR_CHANNELS; how many. */
 size_t measured_in_order(const struct measured *measured, const struct measured_channel **channels);
+
+/* Where a channel's peaks are: the largest and the least mean of a few readings. */
+
+/* The extremes of the moving mean from sample `from` on, of the value (measured_value): each looked
+ * for in every second reading and taken from the others, both ways round. NaN: no mean has a valid
+ * reading. */
+void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
+                    size_t from, double *high, double *low);
+/* How many samples one of these is the mean of, for measured_error. */
+double measured_peak_samples(const struct measured_channel *channel);
+
+/* Where the samples of a measured landing came from: serial, the black box, CAN, a file of another
+ * instrument, or nowhere. */
+
+#define MEASURED_SOURCE_TEXT 600
+
+/* Fills stretch, stretches and blocks_from from the channels' sources. */
+enum mr_status measured_find_stretches(struct measured *measured, struct error *error);
+
+/* "serial", "can", "blackbox", "import", "none". Static storage. */
+const char *measured_source_name(enum measured_source source);
+/* The same as one letter of a table: S, C, B, I, and - for none. */
+char measured_source_letter(enum measured_source source);
+/* In words: "serial block records, 1 kHz", and what CAN and the black box filled of it, and
+ * nobody. */
+void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT]);
+/* What was set aside because of its time, a part of the text above, as a note where that text is
+ * not shown. */
+void measured_aside_note(const struct measured *measured, const struct cli *cli);
+/* The same in numbers; null: nothing. */
+json_t *measured_aside_json(const struct measured *measured);
 
 #endif

@@ -7,21 +7,207 @@
 #include "common/series.h"
 #include "common/watch.h"
 #include "common/wire.h"
-#include "host/analyse/measured_blocks.h"
-#include "host/analyse/measured_import.h"
-#include "host/analyse/measured_source.h"
+#include "host/analyse/measured.h"
+#include "host/base/xmalloc.h"
 #include "host/link/link.h"
+#include "host/store/store_import.h"
 #include "host/store/store_recalibrate.h"
 
-void measured_span_add(struct measured_span *span, int64_t first, int64_t last)
+struct measured_span {
+    int64_t first, last; /* blocks, both in it */
+    bool any;
+};
+
+/* Block records of a landing, in order, as far as their times can belong to it. `from`, `moments` and
+ * `aside` are given. */
+struct measured_blocks {
+    struct mr_block *block;
+    uint8_t *source; /* enum measured_source */
+    size_t count;
+    size_t *row;  /* in the campaign, counted from 0 */
+    size_t rows;  /* seen, */
+    size_t known; /* and of how many of those that were kept the source is, */
+    size_t named; /* rows seen for it */
+    int64_t from; /* blocks before it are passed over */
+    int64_t skipped;
+    const struct moments *moments;
+    struct measured_aside *aside;
+};
+
+#define BLOCKS_PER_S 1000
+#define SHARE        100u /* less than a hundredth of the largest group is none of the landing, */
+#define LEAST        100u /* but with edges in it so many are enough: the link was down before */
+#define BOARD_S      4294968.0 /* a board counts blocks in 32 bits */
+
+static void add(struct moments *moments, int64_t second, size_t count, size_t edges)
+{
+    struct moments_group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
+    if (last && second >= last->from_s && second <= last->to_s + 1) {
+        last->to_s = second > last->to_s ? second : last->to_s;
+        last->count += count;
+        last->edges += edges;
+        return;
+    }
+    if (list_grow(&moments->group, moments->groups, sizeof *moments->group))
+        moments->group[moments->groups++] = (struct moments_group){second, second, count, edges};
+    else
+        moments->full = true;
+}
+
+void moments_add(struct moments *moments, int64_t block)
+{
+    add(moments, block / BLOCKS_PER_S, 1, 0);
+}
+
+static bool on_board(double board_s)
+{
+    return board_s >= 0.0 && board_s < BOARD_S;
+}
+
+void moments_add_edge(struct moments *moments, double board_s)
+{
+    if (on_board(board_s))
+        add(moments, (int64_t)board_s, 0, 1);
+}
+
+static int by_time(const void *a, const void *b)
+{
+    int64_t x = ((const struct moments_group *)a)->from_s,
+            y = ((const struct moments_group *)b)->from_s;
+    return (x > y) - (x < y);
+}
+
+/* In order, those without a pause between them as one. */
+static void join(struct moments *moments)
+{
+    size_t made = 0;
+    if (moments->groups)
+        qsort(moments->group, moments->groups, sizeof *moments->group, by_time);
+    for (size_t g = 0; g < moments->groups; g++) {
+        const struct moments_group next = moments->group[g];
+        struct moments_group *last = made ? &moments->group[made - 1] : NULL;
+        if (last && next.from_s - MOMENTS_PAUSE_S <= last->to_s) {
+            last->to_s = next.to_s > last->to_s ? next.to_s : last->to_s;
+            last->count += next.count;
+            last->edges += next.edges;
+        } else {
+            moments->group[made++] = next;
+        }
+    }
+    moments->groups = made;
+}
+
+enum mr_status moments_judge(struct moments *moments)
+{
+    size_t most = 0, left = 0;
+    join(moments);
+    for (size_t g = 0; g < moments->groups; g++)
+        most = moments->group[g].count > most ? moments->group[g].count : most;
+    for (size_t g = 0; g < moments->groups; g++) {
+        const struct moments_group group = moments->group[g];
+        if (group.count && (group.count > most / SHARE || group.count == most ||
+                            (group.edges && group.count >= LEAST)))
+            moments->group[left++] = group;
+    }
+    moments->groups = left;
+    return moments->full ? MR_FULL : MR_OK;
+}
+
+static bool holds(const struct moments *moments, int64_t second)
+{
+    for (size_t g = 0; g < moments->groups; g++) {
+        if (second >= moments->group[g].from_s && second <= moments->group[g].to_s)
+            return true;
+    }
+    return moments->groups == 0;
+}
+
+bool moments_hold(const struct moments *moments, int64_t block)
+{
+    return holds(moments, block / BLOCKS_PER_S);
+}
+
+bool moments_hold_edge(const struct moments *moments, double board_s)
+{
+    return moments->groups == 0 || (on_board(board_s) && holds(moments, (int64_t)board_s));
+}
+
+void moments_free(struct moments *moments)
+{
+    free(moments->group);
+    *moments = (struct moments){0};
+}
+
+static void measured_set_aside(struct measured_aside *aside, size_t *count, int64_t block)
+{
+    if (aside->blocks + aside->messages + aside->edges + aside->readings == 0)
+        aside->block = block;
+    ++*count;
+}
+
+static enum mr_status keep_block(void *context, const uint8_t *record, size_t length)
+{
+    struct measured_blocks *list = context;
+    struct mr_block block;
+    enum mr_status status = mr_block_get(&block, record, length);
+    size_t row = list->rows++;
+    if (status != MR_OK)
+        return status;
+    if (!moments_hold(list->moments, block.index)) {
+        measured_set_aside(list->aside, &list->aside->blocks, block.index);
+        return MR_OK;
+    }
+    if ((int64_t)block.index < list->from) {
+        list->skipped++;
+        return MR_OK;
+    }
+    if (!list_grow(&list->block, list->count, sizeof *list->block) ||
+        !list_grow(&list->source, list->count, sizeof *list->source) ||
+        !list_grow(&list->row, list->count, sizeof *list->row))
+        return MR_FULL;
+    list->row[list->count] = row;
+    list->block[list->count++] = block;
+    return MR_OK;
+}
+
+static void keep_source(void *context, int64_t index, int link)
+{
+    struct measured_blocks *list = context;
+    (void)index;
+    if (list->known < list->count && list->row[list->known] == list->named++)
+        list->source[list->known++] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
+}
+
+static enum mr_status measured_blocks_load(struct store *store, int64_t run,
+                                           struct measured_blocks *list, struct error *error)
+{
+    enum mr_status status = store_blocks_each(store, run, keep_block, list, error);
+    if (status == MR_FULL)
+        return error_set(error, status, "no memory: RUN %lld; close other programs",
+                         (long long)run);
+    if (status != MR_OK)
+        return error_set(error, MR_MALFORMED,
+                         "damaged block record: RUN %lld of %s; the database is damaged",
+                         (long long)run, store_path(store));
+    return store_block_links_each(store, run, keep_source, list, error);
+}
+
+static void measured_blocks_free(struct measured_blocks *list)
+{
+    free(list->block);
+    free(list->source);
+    free(list->row);
+}
+
+static void measured_span_add(struct measured_span *span, int64_t first, int64_t last)
 {
     span->first = span->any && span->first < first ? span->first : first;
     span->last = span->any && span->last > last ? span->last : last;
     span->any = true;
 }
 
-enum mr_status measured_make_series(struct measured *measured, const struct measured_span *span,
-                                    struct error *error)
+static enum mr_status measured_make_series(struct measured *measured,
+                                           const struct measured_span *span, struct error *error)
 {
     size_t samples = (size_t)(span->last - span->first) + 1;
     measured->first_block = span->first;
@@ -45,8 +231,8 @@ enum mr_status measured_make_series(struct measured *measured, const struct meas
 
 #define SAMPLES_MAX 3600000
 
-enum mr_status measured_check_span(const struct measured *measured, int64_t first, int64_t last,
-                                   struct error *error)
+static enum mr_status measured_check_span(const struct measured *measured, int64_t first,
+                                          int64_t last, struct error *error)
 {
     if (last >= first && last - first < SAMPLES_MAX)
         return MR_OK;
@@ -310,8 +496,8 @@ static void add_row(void *context, int64_t index, int link)
     moments_add(context, index);
 }
 
-enum mr_status measured_judge(struct measured *measured, struct moments *moments,
-                              struct error *error)
+static enum mr_status measured_judge(struct measured *measured, struct moments *moments,
+                                     struct error *error)
 {
     size_t kept = 0;
     for (size_t g = 0; g < measured->gates; g++)
@@ -365,6 +551,125 @@ static enum mr_status series_from_board(struct store *store, struct measured *me
         status = take_messages(store, measured, list->count && !recalibrated, fill, error);
     if (status == MR_OK && !list->count)
         measured->source = MEASURED_CAN;
+    return status;
+}
+
+#define STRIDE_MAX 1000
+#define BLOCK_MOST (INT64_MAX / 2)
+
+/* A row of a damaged campaign may begin anywhere. */
+static bool row_on_board(const struct store_imported *row)
+{
+    return row->index >= 0 && row->index < (int64_t)MR_CHANNELS && row->first_block >= 0 &&
+           row->first_block < BLOCK_MOST;
+}
+
+/* The rows of a file begin together: how many begin within the pause that parts groups from where
+ * this one does? */
+static size_t beside(const struct store_imported *rows, size_t count, size_t r)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < count; k++)
+        n += row_on_board(&rows[k]) &&
+             llabs(rows[k].first_block - rows[r].first_block) <= 1000 * MOMENTS_PAUSE_S;
+    return n;
+}
+
+/* Rows that begin elsewhere than most do are set aside: left are the others, in front. How many. */
+static size_t rows_together(struct measured *measured, struct store_imported *rows, size_t count)
+{
+    size_t most = 0, left = 0;
+    for (size_t r = 0; r < count; r++)
+        most = row_on_board(&rows[r]) && beside(rows, count, r) > most ? beside(rows, count, r)
+                                                                       : most;
+    for (size_t r = 0; r < count; r++) {
+        bool together = row_on_board(&rows[r]) && beside(rows, count, r) == most;
+        for (size_t i = 0; !together && i < rows[r].count; i++) {
+            if (!isnan(rows[r].reading[i]))
+                measured_set_aside(&measured->aside, &measured->aside.readings,
+                                   rows[r].first_block);
+        }
+        struct store_imported row = rows[r];
+        rows[r] = rows[left];
+        rows[left] = row;
+        left += together;
+    }
+    return left;
+}
+
+/* From the first to the last block of all rows, missing readings too; but where times were set
+ * aside, of what was left. */
+static struct measured_span span_of_rows(const struct store_imported *rows, size_t count,
+                                         const struct moments *moments)
+{
+    struct measured_span span = {0};
+    for (size_t r = 0; r < count; r++)
+        measured_span_add(&span, rows[r].first_block,
+                          rows[r].first_block + (int64_t)rows[r].count - 1);
+    for (size_t g = 0; g < moments->groups; g++) {
+        const struct moments_group *group = &moments->group[g];
+        if (g == 0 && span.first / 1000 < group->from_s - MOMENTS_PAUSE_S)
+            span.first = 1000 * group->from_s;
+        if (g + 1 == moments->groups && span.last / 1000 > group->to_s + MOMENTS_PAUSE_S)
+            span.last = 1000 * group->to_s + 999;
+    }
+    return span;
+}
+
+static void fill_from_row(struct measured *measured, const struct store_imported *row,
+                          const struct moments *moments)
+{
+    struct measured_channel *channel = &measured->channel[row->index];
+    channel->stride = row->stride >= 1 && row->stride <= STRIDE_MAX ? (size_t)row->stride : 1;
+    for (size_t i = 0; i < row->count; i++) {
+        int64_t block = row->first_block + (int64_t)i, at = block - measured->first_block;
+        bool missing = isnan(row->reading[i]), held = moments_hold(moments, block);
+        if (!missing && !held)
+            measured_set_aside(&measured->aside, &measured->aside.readings, block);
+        if (at < 0 || at >= (int64_t)measured->samples)
+            continue;
+        channel->source[at] = MEASURED_IMPORT;
+        if (missing || !held)
+            continue;
+        channel->raw[at] = row->reading[i];
+        channel->validity[at] = MR_VALID;
+    }
+}
+
+static enum mr_status fill_from_import(struct measured *measured, struct store_imported *rows,
+                                       size_t all, struct error *error)
+{
+    struct moments moments = {0};
+    size_t count = rows_together(measured, rows, all);
+    for (size_t r = 0; r < count; r++) {
+        for (size_t i = 0; i < rows[r].count; i++) {
+            if (!isnan(rows[r].reading[i]))
+                moments_add(&moments, rows[r].first_block + (int64_t)i);
+        }
+    }
+    enum mr_status status = measured_judge(measured, &moments, error);
+    struct measured_span span = span_of_rows(rows, count, &moments);
+    if (status == MR_OK)
+        status = span.any ? measured_check_span(measured, span.first, span.last, error)
+                          : measured_check_span(measured, 0, -1, error);
+    if (status == MR_OK)
+        status = measured_make_series(measured, &span, error);
+    for (size_t r = 0; r < count && status == MR_OK; r++)
+        fill_from_row(measured, &rows[r], &moments);
+    moments_free(&moments);
+    measured->source = MEASURED_IMPORT;
+    return status;
+}
+
+static enum mr_status measured_load_import(struct store *store, struct measured *measured,
+                                           struct error *error)
+{
+    struct store_imported *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
+    if (status == MR_OK && count)
+        status = fill_from_import(measured, rows, count, error);
+    store_imported_free(rows, count);
     return status;
 }
 

@@ -1,29 +1,46 @@
 /* The series of a measured landing: from block records where there are any, the rest from CAN
- * messages. Only measured.c, and the parts measured_import.c. */
+ * messages; and which of their times belong to it. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_SERIES_H
 #define MATRIG_HOST_ANALYSE_MEASURED_SERIES_H
 
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/status.h"
 #include "host/analyse/measured.h"
-#include "host/analyse/measured_moments.h"
+
+/* Which times can belong to a landing? Those of its block records, messages and readings, by the
+ * second, are groups between pauses of half a minute: a landing lasts 22 s from its first edge
+ * (common/onboard/landing.h), so whatever comes later is none of it. A group that is small beside
+ * the largest is not the landing: one wrong time would make the record hours long. What belongs to
+ * no group is set aside and counted; the campaign keeps it. Pure but for its memory. */
+
+#define MOMENTS_PAUSE_S 30
+
+struct moments {
+    struct moments_group {
+        int64_t from_s, to_s; /* both in it */
+        size_t count, edges;
+    } * group;
+    size_t groups;
+    bool full; /* no memory */
+};
+
+/* Any number of times, in any order. */
+void moments_add(struct moments *moments, int64_t block);
+void moments_add_edge(struct moments *moments, double board_s);
+/* Then, once: only groups that belong to the landing are left. MR_FULL: no memory was left for all
+ * of them. */
+enum mr_status moments_judge(struct moments *moments);
+/* True of all while there is none. */
+bool moments_hold(const struct moments *moments, int64_t block);
+bool moments_hold_edge(const struct moments *moments, double board_s);
+void moments_free(struct moments *moments);
 
 /* Fills source, first_block, samples, the raw series and validities, and, with both links, the
  * check of one against the other. Needs landing and channel configuration. */
 enum mr_status measured_load_series(struct store *store, struct measured *measured,
                                     struct error *error);
-
-struct measured_span {
-    int64_t first, last; /* blocks, both in it */
-    bool any;
-};
-void measured_span_add(struct measured_span *span, int64_t first, int64_t last);
-/* MR_MALFORMED: longer than an hour, so there is an impossible block number in it. */
-enum mr_status measured_check_span(const struct measured *measured, int64_t first, int64_t last,
-                                   struct error *error);
-/* Room for the samples of every measuring channel, all lost so far. MR_FULL. */
-enum mr_status measured_make_series(struct measured *measured, const struct measured_span *span,
-                                    struct error *error);
-/* With the landing's edges: which times belong to it; edges that do not are set aside. MR_FULL. */
-enum mr_status measured_judge(struct measured *measured, struct moments *moments,
-                              struct error *error);
 
 #endif

@@ -1,15 +1,16 @@
 #include "host/analyse/summary.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "common/fault.h"
-#include "host/analyse/measured_source.h"
-#include "host/analyse/summary_held.h"
-#include "host/analyse/summary_links.h"
-#include "host/analyse/summary_missing.h"
-#include "host/analyse/summary_time.h"
+#include "host/analyse/measured.h"
 #include "host/base/units.h"
+#include "host/link/timemap.h"
+#include "host/store/store_readiness.h"
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
                             struct error *error)
@@ -423,4 +424,575 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_t *json = answer_json(answer);
     answer_free(answer);
     return json;
+}
+
+static bool any(const struct store_held *held)
+{
+    int64_t sum_us = 0;
+    for (int cause = 0; cause < STORE_HELD_CAUSES; cause++)
+        sum_us += held->us[cause];
+    return sum_us > 0;
+}
+
+void summary_held_answer(const struct store_held *held, struct answer *answer)
+{
+    static const char *const names[STORE_HELD_CAUSES] = {"lock_s", "slow_disk_s", "full_disk_s",
+                                                         "failing_disk_s"};
+    char text[300] = "";
+    if (!any(held)) {
+        answer_none(answer, "held", NULL, "");
+        return;
+    }
+    answer_open(answer, "held", "");
+    for (int cause = 0; cause < STORE_HELD_CAUSES; cause++) {
+        size_t used = strlen(text);
+        if (held->us[cause] == 0)
+            continue;
+        snprintf(text + used, sizeof text - used, "%s%s for %.1f s", used ? ", " : "",
+                 store_held_text((enum store_held_cause)cause), (double)held->us[cause] / 1e6);
+        answer_value(answer, names[cause], NULL, UNIT_NUMBER, (double)held->us[cause] / 1e6, 1)
+            ->digits = 12;
+    }
+    answer_words(answer, NULL, "writing", "%s; what came waited in a queue, %.0f %% full at most",
+                 text, (double)held->permille / 10.0);
+    answer_value(answer, "queue_percent", NULL, UNIT_NUMBER, (double)held->permille / 10.0, 1);
+    answer_close(answer);
+}
+
+const char *summary_link_name(int link)
+{
+    return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
+}
+
+static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
+                                    struct summary_link *link, struct error *error)
+{
+    struct store_trouble *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_troubles(store, run, kind, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
+            link->trouble[rows[i].code] = rows[i].count;
+    }
+    free(rows);
+    return status;
+}
+
+void summary_count_gaps(const struct store_gap *gaps, size_t count,
+                        struct summary_link link[LINK_KINDS])
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct store_gap *gap = &gaps[i];
+        if (gap->link < 0 || gap->link >= LINK_KINDS)
+            continue;
+        struct summary_link *its = &link[gap->link];
+        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
+            its->silent = true;
+        else if (strcmp(gap->message, "frame") == 0)
+            *(strcmp(gap->cause, "board") == 0 ? &its->dropped : &its->lost) += gap->count;
+    }
+}
+
+enum mr_status summary_links_load(struct store *store, struct summary *summary, struct error *error)
+{
+    int64_t run = summary->measured.landing.id;
+    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
+    if (status == MR_OK)
+        status = store_held_get(store, run, &summary->held, error);
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        struct summary_link *link = &summary->link[kind];
+        const char *spec = kind == LINK_CAN ? summary->session.can_link
+                                            : summary->session.serial_link;
+        link->used = spec[0] != '\0';
+        status = store_frames_count(store, run, kind, &link->received, error);
+        int64_t blocks = 0;
+        if (status == MR_OK && kind == LINK_SERIAL)
+            status = store_blocks_count(store, run, &blocks, error);
+        link->received += blocks;
+        if (status == MR_OK)
+            status = load_troubles(store, run, kind, link, error);
+    }
+    summary_count_gaps(summary->gap, summary->gaps, summary->link);
+    return status;
+}
+
+void summary_troubles(const int64_t *trouble, char *out, size_t size)
+{
+    size_t used = 0;
+    out[0] = '\0';
+    for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
+        if (trouble[i] > 0)
+            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "",
+                                     link_trouble_text(i), (long long)trouble[i]);
+    }
+}
+
+json_t *summary_troubles_json(const int64_t *trouble)
+{
+    json_t *object = json_object();
+    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+        if (trouble[i] > 0)
+            json_object_set_new(object, link_trouble_text(i), json_integer((json_int_t)trouble[i]));
+    }
+    return object;
+}
+
+/* Why frames that a gap counts are not there. */
+static const char *gap_reason(const char *cause)
+{
+    static const struct {
+        const char *cause;
+        const char *text;
+    } reasons[] = {
+        {"board", "not sent by the board"},
+        {"queue", "lost in this computer's receive queue"},
+        {"lock", "lost while another program held the campaign"},
+        {"slow disk", "lost while the disk was slow"},
+        {"full disk", "lost while the disk was full"},
+        {"processor", "lost while this computer was too slow"},
+        {"adapter", "lost in the adapter"},
+        {"bus-off", "lost while the adapter was off the bus"},
+        {"away", "lost while the link was away"},
+        {"file", "not in the file"},
+        {"silence", "the link was silent"},
+    };
+    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
+        if (strcmp(cause, reasons[i].cause) == 0)
+            return reasons[i].text;
+    }
+    return "lost";
+}
+
+static void gap_answer(const struct store_gap *gap, struct answer *answer)
+{
+    answer_row(answer);
+    answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
+    answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
+    answer_count(answer, "count", "count", gap->count);
+    answer_words(answer, "message", "what", "%s", gap->message);
+    answer_words(answer, "channels", "channels", "%s", gap->channels);
+    answer_words(answer, NULL, "why", "%s", gap_reason(gap->cause));
+    answer_words(answer, "cause", NULL, "%s", gap->cause);
+    answer_count(answer, "from_block", "from block", gap->from_block);
+    answer_count(answer, "to_block", "to block", gap->to_block);
+}
+
+static void link_answer(const struct summary_link *link, int kind, struct answer *answer)
+{
+    char line[400], label[20];
+    if (!link->used) {
+        answer_words(answer, NULL, summary_link_name(kind), "not used");
+        return;
+    }
+    answer_words(answer, NULL, summary_link_name(kind),
+                 "%lld frames received, %lld lost, %lld not sent by the board%s",
+                 (long long)link->received, (long long)link->lost, (long long)link->dropped,
+                 link->silent ? "; silent in part: more may be lost" : "");
+    summary_troubles(link->trouble, line, sizeof line);
+    snprintf(label, sizeof label, "%s link", summary_link_name(kind));
+    if (line[0])
+        answer_words(answer, NULL, label, "%s", line);
+    answer_open(answer, kind == LINK_CAN ? "can" : "serial", NULL);
+    answer_count(answer, "received", NULL, link->received);
+    answer_count(answer, "lost", NULL, link->lost);
+    answer_count(answer, "dropped", NULL, link->dropped);
+    answer_flag(answer, "silent", NULL, link->silent);
+    answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
+    answer_close(answer);
+}
+
+void summary_links_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct measured_check *check = &summary->measured.check;
+    answer_open(answer, "links", "");
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        link_answer(&summary->link[kind], kind, answer);
+    answer_close(answer);
+    if (check->compared)
+        answer_words(
+            answer, NULL, "cross-check",
+            "%zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)",
+            check->compared, check->different, check->worst_digits);
+    answer_open(answer, "cross_check", NULL);
+    answer_count(answer, "compared", NULL, (int64_t)check->compared);
+    answer_count(answer, "different", NULL, (int64_t)check->different);
+    answer_close(answer);
+    if (summary->gaps == 0)
+        answer_words(answer, NULL, "gaps", "none");
+    answer_table(answer, "gaps", "gaps");
+    for (size_t i = 0; i < summary->gaps; i++)
+        gap_answer(&summary->gap[i], answer);
+    answer_close(answer);
+}
+
+enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean,
+                                 struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < MR_QUANTITIES && status == MR_OK; i++)
+        status = store_mean_get(store, run, (enum mr_quantity)i, &mean[i], error);
+    return status;
+}
+
+void summary_mean_answer(const struct store_mean *mean, struct answer *answer)
+{
+    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+        const struct mr_quantity_info *info = mr_quantity_at(i);
+        const struct store_mean *m = &mean[i];
+        const char *unit = info->unit;
+        while ((unsigned char)*unit >= 0x80) /* the degree */
+            unit++;
+        if (!m->readings && m->told)
+            answer_words(answer, NULL, info->name, "none of %lld readings came; %s",
+                         (long long)m->told, info->why);
+        if (!m->readings)
+            continue;
+        answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);
+        answer_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
+                      (long long)m->told);
+        answer_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
+        if (!isnan(m->error))
+            answer_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)
+                ->digits = 4;
+    }
+}
+
+#define NUMBERS 120 /* of the channels of a kind, in words */
+
+static bool lacks(const struct measured_channel *channel, enum mr_channel_kind kind)
+{
+    return channel->config.kind == kind && channel->missing_to > channel->missing_from;
+}
+
+static bool same(const struct measured_channel *a, const struct measured_channel *b)
+{
+    return a->missing_from == b->missing_from && a->missing_to == b->missing_to;
+}
+
+/* "1 to 8" or "2, 5 to 7" of the channels that lack what the one at `c` does. */
+static void numbers_text(const struct measured *measured, unsigned c, char out[NUMBERS])
+{
+    const struct measured_channel *first = &measured->channel[c];
+    size_t used = 0;
+    out[0] = '\0';
+    for (unsigned i = c, run = 0; i < MR_CHANNELS; i++) {
+        const struct measured_channel *channel = &measured->channel[i];
+        if (!lacks(channel, first->config.kind) || !same(channel, first)) {
+            run = 0;
+            continue;
+        }
+        bool last = i + 1 == MR_CHANNELS || !lacks(channel + 1, first->config.kind) ||
+                    !same(channel + 1, first);
+        if ((run == 0 || last) && used < NUMBERS)
+            used += (size_t)snprintf(out + used, NUMBERS - used, "%s%u",
+                                     run > 0    ? " to "
+                                     : used > 0 ? ", "
+                                                : "",
+                                     channel->config.number);
+        run++;
+    }
+}
+
+static bool told_already(const struct measured *measured, unsigned c)
+{
+    const struct measured_channel *channel = &measured->channel[c];
+    for (unsigned i = 0; i < c; i++) {
+        if (lacks(&measured->channel[i], channel->config.kind) &&
+            same(&measured->channel[i], channel))
+            return true;
+    }
+    return false;
+}
+
+void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
+                            struct answer *answer)
+{
+    char numbers[NUMBERS];
+    if (measured_ends_early(measured))
+        answer_sentence(answer, NULL,
+                        "The record ends %.3f s after %s, while the gear %s: peaks and ends are "
+                        "those until then.",
+                        measured_time_s(measured, measured->samples - 1),
+                        measured->t0_is_touchdown ? "touchdown" : "the first switch",
+                        measured_moves_text(measured));
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (!lacks(channel, kind) || told_already(measured, c))
+            continue;
+        numbers_text(measured, c, numbers);
+        answer_sentence(answer, NULL,
+                        "Readings are missing from %.3f to %.3f s (%s%s %s): a peak that fell "
+                        "among them is not seen, and no error here knows of it.",
+                        measured_time_s(measured, channel->missing_from),
+                        measured_time_s(measured, channel->missing_to),
+                        kind == MR_KIND_TENSION ? "gage" : "transducer",
+                        strpbrk(numbers, " ") ? "s" : "", numbers);
+    }
+}
+
+#define US_PER_MIN 60e6
+
+static const char *summary_ready_kind(int kind)
+{
+    return kind == 0 ? "ready" : "walk";
+}
+
+static void take_no_go(const char *checks, char *out, size_t size)
+{
+    json_t *object = json_loads(checks, 0, NULL), *check;
+    size_t i;
+    json_array_foreach(json_object_get(object, "checks"), i, check)
+    {
+        const char *verdict = json_string_value(json_object_get(check, "verdict"));
+        const char *name = json_string_value(json_object_get(check, "name")),
+                   *value = json_string_value(json_object_get(check, "value"));
+        size_t at = strlen(out);
+        if (verdict && name && value && strcmp(verdict, "NO-GO") == 0)
+            snprintf(out + at, size - at, "%s%s: %s", at ? "; " : "", name, value);
+    }
+    json_decref(object);
+}
+
+enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
+                                  struct summary_ready ready[SUMMARY_READY_KINDS],
+                                  struct error *error)
+{
+    enum mr_status status = MR_OK;
+    memset(ready, 0, SUMMARY_READY_KINDS * sizeof *ready);
+    for (int kind = 0; kind < SUMMARY_READY_KINDS && status == MR_OK && landing->board_uid[0];
+         kind++) {
+        struct store_readiness row;
+        status = store_readiness_get(store, landing->board_uid, summary_ready_kind(kind),
+                                     landing->armed_us, true, &row, &ready[kind].known, error);
+        if (status != MR_OK || !ready[kind].known)
+            continue;
+        ready[kind].go = strcmp(row.verdict, "go") == 0;
+        ready[kind].before_min = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
+        take_no_go(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
+        free(row.checks);
+    }
+    return status;
+}
+
+void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
+                          struct answer *answer)
+{
+    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+        const struct summary_ready *r = &ready[kind];
+        if (r->known)
+            answer_words(answer, NULL, summary_ready_kind(kind), "%s, %.0f min before%s%s",
+                         r->go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "", r->no_go)
+                ->warn = !r->go;
+    }
+    answer_open(answer, "readiness", NULL);
+    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+        if (!ready[kind].known) {
+            answer_none(answer, summary_ready_kind(kind), NULL, "");
+            continue;
+        }
+        answer_open(answer, summary_ready_kind(kind), NULL);
+        answer_flag(answer, "go", NULL, ready[kind].go);
+        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
+            4;
+        answer_words(answer, "no_go", NULL, "%s", ready[kind].no_go);
+        answer_close(answer);
+    }
+    answer_close(answer);
+}
+
+#define BLOCK_US    1000.0
+#define DAY_MOST_US 1e17 /* the year 5138 */
+
+/* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of
+ * two that are none, the one that says more. */
+static bool better(const struct store_time_map *a, const struct store_time_map *b)
+{
+    if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
+        return b->refusal != TIMEMAP_GOOD &&
+               (a->refusal == TIMEMAP_GOOD || a->refusal > b->refusal);
+    return a->link == LINK_CAN && b->link != LINK_CAN;
+}
+
+enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
+                                  bool *known, struct error *error)
+{
+    struct store_time_map *map = NULL;
+    size_t maps = 0;
+    *known = false;
+    enum mr_status status = store_time_maps(store, run, &map, &maps, error);
+    for (size_t i = 0; status == MR_OK && i < maps; i++) {
+        if (!*known || better(&map[i], clock))
+            *clock = map[i];
+        *known = true;
+    }
+    free(map);
+    return status;
+}
+
+struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us)
+{
+    double since_us = board_us - (double)clock->board_us;
+    return (struct summary_moment){
+        (double)clock->host_us + since_us / (1.0 + clock->fast_ppm * 1e-6),
+        clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
+}
+
+/* The frame that said the first warning, on one link. */
+struct told {
+    int64_t block_us, host_us; /* STORE_NONE: it did not come over this link */
+};
+
+static enum mr_status find_told(void *context, const struct store_frame *frame)
+{
+    struct told *told = context;
+    if (frame->id == MR_ID_ZONE_LEAD && frame->board_us == told->block_us &&
+        (told->host_us == STORE_NONE || frame->host_us < told->host_us))
+        told->host_us = frame->host_us;
+    return MR_OK;
+}
+
+/* Decided on the board and received by this computer are two moments; only a clock that both share
+ * tells them apart. */
+static enum mr_status load_received(struct store *store, struct summary *summary,
+                                    struct error *error)
+{
+    const struct zone_warning *warning = &summary->zones.warning;
+    enum mr_status status = MR_OK;
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        summary->warning_received_s[kind] = (double)NAN;
+    if (!warning->warned || !summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD ||
+        warning->block < 0 || warning->block > UINT32_MAX)
+        return MR_OK;
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        struct told told = {1000 * warning->block, STORE_NONE};
+        status = store_frames_each(store, summary->measured.landing.id, kind, find_told, &told,
+                                   error);
+        struct summary_moment complete = summary_time_by(&summary->clock,
+                                                         1000.0 * (double)(warning->block + 1));
+        double late_us = (double)told.host_us - complete.host_us;
+        /* else stamped by another clock than the map's */
+        if (told.host_us != STORE_NONE && late_us > -complete.half_us - BLOCK_US)
+            summary->warning_received_s[kind] = late_us / 1e6;
+    }
+    return status;
+}
+
+enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
+{
+    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
+    if (status == MR_OK)
+        status = summary_time_clock(store, summary->measured.landing.id, &summary->clock,
+                                    &summary->clock_known, error);
+    return status == MR_OK ? load_received(store, summary, error) : status;
+}
+
+struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
+{
+    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD)
+        return (struct summary_moment){(double)NAN, (double)NAN};
+    return summary_time_by(&summary->clock, board_us);
+}
+
+/* "2026-11-21 22:28:14.1234 UTC" */
+static void day_text(double host_us, char *out, size_t size)
+{
+    time_t second = fabs(host_us) < DAY_MOST_US ? (time_t)floor(host_us / 1e6) : 0;
+    struct tm utc;
+    char text[40];
+    if (!(fabs(host_us) < DAY_MOST_US) || !gmtime_r(&second, &utc)) {
+        snprintf(out, size, "a time that no calendar has");
+        return;
+    }
+    strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+    snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
+}
+
+static void clock_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct store_time_map *clock = &summary->clock;
+    const struct summary_moment touchdown = summary_time_of_day(summary,
+                                                                (double)summary->measured.t0_us);
+    bool good = clock->refusal == TIMEMAP_GOOD;
+    char day[60];
+    if (!summary->clock_known)
+        return;
+    answer_open(answer, "clock", "");
+    answer_flag(answer, "good", NULL, good);
+    answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
+    if (good) {
+        answer_words(answer, NULL, "clock",
+                     "board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms "
+                     "(95 %%) and the link's least delay",
+                     fabs(clock->fast_ppm), clock->fast_half_ppm,
+                     clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
+                     (long long)clock->pairs, clock->host_half_us / 1e3);
+        answer_words(answer, "link", NULL, clock->link == LINK_CAN ? "can" : "serial");
+        answer_count(answer, "moments", NULL, clock->pairs);
+        answer_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
+        answer_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
+        answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
+        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_us, 0);
+    } else {
+        answer_words(answer, NULL, "clock", "no times of day: %s",
+                     timemap_refusal_text((unsigned)clock->refusal));
+    }
+    if (good && summary->measured.t0_is_touchdown) {
+        day_text(touchdown.host_us, day, sizeof day);
+        answer_words(answer, NULL, "touchdown at", "%s", day);
+    }
+    answer_close(answer);
+}
+
+static void received_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct zone_warning *warning = &summary->zones.warning;
+    if (!summary->clock_known)
+        return;
+    answer_open(answer, "warning_received_s", "");
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        double received_s = summary->warning_received_s[kind];
+        struct summary_moment decided = summary_time_of_day(summary,
+                                                            1000.0 * (double)(warning->block + 1));
+        answer_value(answer, kind == LINK_CAN ? "can" : "serial", NULL, UNIT_NUMBER, received_s, 6);
+        if (!isnan(received_s))
+            answer_words(answer, NULL, "received",
+                         "the first warning over %s %.1f ms after it was decided (95 %%: +- %.1f, "
+                         "and the link's least delay)",
+                         summary_link_name(kind), 1e3 * received_s, decided.half_us / 1e3);
+    }
+    answer_close(answer);
+}
+
+static void film_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct film *film = &summary->film;
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    double worst_ft = 0.0;
+    size_t placed = 0;
+    char gear[80] = "";
+    if (film->frames == 0)
+        return;
+    for (size_t i = 0; i < film->frames; i++) {
+        if (isnan(film->frame[i].station_ft.value))
+            continue;
+        worst_ft = fmax(worst_ft, film->frame[i].station_ft.error);
+        placed++;
+    }
+    if (placed)
+        snprintf(gear, sizeof gear, "; gear on %zu of them within %.3f %s (95 %%)", placed,
+                 SUMMARY_95 * worst_ft * station->factor, station->text);
+    answer_open(answer, "film", "");
+    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
+                 film->rate_hz, (long long)film->missing, gear);
+    answer_count(answer, "frames", NULL, (int64_t)film->frames);
+    answer_count(answer, "missing", NULL, film->missing);
+    answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
+    answer_close(answer);
+}
+
+void summary_time_answer(const struct summary *summary, struct answer *answer)
+{
+    clock_answer(summary, answer);
+    received_answer(summary, answer);
+    film_answer(summary, answer);
 }

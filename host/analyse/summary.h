@@ -6,15 +6,46 @@
 #include <jansson.h>
 #include <stdio.h>
 
+#include "common/quantity.h"
 #include "host/analyse/bands.h"
 #include "host/analyse/film.h"
 #include "host/analyse/foresight.h"
-#include "host/analyse/summary_mean.h"
-#include "host/analyse/summary_ready.h"
+#include "host/analyse/measured.h"
 #include "host/analyse/zones.h"
+#include "host/base/answer.h"
 #include "host/link/link.h"
+#include "host/store/store.h"
 #include "host/store/store_import.h"
 #include "host/store/store_log.h"
+
+/* Means over a landing of what the board tells again and again: the quantities of the catalogue
+ * that the campaign keeps. */
+
+/* `mean` has MR_QUANTITIES. */
+enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean,
+                                 struct error *error);
+void summary_mean_answer(const struct store_mean *mean, struct answer *answer);
+
+/* What `matrig ready` had found before a landing: the newest check and the newest walk of its
+ * board, within 12 h before arming. */
+
+#define SUMMARY_READY_KINDS 2
+
+struct summary_ready {
+    bool known;
+    bool go;
+    double before_min; /* minutes before arming */
+    char no_go[400];   /* "switch 12: did not answer; ..." */
+};
+
+/* One for each kind: ready, walk. */
+enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
+                                  struct summary_ready ready[SUMMARY_READY_KINDS],
+                                  struct error *error);
+/* "go, 14 min before", with what was not when it was no-go; for programs "readiness", in which null
+ * was not done. */
+void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
+                          struct answer *answer);
 
 /* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with
  * known spread. */
@@ -86,5 +117,44 @@ const char *summary_link_name(int link);
 void summary_troubles(const int64_t *trouble, char *out, size_t size);
 /* The same as an object: {"bus off": 1, ...}. The caller owns it. */
 json_t *summary_troubles_json(const int64_t *trouble);
+
+/* What kept a landing's campaign from being written while it was logged. */
+
+/* for people nothing when nothing did */
+void summary_held_answer(const struct store_held *held, struct answer *answer);
+
+/* The part of a landing's summary that is about its links: frames received, lost and doubted,
+ * troubles, gaps, CAN against serial. */
+
+enum mr_status summary_links_load(struct store *store, struct summary *summary,
+                                  struct error *error);
+/* Adds up what the gaps say: lost, dropped, silent. */
+void summary_count_gaps(const struct store_gap *gaps, size_t count,
+                        struct summary_link link[LINK_KINDS]);
+void summary_links_answer(const struct summary *summary, struct answer *answer);
+
+/* Readings that are missing where a peak may have been, in words above the tables of channels. */
+
+/* A sentence for each stretch that channels of this kind lack: each channel's longest. */
+void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
+                            struct answer *answer);
+
+/* The part of a landing's summary that is about time: the board's clock, the time of day of the
+ * touchdown, the film. */
+
+/* Of a moment of the board: Unix microseconds and half the 95 % interval; NaN: not known. */
+struct summary_moment {
+    double host_us;
+    double half_us;
+};
+struct summary_moment summary_time_of_day(const struct summary *summary, double board_us);
+/* The same by a landing's clock alone: the best of its links, as summary->clock. `*known` false: no
+ * link had one. */
+enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
+                                  bool *known, struct error *error);
+struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us);
+
+enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error);
+void summary_time_answer(const struct summary *summary, struct answer *answer);
 
 #endif

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/analyse/measured_source.h"
+#include "host/analyse/measured.h"
 #include "host/commands/commands.h"
 #include "host/compare/show.h"
 #include "host/compare/landing.h"

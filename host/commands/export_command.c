@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "host/analyse/film.h"
-#include "host/analyse/measured_source.h"
+#include "host/analyse/measured.h"
 #include "host/commands/commands.h"
 #include "host/export/dbc.h"
 #include "host/export/export_candump.h"

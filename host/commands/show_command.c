@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/glance.h"
+#include "host/analyse/preview.h"
 #include "host/analyse/journal.h"
 #include "host/analyse/record.h"
 #include "host/base/command.h"
@@ -20,7 +20,7 @@ struct known {
     size_t edges;
 };
 
-static int64_t find_same(const struct known *known, size_t count, const struct glance *glance)
+static int64_t find_same(const struct known *known, size_t count, const struct preview *glance)
 {
     for (size_t i = 0; i < count; i++) {
         if (store_same_landing(&glance->measured.landing, glance->edge, glance->edges,
@@ -31,7 +31,7 @@ static int64_t find_same(const struct known *known, size_t count, const struct g
 }
 
 /* Takes over the edges. */
-static void remember(struct known *known, size_t *count, struct glance *glance)
+static void remember(struct known *known, size_t *count, struct preview *glance)
 {
     if (glance->is_void)
         return;
@@ -42,7 +42,7 @@ static void remember(struct known *known, size_t *count, struct glance *glance)
 static enum mr_status landings_answer(struct store *store, const struct store_landing *row,
                                       size_t count, struct answer *answer, struct error *error)
 {
-    static struct glance glance; /* some ten kilobytes */
+    static struct preview glance; /* some ten kilobytes */
     uint16_t base;
     bool bases = false;
     struct known *known = calloc(count ? count : 1, sizeof *known);
@@ -56,13 +56,13 @@ static enum mr_status landings_answer(struct store *store, const struct store_la
     }
     answer_table(answer, "landings", "");
     for (size_t i = 0; i < count && status == MR_OK; i++) {
-        status = glance_load(store, row[i].id, &glance, error);
+        status = preview_load(store, row[i].id, &glance, error);
         if (status == MR_OK) {
             answer_row(answer);
-            glance_answer(&glance, find_same(known, remembered, &glance), bases, answer);
+            preview_answer(&glance, find_same(known, remembered, &glance), bases, answer);
             remember(known, &remembered, &glance);
         }
-        glance_free(&glance);
+        preview_free(&glance);
     }
     answer_close(answer);
     for (size_t i = 0; i < remembered; i++)

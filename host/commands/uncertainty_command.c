@@ -6,7 +6,6 @@
 #include <time.h>
 
 #include "common/channels.h"
-#include "host/analyse/measured_peak.h"
 #include "host/analyse/measured.h"
 #include "host/base/answer.h"
 #include "host/base/html.h"

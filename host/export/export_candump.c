@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/analyse/summary_time.h"
+#include "host/analyse/summary.h"
 #include "host/link/timemap.h"
 #include "host/link/candump.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/measured_source.h"
+#include "host/analyse/measured.h"
 #include "host/analyse/summary.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/analyse/summary_missing.h"
+#include "host/analyse/summary.h"
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 #include "host/compare/figures.h"

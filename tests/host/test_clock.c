@@ -3,7 +3,7 @@
  * other. */
 #include <math.h>
 
-#include "host/analyse/summary_time.h"
+#include "host/analyse/summary.h"
 #include "host/link/timemap.h"
 #include "tests/cmocka_all.h"
 #include "tests/host/session.h"

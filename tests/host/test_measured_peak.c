@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/measured_peak.h"
+#include "host/analyse/measured.h"
 #include "tests/cmocka_all.h"
 
 #define SAMPLES 3000

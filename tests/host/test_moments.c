@@ -1,6 +1,6 @@
 /* Which times belong to a landing: what is far and little is set aside, what is far and much, or
  * has the edges, is not. */
-#include "host/analyse/measured_moments.h"
+#include "host/analyse/measured_series.h"
 #include "tests/cmocka_all.h"
 
 static void stretch(struct moments *moments, int64_t from_block, int64_t blocks)

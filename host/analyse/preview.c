@@ -1,16 +1,16 @@
-#include "host/analyse/glance.h"
+#include "host/analyse/preview.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/summary_links.h"
+#include "host/analyse/summary.h"
 #include "host/survey/survey_answer.h"
 
 #define NOTE_SHOWN 60 /* characters of a note, for people */
 
-static enum mr_status load_links(struct store *store, int64_t run, struct glance *glance,
+static enum mr_status load_links(struct store *store, int64_t run, struct preview *glance,
                                  struct error *error)
 {
     struct store_gap *gap = NULL;
@@ -22,7 +22,7 @@ static enum mr_status load_links(struct store *store, int64_t run, struct glance
     return status;
 }
 
-static enum mr_status load_said(struct store *store, int64_t run, struct glance *glance,
+static enum mr_status load_said(struct store *store, int64_t run, struct preview *glance,
                                 struct error *error)
 {
     struct store_observation *row = NULL;
@@ -36,8 +36,8 @@ static enum mr_status load_said(struct store *store, int64_t run, struct glance 
     return status == MR_OK ? store_is_void(store, run, &glance->is_void, NULL, error) : status;
 }
 
-enum mr_status glance_load(struct store *store, int64_t run, struct glance *glance,
-                           struct error *error)
+enum mr_status preview_load(struct store *store, int64_t run, struct preview *glance,
+                            struct error *error)
 {
     struct store_import import = {0};
     memset(glance, 0, sizeof *glance);
@@ -59,7 +59,7 @@ enum mr_status glance_load(struct store *store, int64_t run, struct glance *glan
     return status == MR_OK ? store_edges(store, run, &glance->edge, &glance->edges, error) : status;
 }
 
-void glance_free(struct glance *glance)
+void preview_free(struct preview *glance)
 {
     measured_free(&glance->measured);
     zones_free(&glance->zones);
@@ -69,7 +69,7 @@ void glance_free(struct glance *glance)
 
 /* ---- a row ---- */
 
-static void state_text(const struct glance *glance, char *out, size_t size)
+static void state_text(const struct preview *glance, char *out, size_t size)
 {
     const struct doubts *doubts = &glance->measured.doubts;
     snprintf(out, size, "%lld, %s%s%s%s", (long long)glance->measured.landing.board_landing,
@@ -94,7 +94,7 @@ static void motion_answer(const struct measured *measured, struct answer *answer
         ->digits = 9;
 }
 
-static void warning_answer(const struct glance *glance, struct answer *answer)
+static void warning_answer(const struct preview *glance, struct answer *answer)
 {
     const struct zone_warning *w = &glance->zones.warning;
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
@@ -122,7 +122,7 @@ static void warning_answer(const struct glance *glance, struct answer *answer)
         ->digits = 9;
 }
 
-static void lost_answer(const struct glance *glance, struct answer *answer)
+static void lost_answer(const struct preview *glance, struct answer *answer)
 {
     const struct summary_link *can = &glance->link[LINK_CAN], *serial = &glance->link[LINK_SERIAL];
     answer_words(answer, NULL, "frames|lost", "%lld%s", (long long)(can->lost + serial->lost),
@@ -139,7 +139,7 @@ static void add(char *out, size_t size, const char *text)
 }
 
 /* The newest note, how many there are besides, what was seen, and what else is to be known. */
-static void said_answer(const struct glance *glance, int64_t same, struct answer *answer)
+static void said_answer(const struct preview *glance, int64_t same, struct answer *answer)
 {
     char text[NOTE_SHOWN + 120] = "", part[NOTE_SHOWN + 40];
     const char *newest = NULL;
@@ -180,7 +180,7 @@ static void said_answer(const struct glance *glance, int64_t same, struct answer
     answer_count(answer, "same_as", NULL, same ? same : ANSWER_UNKNOWN);
 }
 
-void glance_answer(const struct glance *glance, int64_t same, bool bases, struct answer *answer)
+void preview_answer(const struct preview *glance, int64_t same, bool bases, struct answer *answer)
 {
     const struct store_landing *landing = &glance->measured.landing;
     char when[40], state[80];
