@@ -43,12 +43,15 @@ def make_hostile(path):
     db, changed = sqlite3.connect(path), 0
     spared = {("events", "kind"), ("gaps", "message"), ("gaps", "cause"), ("configurations", "text"), ("missing", "message"),
               ("readiness", "kind"), ("readiness", "checks"), ("readiness", "verdict"), ("gage_surveys", "pattern"), ("gage_surveys", "edges"), ("gage_readings", "kind")}
-    for (trigger,) in db.execute("select name from sqlite_schema where type = 'trigger'").fetchall():
+    triggers = db.execute("select name, sql from sqlite_schema where type = 'trigger'").fetchall()
+    for trigger, _ in triggers:
         db.execute("drop trigger " + trigger)  # those by which history stays
     for (table,) in db.execute("select name from sqlite_schema where type = 'table' and name not like 'sqlite_%'").fetchall():
         for column in db.execute("pragma table_info(%s)" % table).fetchall():
             if "TEXT" in column[2] and (table, column[1]) not in spared:
                 changed += db.execute("update or ignore %s set %s = ?" % (table, column[1]), (HOSTILE,)).rowcount
+    for _, sql in triggers:
+        db.execute(sql)
     db.commit()
     db.close()
     return changed
