@@ -64,17 +64,18 @@ const matrigCharts = (() => {
     for (let i = Math.floor(step * (look % 6) / 6); i < points.length; i += step) mark(e.drawingContext, look, points[i].canvasx, points[i].canvasy, 3);
   };
   const FILLS = { closed: ['closed', 0.75], behind: ['closed', 0.28], told: ['a', 0.3], band: ['a', 0.15] };
+  /* Lines that go on from one rectangle to the next; an edge where there is room for it. */
   const hatch = (context, x, y, w, h) => {
     context.save();
     context.beginPath();
     context.rect(x, y, w, h);
     context.clip();
     context.strokeStyle = hue('warn');
-    context.lineWidth = 1.4;
+    context.lineWidth = 0.9;
     context.beginPath();
-    for (let d = -h - (x % 7); d < w; d += 7) { context.moveTo(x + d, y + h); context.lineTo(x + d + h, y); }
+    for (let c = Math.ceil((x + y) / 7) * 7; c < x + y + w + h; c += 7) { context.moveTo(c - y - h, y + h); context.lineTo(c - y, y); }
     context.stroke();
-    context.strokeRect(x, y, w, h);
+    if (w > 8 && h > 8) context.strokeRect(x, y, w, h);
     context.restore();
   };
   /* A shape between two corners in pixels. */
@@ -97,7 +98,7 @@ const matrigCharts = (() => {
       context.arc(x0, y0, 5, 0, 2 * Math.PI);
       context.stroke();
     } else {
-      const [name, dash, width] = { mark: ['soft', [2, 3], 1], stop: ['a', [], 1.6], lead: ['warn', [], 1.6] }[kind] || ['ink', [], 1];
+      const [name, dash, width] = { mark: ['soft', [2, 3], 1], stop: ['a', [], 1.6], lead: ['c', [], 2] }[kind] || ['ink', [], 1];
       context.strokeStyle = hue(name);
       context.setLineDash(dash);
       context.lineWidth = width;
@@ -109,7 +110,7 @@ const matrigCharts = (() => {
     context.globalAlpha = 1;
     if (text) {
       context.fillStyle = hue('ink');
-      context.font = '11px system-ui,sans-serif';
+      context.font = '600 11px system-ui,sans-serif';
       const left = kind === 'seen' || x0 < context.measureText(text).width + 10;
       context.textAlign = left ? 'left' : 'right';
       context.fillText(text, x0 + (left ? 8 : -8), y0 + (kind === 'seen' ? 4 : -4));

@@ -30,7 +30,7 @@ def address_of(path):
 
 def take(browser, name, left, top, width, height, scale):
     clip = {"x": left, "y": top, "width": width, "height": height, "scale": scale}
-    data = base64.b64decode(browser.call("Page.captureScreenshot", {"format": "png", "clip": clip, "captureBeyondViewport": True})["data"])
+    data = base64.b64decode(browser.call("Page.captureScreenshot", {"format": "png", "clip": clip})["data"])
     with open("%s/%s" % (OUT, name), "wb") as out:
         out.write(data)
     print("%s/%s: %d bytes" % (OUT, name, len(data)))
@@ -63,13 +63,12 @@ def live(browser, work):
 def report(browser):
     """Of the last landing: displacement against the distance from the wheel, and the zone map below it."""
     browser.open(pathlib.Path("build/demo/report.html").resolve().as_uri(), 1000, 900)
-    time.sleep(0.5)
     place = """[...document.querySelectorAll('figure.chart')].filter(f => f.getAttribute('aria-label').startsWith('%s')).pop().getBoundingClientRect().%s + window.scrollY"""
+    for _ in range(2):  # all of it on the screen, where plots are drawn; they may change its height
+        browser.size(1000, browser.js("document.documentElement.scrollHeight"))
+        time.sleep(2)
     top = browser.js(place % ("displacement against distance", "top")) - 45
     height = browser.js(place % ("zone map", "bottom")) - top + 2
-    browser.js("window.scrollTo(0, %d)" % top)
-    browser.size(1000, 1400)
-    time.sleep(1)
     return take(browser, "report.png", 0, top, 1000, height, 0.75)
 
 
