@@ -8,7 +8,7 @@
 
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
-#include "host/landing_series/draw.h"
+#include "host/landing_series/play.h"
 #include "host/sim/going.h"
 
 #define IN_PER_FT     12.0

@@ -1,13 +1,286 @@
 #include "host/landing_series/play.h"
 
 #include <math.h>
+#include <pthread.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
-#include "host/landing_series/draw.h"
-#include "host/landing_series/failures.h"
-#include "host/landing_series/flatten.h"
+#include "common/splitmix.h"
+#include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
+
+/* ---- draw ---- */
+
+/* of the integration of the path, with mats as long as the rig's; else by the root of the scale, */
+#define NODE_S       1e-3
+#define NODE_FT      (2.0 / 7.0) /* so that a scaled series is the same one */
+#define NODE_G_FT_S2 32.174
+#define ROW_NODES    10
+#define MOST_S       600.0
+
+struct draw draw_from(uint64_t seed, unsigned stream)
+{
+    uint64_t state = seed;
+    state = mr_splitmix64(&state) + 0x632be59bd9b4e019u * (stream + 1u);
+    return (struct draw){mr_splitmix64(&state)};
+}
+
+double draw_uniform(struct draw *draw)
+{
+    return mr_splitmix64_uniform(&draw->state);
+}
+
+double draw_between(struct draw *draw, struct series_range range)
+{
+    return range.low + (range.high - range.low) * draw_uniform(draw);
+}
+
+static double profile_ft_s2(const struct series_landing *landing, double drawn_ft_s2,
+                            double station_ft)
+{
+    const struct series_knot *k = landing->profile;
+    size_t count = landing->profile_count;
+    if (count == 0)
+        return drawn_ft_s2;
+    if (station_ft <= k[0].station_ft)
+        return k[0].deceleration_ft_s2;
+    for (size_t i = 1; i < count; i++) {
+        if (station_ft < k[i].station_ft)
+            return k[i - 1].deceleration_ft_s2 +
+                   (k[i].deceleration_ft_s2 - k[i - 1].deceleration_ft_s2) *
+                       (station_ft - k[i - 1].station_ft) / (k[i].station_ft - k[i - 1].station_ft);
+    }
+    return k[count - 1].deceleration_ft_s2;
+}
+
+static enum mr_status add_row(struct draw_path *path, struct sim_path_row row, struct error *error)
+{
+    if (!list_grow(&path->rows, path->count, sizeof row))
+        return error_set(error, MR_FULL,
+                         "out of memory: a path beyond %zu rows; give a shorter landing",
+                         path->count);
+    path->rows[path->count++] = row;
+    return MR_OK;
+}
+
+enum mr_status draw_landing(const struct landing_series *series,
+                            const struct series_landing *landing, uint64_t seed, size_t index,
+                            struct draw_path *path, struct error *error)
+{
+    struct draw draw = draw_from(seed, DRAW_LANDING + (unsigned)index);
+    double lb_per_ft_s2 = series->weight_lb / (series->axles * landing->scene.g_ft_s2);
+    double at_ft = draw_between(&draw, landing->touchdown_ft),
+           v_ft_s = draw_between(&draw, landing->speed_ft_s);
+    double drawn_ft_s2 = draw_between(&draw, landing->deceleration_ft_s2), from_ft_s = v_ft_s;
+    double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, force_lb = 0.0;
+    double node_s =
+        NODE_S * sqrt(landing->scene.length_ft / NODE_FT * (NODE_G_FT_S2 / landing->scene.g_ft_s2));
+    draw_path_free(path);
+    path->touchdown_ft = at_ft;
+    for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
+        t_s = node_s * (double)k;
+        double onset = series->onset_s > 0.0 ? fmin(t_s / series->onset_s, 1.0) : 1.0;
+        /* towed: the speed is kept from outside */
+        double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
+        if (!(landing->tow_lb > 0.0))
+            a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
+        force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
+        if (k % ROW_NODES == 0 &&
+            add_row(path, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
+            return error->status;
+        if (t_s > MOST_S)
+            return error_set(
+                error, MR_USAGE,
+                "no stop: %s: landing %zu still rolls after %g s; give more deceleration",
+                series->name, index + 1, MOST_S);
+        double rest_s = a_ft_s2 > 0.0 ? fmin(node_s, v_ft_s / a_ft_s2) : node_s;
+        at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);
+        v_ft_s = rest_s < node_s ? 0.0 : v_ft_s - a_ft_s2 * rest_s;
+        t_s += rest_s;
+    }
+    if (t_s <= path->rows[path->count - 1].t_s)
+        t_s = path->rows[path->count - 1].t_s + node_s;
+    path->stop_ft = at_ft;
+    path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) /
+                       (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
+    if (add_row(path, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
+        return error->status;
+    return add_row(path, (struct sim_path_row){t_s, at_ft, 0.0}, error);
+}
+
+void draw_path_free(struct draw_path *path)
+{
+    free(path->rows);
+    *path = (struct draw_path){0};
+}
+
+/* ---- failures ---- */
+
+#define WAVE_MATS 7 /* of the longest wave that the report saw (5.6) */
+
+static double station_ft(const double *rise_ft, size_t first, size_t last, double length_ft,
+                         const double *met_ft, int met)
+{
+    size_t crest = first;
+    for (int i = 0; i < met; i++) {
+        double node = met_ft[i] / length_ft + 1.0;
+        if (node > (double)first - 0.5 && node < (double)last + 0.5)
+            return met_ft[i];
+    }
+    for (size_t j = first; j <= last; j++)
+        crest = rise_ft[j] > rise_ft[crest] ? j : crest;
+    return (double)(crest - 1) * length_ft;
+}
+
+int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+                  const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX])
+{
+    int count = 0;
+    size_t first = 0;
+    for (size_t j = 2; j <= nodes && count < SERIES_FAILURES_MAX; j++) {
+        bool high = j < nodes && rise_ft[j] >= limit_ft;
+        if (high && first == 0)
+            first = j;
+        if (high || first == 0)
+            continue;
+        failure_ft[count++] = station_ft(rise_ft, first, j - 1, length_ft, met_ft, met);
+        first = 0;
+    }
+    return count;
+}
+
+int failures_apart(const double *unhinged_s, size_t joints, double length_ft,
+                   double failure_ft[SERIES_FAILURES_MAX], double *first_ft)
+{
+    size_t last = 0, first = 0, earliest = 0; /* of the present failure; of all */
+    int count = 0;
+    for (size_t j = 1; j <= joints; j++) {
+        if (!(unhinged_s[j] > 0.0))
+            continue;
+        if (last == 0 || j - last > WAVE_MATS) {
+            if (count == SERIES_FAILURES_MAX)
+                break;
+            count++;
+            first = j;
+        } else if (unhinged_s[j] < unhinged_s[first]) {
+            first = j;
+        }
+        failure_ft[count - 1] = (double)(first - 1) * length_ft;
+        if (earliest == 0 || unhinged_s[j] < unhinged_s[earliest])
+            earliest = j;
+        last = j;
+    }
+    if (earliest > 0)
+        *first_ft = (double)(earliest - 1) * length_ft;
+    return count;
+}
+
+/* ---- flatten ---- */
+
+#define CLOSED_FT 1e-12
+
+/* What lies on one side of a joint. */
+struct side {
+    size_t front;     /* the next joint that is open */
+    double resist_lb; /* of the mats up to there, and of closing it */
+};
+
+static struct side side_of(const struct flat_runway *r, size_t joint, int step)
+{
+    struct side side = {joint, 0.0};
+    while ((step < 0 && side.front > 0) || (step > 0 && side.front + 1 < r->joints)) {
+        side.front = (size_t)((long)side.front + step);
+        side.resist_lb += r->rub_lb;
+        if (r->gap_ft[side.front] > CLOSED_FT) {
+            side.resist_lb += r->closing_lb[side.front];
+            return side;
+        }
+    }
+    side.resist_lb = HUGE_VAL; /* the runway's end */
+    return side;
+}
+
+/* Mats between the joints `low` and `high` move by so much. */
+static void shift(const struct flat_runway *r, size_t low, size_t high, double by_ft)
+{
+    for (size_t mat = low + 1; mat <= high; mat++)
+        r->u_ft[mat] += by_ft;
+}
+
+void flatten(const struct flat_runway *r)
+{
+    for (size_t j = 0; j < r->joints; j++) {
+        while (r->gap_ft[j] < -CLOSED_FT) {
+            struct side left = side_of(r, j, -1), right = side_of(r, j, 1);
+            bool to_left = left.resist_lb < right.resist_lb;
+            struct side *side = to_left ? &left : &right;
+            double over_ft = -r->gap_ft[j] - side->resist_lb / r->kl_lb_ft;
+            if (!(over_ft > CLOSED_FT))
+                break;
+            double by_ft = fmin(over_ft, r->gap_ft[side->front]);
+            r->gap_ft[side->front] -= by_ft;
+            r->gap_ft[j] += by_ft;
+            if (to_left)
+                shift(r, side->front, j, -by_ft);
+            else
+                shift(r, j, side->front, by_ft);
+        }
+    }
+}
+
+/* ---- ensemble ---- */
+
+struct work {
+    const struct landing_series *series;
+    bool all;
+    struct series_run *runs;
+    pthread_mutex_t lock;
+    size_t next, done;
+    void (*progress)(void *ctx, size_t done, size_t of);
+    void *ctx;
+};
+
+static void *work_on(void *argument)
+{
+    struct work *work = argument;
+    for (;;) {
+        pthread_mutex_lock(&work->lock);
+        size_t mine = work->next < work->series->seeds ? work->next++ : SIZE_MAX;
+        pthread_mutex_unlock(&work->lock);
+        if (mine == SIZE_MAX)
+            return NULL;
+        series_play(work->series, work->series->first_seed + mine, work->all, &work->runs[mine]);
+        pthread_mutex_lock(&work->lock);
+        work->done++;
+        if (work->progress)
+            work->progress(work->ctx, work->done, work->series->seeds);
+        pthread_mutex_unlock(&work->lock);
+    }
+}
+
+enum mr_status series_ensemble(const struct landing_series *series, int jobs, bool all,
+                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                               struct series_run *runs, struct error *error)
+{
+    struct work work = {
+        .series = series, .all = all, .runs = runs, .progress = progress, .ctx = ctx};
+    size_t threads = (size_t)jobs < series->seeds ? (size_t)jobs : series->seeds, started = 0;
+    pthread_t *thread = calloc(threads + 1, sizeof *thread);
+    if (!thread)
+        return error_set(error, MR_FULL, "out of memory: %zu threads; give a smaller -j", threads);
+    pthread_mutex_init(&work.lock, NULL);
+    while (started + 1 < threads && pthread_create(&thread[started], NULL, work_on, &work) == 0)
+        started++;
+    work_on(&work); /* this thread is one of them, and enough alone */
+    for (size_t i = 0; i < started; i++)
+        pthread_join(thread[i], NULL);
+    pthread_mutex_destroy(&work.lock);
+    free(thread);
+    return MR_OK;
+}
+
+/* ---- play ---- */
 
 #define IN_PER_FT   12.0
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */

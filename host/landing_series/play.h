@@ -2,6 +2,8 @@
 #ifndef MATRIG_HOST_LANDING_SERIES_PLAY_H
 #define MATRIG_HOST_LANDING_SERIES_PLAY_H
 
+#include <stddef.h>
+
 #include "host/landing_series/series.h"
 #include "host/sim/scene/result.h"
 
@@ -70,5 +72,69 @@ void series_run_free(struct series_run *run);
 enum mr_status series_ensemble(const struct landing_series *series, int jobs, bool all,
                                void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
                                struct series_run *runs, struct error *error);
+
+/* Draw: what a seed makes of a series' ranges, and the path of a landing. Streams are
+ * independent: another landing or another range does not change what else is drawn. */
+
+enum draw_stream { DRAW_GAPS, DRAW_CLOSING, DRAW_GROUND, DRAW_LANDING };
+
+struct draw {
+    uint64_t state;
+};
+
+struct draw draw_from(uint64_t seed, unsigned stream);
+
+/* Uniform in [0, 1), and in a range. */
+double draw_uniform(struct draw *draw);
+double draw_between(struct draw *draw, struct series_range range);
+
+/* The aircraft's way from touchdown to its stop, or off the runway. */
+struct draw_path {
+    struct sim_path_row *rows;
+    size_t count;
+    double touchdown_ft, stop_ft, mean_ft_s2;
+};
+
+/* Path of landing `index` (from 0) on the runway of a seed: brakes from touchdown, with an onset of
+ * onset_s; thrust W/axles a/g; or is towed to the runway's end. `path` is all zero or of an earlier
+ * call. MR_FULL; MR_USAGE when it does not stop within 600 s. */
+enum mr_status draw_landing(const struct landing_series *series,
+                            const struct series_landing *landing, uint64_t seed, size_t index,
+                            struct draw_path *path, struct error *error);
+void draw_path_free(struct draw_path *path);
+
+/* Failures: the stations at which mats rose in one landing: a two-panel wave, which the aircraft
+ * presses flat, or more. */
+
+/* Each stretch of nodes that rose by `limit_ft` or more, between nodes that did not, is a failure:
+ * the aircraft presses flat what lies between. `rise_ft` as sim_result has it, by node 1..nodes,
+ * [0] unused; the runway's ends do not count. Its station: where the wheel first met it (`met_ft`,
+ * in order of time), else its highest node. Returns how many, at most SERIES_FAILURES_MAX,
+ * downfield in `failure_ft`. */
+int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+                  const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
+
+/* Where joints come apart during a landing (`unhinged_s`: when, by joint 1..joints; 0: not), those
+ * farther apart than the longest wave of the report (seven panels, 5.6) are failures of their own.
+ * The station of each, and `first_ft` of all, is the joint that came apart first. */
+int failures_apart(const double *unhinged_s, size_t joints, double length_ft,
+                   double failure_ft[SERIES_FAILURES_MAX], double *first_ft);
+
+/* Flatten: a wave that a landing left, pressed flat when the aircraft is pushed back over it. */
+
+struct flat_runway {
+    size_t joints;  /* mats + 1; the first and the last are the runway's ends, which hold */
+    double *gap_ft; /* per joint; negative: its mats are that much too long to lie flat */
+    double *u_ft;   /* per mat 1..joints - 1, [0] unused: movement, added to */
+    const double *closing_lb; /* per joint: what it resists closing with */
+    double rub_lb;            /* what holds a mat: friction times its weight */
+    double kl_lb_ft;          /* of a joint, pressed */
+};
+
+/* Joints that are too short push what lies against them away, step by step to the side that resists
+ * less: mats that touch each other go together, until the next opening has closed. Each joint stops
+ * at the compression that both sides hold by friction. Openings only pass along: their sum
+ * stays. */
+void flatten(const struct flat_runway *runway);
 
 #endif

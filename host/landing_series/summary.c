@@ -1,10 +1,564 @@
 #include "host/landing_series/summary.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "host/base/cli.h"
 #include "host/base/statistics.h"
-#include "host/landing_series/facts.h"
+
+/* ---- facts ---- */
+
+static const char *const quantities[] = {"moved_in",  "each_in",  "most_in", "mean_in",
+                                         "zone_mats", "waves",    "slack",   "torn",
+                                         "failures",  "apart_ft", NULL};
+
+/* [first, last], both from 1. */
+static void read_landings(const struct keys *keys, const char *where, const char *key,
+                          const json_t *entry, size_t most, size_t *first, size_t *last)
+{
+    const json_t *from = json_array_get(entry, 0), *to = json_array_get(entry, 1);
+    *first = (size_t)json_integer_value(from);
+    *last = (size_t)json_integer_value(to);
+    if (json_array_size(entry) != 2 || !json_is_integer(from) || !json_is_integer(to) ||
+        json_integer_value(from) < 1 || *last < *first || *last > most)
+        keys_wrong(keys, where, key, "the first and the last of the study's landings, [1, 4]");
+}
+
+static void read_fact(const struct keys *keys, const char *where, const json_t *entry,
+                      const struct landing_series *c, struct series_fact *fact)
+{
+    static const char *const known[] = {"says",     "quantity", "landings", "against", "station_ft",
+                                        "at_least", "at_most",  "needed",   NULL};
+    static const char *const whens[] = {"before buckling", "at buckling", NULL};
+    const json_t *landings = json_object_get(entry, "landings"),
+                 *against = json_object_get(entry, "against");
+    const struct sim_scene *scene = &c->landings[0].scene;
+    *fact = (struct series_fact){.station_ft = (double)NAN,
+                                 .low = -(double)INFINITY,
+                                 .high = (double)INFINITY,
+                                 .needed = c->needed};
+    keys_check(keys, where, entry, known);
+    if (keys_failed(keys))
+        return;
+    keys_text(keys, where, entry, "says", fact->says, sizeof fact->says);
+    if (!json_object_get(entry, "quantity"))
+        keys_wrong(
+            keys, where, "quantity",
+            "what was seen: moved_in, each_in, most_in, mean_in, zone_mats, waves, slack, torn, "
+            "failures or apart_ft");
+    fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
+    if (json_is_string(landings))
+        fact->when = SERIES_BEFORE_BUCKLING + keys_choice(keys, where, entry, "landings", whens, 0);
+    else if (!keys_failed(keys))
+        read_landings(keys, where, "landings", landings, c->landing_count, &fact->first,
+                      &fact->last);
+    if (against && !keys_failed(keys))
+        read_landings(keys, where, "against", against, c->landing_count, &fact->against_first,
+                      &fact->against_last);
+    keys_number(keys, where, entry, "station_ft", 0.0, scene->mats * scene->length_ft,
+                &fact->station_ft);
+    keys_number(keys, where, entry, "at_least", 0.0, 1e9, &fact->low);
+    keys_number(keys, where, entry, "at_most", 0.0, 1e9, &fact->high);
+    keys_number(keys, where, entry, "needed", 0.0, 1.0, &fact->needed);
+    if (!isnan(fact->station_ft) && fact->quantity > SERIES_MOST_IN)
+        keys_wrong(keys, where, "station_ft",
+                   "it with moved_in, each_in or most_in: a station's movement");
+    if (!keys_failed(keys) && !fact->says[0])
+        keys_wrong(keys, where, "says", "what was seen, in words");
+    if (!keys_failed(keys) &&
+        (!(fact->low <= fact->high) || (isinf(fact->low) && isinf(fact->high))))
+        keys_wrong(keys, where, "at_least", "a range: at_least, at_most or both in order");
+}
+
+void facts_read(const struct keys *keys, const json_t *root, struct landing_series *c)
+{
+    const json_t *list = json_object_get(root, "facts");
+    if (list && (!json_is_array(list) || json_array_size(list) > SERIES_FACTS_MAX)) {
+        keys_wrong(keys, "", "facts", "a list of at most 12 objects");
+        return;
+    }
+    for (size_t i = 0; i < json_array_size(list) && !keys_failed(keys); i++) {
+        char where[32];
+        snprintf(where, sizeof where, "facts[%zu]", i);
+        read_fact(keys, where, json_array_get(list, i), c, &c->facts[c->fact_count++]);
+    }
+}
+
+static size_t station_of(const struct landing_series *c, double station_ft)
+{
+    size_t best = 0;
+    for (size_t k = 1; k < c->station_count; k++) {
+        if (fabs(c->stations_ft[k] - station_ft) < fabs(c->stations_ft[best] - station_ft))
+            best = k;
+    }
+    return best;
+}
+
+static double moved_in(const struct landing_series *c, const struct series_fact *fact,
+                       const struct series_outcome *o)
+{
+    return isnan(fact->station_ft) ? o->peak_in
+                                   : fabs(o->movement_in[station_of(c, fact->station_ft)]);
+}
+
+static double mean_in(const struct landing_series *c, const struct series_outcome *o)
+{
+    double sum = 0.0;
+    for (size_t k = 0; k < c->station_count; k++)
+        sum += fabs(o->movement_in[k]) / (double)c->station_count;
+    return sum;
+}
+
+/* Sum of the movements from landing `first` to `last`, at the fact's station or the one that it is
+ * largest at. */
+static double sum_in(const struct landing_series *c, const struct series_fact *fact,
+                     const struct series_outcome *outcomes, size_t first, size_t last)
+{
+    double most_in = 0.0;
+    for (size_t k = 0; k < c->station_count; k++) {
+        double sum = 0.0;
+        if (!isnan(fact->station_ft) && k != station_of(c, fact->station_ft))
+            continue;
+        for (size_t i = first - 1; i < last; i++)
+            sum += outcomes[i].movement_in[k];
+        most_in = fmax(most_in, fabs(sum));
+    }
+    return most_in;
+}
+
+/* What one landing adds to a count, or is the largest of. */
+static double of_landing(const struct landing_series *c, const struct series_fact *fact,
+                         const struct series_outcome *o)
+{
+    switch (fact->quantity) {
+    case SERIES_MEAN_IN: return mean_in(c, o);
+    case SERIES_ZONE_MATS: return o->zone_mats;
+    case SERIES_WAVES: return o->waves > 0;
+    case SERIES_SLACK: return o->band_slack > 0;
+    case SERIES_TORN: return o->tears > 0;
+    case SERIES_FAILURES: return o->failures;
+    case SERIES_APART_FT:
+        return o->failures > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
+    default: return moved_in(c, fact, o);
+    }
+}
+
+/* The quantity over landings of a run. */
+static double over(const struct landing_series *c, const struct series_fact *fact,
+                   const struct series_run *run, size_t first, size_t last)
+{
+    const struct series_outcome *outcomes = run->outcomes;
+    bool buckling = fact->when == SERIES_AT_BUCKLING;
+    double sum = 0.0, most = (double)NAN; /* of what there is */
+    size_t count = 0;
+    for (size_t i = first - 1; i < last && i < run->played; i++) {
+        if ((int)i + 1 == run->buckled && !buckling)
+            break;
+        double value = of_landing(c, fact, &outcomes[i]);
+        sum += value;
+        most = fmax(most, value);
+        count++;
+    }
+    if (count == 0 || (fact->quantity == SERIES_MOVED_IN && count < last - first + 1))
+        return (double)NAN;
+    switch (fact->quantity) {
+    case SERIES_MOVED_IN: return sum_in(c, fact, outcomes, first, last);
+    case SERIES_EACH_IN:
+    case SERIES_MEAN_IN: return sum / (double)count;
+    case SERIES_MOST_IN:
+    case SERIES_ZONE_MATS:
+    case SERIES_FAILURES:
+    case SERIES_APART_FT: return most;
+    default: return sum;
+    }
+}
+
+double facts_value(const struct landing_series *c, const struct series_fact *fact,
+                   const struct series_run *run)
+{
+    size_t first = fact->first, last = fact->last;
+    if (run->error.status != MR_OK)
+        return (double)NAN;
+    if (fact->when != SERIES_IN_LANDINGS) {
+        if (run->buckled == 0 || (fact->when == SERIES_BEFORE_BUCKLING && run->buckled == 1))
+            return (double)NAN;
+        first = last = (size_t)run->buckled - (fact->when == SERIES_BEFORE_BUCKLING);
+    }
+    double value = over(c, fact, run, first, last);
+    if (fact->against_first == 0)
+        return value;
+    double other = over(c, fact, run, fact->against_first, fact->against_last);
+    return other > 0.0 ? value / other : (double)NAN;
+}
+
+struct series_fact_summary facts_summarise(const struct landing_series *c,
+                                           const struct series_fact *fact,
+                                           const struct series_run *runs, double *values)
+{
+    struct series_fact_summary s = {0};
+    size_t count = 0, runways = 0;
+    for (size_t i = 0; i < c->seeds; i++) {
+        double value = facts_value(c, fact, &runs[i]);
+        runways += runs[i].error.status == MR_OK;
+        s.agree += value >= fact->low && value <= fact->high;
+        if (!isnan(value))
+            values[count++] = value;
+    }
+    s.enough = runways > 0 && (double)s.agree >= fact->needed * (double)runways;
+    s.value = series_spread_of(values, count);
+    return s;
+}
+
+const char *facts_unit(const struct series_fact *fact)
+{
+    static const char *const units[] = {"in",       "in",       "in",       "in",       "mats",
+                                        "landings", "landings", "landings", "stations", "ft"};
+    bool ratio = fact->against_first > 0;
+    return ratio ? "times" : units[fact->quantity];
+}
+
+void facts_range_text(const struct series_fact *fact, char *text, size_t size)
+{
+    const char *unit = facts_unit(fact);
+    if (isinf(fact->low))
+        snprintf(text, size, "at most %.3g %s", fact->high, unit);
+    else if (isinf(fact->high))
+        snprintf(text, size, "at least %.3g %s", fact->low, unit);
+    else
+        snprintf(text, size, "%.3g to %.3g %s", fact->low, fact->high, unit);
+}
+
+/* ---- series answer ---- */
+
+static json_t *spread_json(const struct series_spread *s)
+{
+    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->middle, 6),
+                     cli_json_number(s->high, 6));
+}
+
+static json_t *spreads_json(const struct series_spread *list, size_t count)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(array, spread_json(&list[i]));
+    return array;
+}
+
+/* As many as show two digits of half the interval, and at most `most`: the median is known no
+ * better. */
+static int decimals_of(const struct series_spread *s, double factor, int most)
+{
+    double half = factor * (s->high - s->low) / 2.0;
+    int decimals = half > 0.0 && isfinite(half) ? 1 - (int)floor(log10(half)) : most;
+    return decimals < 0 ? 0 : decimals > most ? most : decimals;
+}
+
+/* People read the median and, in brackets, the 5th and 95th percentiles. */
+static void add_spread(struct answer *answer, const char *name, const char *label,
+                       enum unit_kind kind, const struct series_spread *s, int decimals)
+{
+    const struct unit *unit = unit_of(kind, answer_in_si(answer));
+    const char *suffix = unit_given(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
+    char key[40], head[60];
+    snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
+    answer_json_value(answer, key, spread_json(s));
+    if (!label)
+        return;
+    snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
+    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_in_si(answer), decimals));
+    answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
+                 unit->factor * s->middle, decimals, unit->factor * s->low, decimals,
+                 unit->factor * s->high);
+}
+
+static void add_landing(struct answer *answer, const struct landing_series *c,
+                        const struct series_landing_summary *s, size_t number)
+{
+    bool shown = s->played > 0;
+    answer_row(answer);
+    answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
+    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->played);
+    add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
+    add_spread(answer, "deceleration", NULL, UNIT_DECELERATION, &s->deceleration_ft_s2, 1);
+    add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT, &s->peak_in,
+               2);
+    add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION, &s->reach_ft, 1);
+    add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
+               0);
+    add_spread(answer, "push", NULL, UNIT_TENSION, &s->push_lb, 0);
+    add_spread(answer, "pull", NULL, UNIT_TENSION, &s->pull_lb, 0);
+    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar);
+    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->waved);
+    answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled);
+    answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged);
+    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn);
+    if (shown && c->landings[number - 1].modified)
+        answer_words(answer, NULL, "before it", "modified");
+    answer_json_value(answer, "movement_in", spreads_json(s->movement_in, c->station_count));
+    answer_json_value(answer, "total_in", spreads_json(s->total_in, c->station_count));
+}
+
+static void add_stations(struct answer *answer, const struct landing_series *c,
+                         const struct series_landing_summary *s)
+{
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer)),
+                      *movement = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
+    char label[80];
+    snprintf(label, sizeof label, "movement in all, %s, median, at station, %s", movement->text,
+             station->text);
+    answer_table(answer, NULL, label);
+    for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
+        answer_row(answer);
+        answer_count(answer, NULL, "landing", (int64_t)i + 1);
+        for (size_t k = 0; k < c->station_count; k++) {
+            snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
+            answer_value(answer, NULL, label, UNIT_NUMBER,
+                         movement->factor * s[i].total_in[k].middle,
+                         unit_decimals(UNIT_DISPLACEMENT, answer_in_si(answer), 2));
+        }
+    }
+    answer_close(answer);
+}
+
+static json_t *stations_json(const double *stations_ft, size_t count)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(array, cli_json_number(stations_ft[i], 6));
+    return array;
+}
+
+static json_t *outcome_json(const struct series_outcome *o, size_t number)
+{
+    size_t waves = (size_t)(o->waves < SERIES_WAVES_MAX ? o->waves : SERIES_WAVES_MAX);
+    json_t *object = json_pack(
+        "{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,"
+        "s:o,s:o}",
+        "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
+        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "mats_chain",
+        cli_json_number(o->mats_chain, 4), "mats_planar", cli_json_number(o->mats_planar, 4),
+        "planar", o->asked_planar, "lift_ratio", cli_json_number(o->skip_ratio, 4), "peak_in",
+        cli_json_number(o->peak_in, 5), "reach_ft", cli_json_number(o->reach_ft, 5), "zone_mats",
+        o->zone_mats, "zone_from_ft", cli_json_number(o->zone_from_ft, 6), "zone_to_ft",
+        cli_json_number(o->zone_to_ft, 6), "push_lb", cli_json_number(o->push_lb, 5), "pull_lb",
+        cli_json_number(o->pull_lb, 5), "tears", o->tears, "waves", o->waves, "wave_ft",
+        stations_json(o->wave_ft, waves), "rise_in", cli_json_number(o->rise_in, 5), "crest_deg",
+        cli_json_number(o->crest_deg, 4), "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged",
+        o->unhinged, "buckled", o->buckled, "overrun_ft",
+        stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
+        stations_json(o->failure_ft, (size_t)o->failures));
+    if (o->parted > 0)
+        json_object_set_new(object, "parted", json_integer(o->parted));
+    if (o->crest_ft > 0.0) {
+        json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
+        json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
+    }
+    if (o->band_ahead_lb != 0.0 || o->band_behind_lb != 0.0) {
+        json_object_set_new(object, "band_ahead_lb", cli_json_number(o->band_ahead_lb, 5));
+        json_object_set_new(object, "band_behind_lb", cli_json_number(o->band_behind_lb, 5));
+        json_object_set_new(object, "band_slack", json_integer(o->band_slack));
+    }
+    return object;
+}
+
+static json_t *run_json(const struct series_run *run)
+{
+    json_t *outcomes = json_array();
+    for (size_t i = 0; i < run->played; i++)
+        json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
+    json_t *object = json_pack(
+        "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
+        run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
+        run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
+    if (run->error.status != MR_OK)
+        json_object_set_new(object, "failed", json_string(run->error.text));
+    return object;
+}
+
+/* Medians over runways: of the largest value that a runway had in the landings before the one that
+ * it buckled in. */
+static double largest(const struct landing_series *c, const struct series_run *runs,
+                      double (*value)(const struct series_outcome *))
+{
+    double *values = calloc(c->seeds, sizeof *values);
+    size_t count = 0;
+    if (!values)
+        return (double)NAN;
+    for (size_t i = 0; i < c->seeds; i++) {
+        double most = (double)NAN;
+        for (size_t k = 0; k < runs[i].played; k++) {
+            if (!runs[i].outcomes[k].buckled)
+                most = fmax(most, value(&runs[i].outcomes[k]));
+        }
+        if (runs[i].error.status == MR_OK && !isnan(most))
+            values[count++] = most;
+    }
+    struct series_spread spread = series_spread_of(values, count);
+    free(values);
+    return spread.middle;
+}
+
+static double movement_in(const struct series_outcome *outcome)
+{
+    return outcome->peak_in;
+}
+
+static double zone_mats(const struct series_outcome *outcome)
+{
+    return outcome->zone_mats;
+}
+
+/* One number each, for tables and sweeps. */
+static void add_medians(struct answer *answer, const struct landing_series *c,
+                        const struct series_run *runs, const struct series_summary *s)
+{
+    /* NaN without a runway: null */
+    double share = (double)(s->runways - s->survived) / (double)s->runways;
+    answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
+    answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
+    answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.middle, 1);
+    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, largest(c, runs, zone_mats), 0);
+    answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT, largest(c, runs, movement_in),
+                 2);
+}
+
+/* What else was seen, in the file's units. */
+static void add_facts(struct answer *answer, const struct landing_series *c,
+                      const struct series_summary *s)
+{
+    if (c->fact_count == 0)
+        return;
+    answer_list(answer, "facts", "also seen");
+    for (size_t i = 0; i < c->fact_count; i++) {
+        const struct series_fact *fact = &c->facts[i];
+        const struct series_fact_summary *found = &s->fact[i];
+        char range[64], value[80] = "none";
+        facts_range_text(fact, range, sizeof range);
+        if (found->value.count > 0)
+            snprintf(value, sizeof value, "%.3g (%.3g-%.3g)", found->value.middle, found->value.low,
+                     found->value.high);
+        answer_open(answer, NULL, "");
+        struct wilson w = wilson_of(found->agree, s->runways);
+        answer_sentence(answer, NULL,
+                        "%s %s: seen %s, predicted %s; %zu of %zu runways agree (%.0f-%.0f %%)",
+                        found->enough ? "agrees" : "DIFFERS", fact->says, range, value,
+                        found->agree, s->runways, 100.0 * w.low, 100.0 * w.high);
+        answer_words(answer, "says", NULL, "%s", fact->says);
+        answer_words(answer, "unit", NULL, "%s", facts_unit(fact));
+        answer_value(answer, "at_least", NULL, UNIT_NUMBER, fact->low, 0);
+        answer_value(answer, "at_most", NULL, UNIT_NUMBER, fact->high, 0);
+        answer_count(answer, "agree", NULL, (int64_t)found->agree);
+        answer_json_value(answer, "value", spread_json(&found->value));
+        answer_flag(answer, "enough", NULL, found->enough);
+        answer_close(answer);
+    }
+    answer_close(answer);
+}
+
+static void add_buckled(struct answer *answer, const struct landing_series *c,
+                        const struct series_summary *s)
+{
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    char in[200] = "";
+    for (size_t i = 0, length = 0; i < c->landing_count && length < sizeof in; i++) {
+        if (s->landing[i].buckled > 0)
+            length += (size_t)snprintf(in + length, sizeof in - length, ", %zu in landing %zu",
+                                       s->landing[i].buckled, i + 1);
+    }
+    answer_words(answer, NULL, "buckled", "%zu of %zu runways%s", s->runways - s->survived,
+                 s->runways, in);
+    if (s->station_ft.count > 0)
+        answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
+                      station->factor * s->station_ft.middle, station->factor * s->station_ft.low,
+                      station->factor * s->station_ft.high, station->text);
+    answer_json_value(answer, "buckled_landing", spread_json(&s->buckle_landing));
+    answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));
+}
+
+static void add_told(struct answer *answer, const char *label, const char *text)
+{
+    if (text[0])
+        answer_words(answer, NULL, label, "%s", text);
+}
+
+void series_answer_outcome(struct answer *answer, const struct landing_series *c,
+                           const struct series_run *runs, const struct series_summary *s)
+{
+    answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
+                    c->name, c->landing_count, c->seeds, (unsigned long long)c->first_seed,
+                    (unsigned long long)(c->first_seed + c->seeds - 1), c->landings[0].scene.mats);
+    answer_words(answer, "name", NULL, "%s", c->name);
+    answer_count(answer, "seeds", NULL, (int64_t)c->seeds);
+    answer_count(answer, "first_seed", NULL, (int64_t)c->first_seed);
+    answer_count(answer, "failed", NULL, (int64_t)s->failed);
+    answer_count(answer, "survived", NULL, (int64_t)s->survived);
+    answer_words(answer, "observed", NULL, "%s", c->observed);
+    if (c->awaits[0])
+        answer_words(answer, NULL, "NOT A RESULT", "awaits %s", c->awaits);
+    for (size_t i = 0; i < c->seeds; i++) {
+        if (runs[i].error.status != MR_OK)
+            answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
+                         (unsigned long long)runs[i].seed, runs[i].played + 1, runs[i].error.text);
+    }
+    char ground[200];
+    series_ground_text(c, ground, sizeof ground);
+    answer_words(answer, "ground", "ground", "%s", ground);
+    add_buckled(answer, c, s);
+    add_told(answer, "observed", c->observed);
+    add_told(answer, "parameters", c->basis);
+    add_told(answer, "put in afterwards, so no prediction", c->afterwards);
+    add_facts(answer, c, s);
+}
+
+void series_answer_landings(struct answer *answer, const struct landing_series *c,
+                            const struct series_run *runs, const struct series_summary *s)
+{
+    json_t *list = json_array();
+    answer_table(answer, "landings",
+                 "landings: median and, in brackets, 5th to 95th percentile over the runways that "
+                 "took the landing");
+    for (size_t i = 0; i < c->landing_count; i++)
+        add_landing(answer, c, &s->landing[i], i + 1);
+    answer_close(answer);
+    add_stations(answer, c, s->landing);
+    answer_json_value(answer, "stations_ft", stations_json(c->stations_ft, c->station_count));
+    for (size_t i = 0; i < c->seeds; i++)
+        json_array_append_new(list, run_json(&runs[i]));
+    answer_json_value(answer, "runways", list);
+    add_medians(answer, c, runs, s);
+    answer_sentence(answer, NULL,
+                    "computed: %zu landings, %zu of them with the planar engine too; %.1f s of the "
+                    "chain, %.1f s planar",
+                    s->landings, s->planar, 1e-3 * s->ms_chain, 1e-3 * s->ms_planar);
+}
+
+struct answer *series_answer(const struct landing_series *c, const struct series_run *runs,
+                             const struct series_summary *s, const struct series_difference *apart,
+                             bool si)
+{
+    struct answer *answer = answer_new(si);
+    answer_as_given(answer);
+    series_answer_outcome(answer, c, runs, s);
+    series_answer_landings(answer, c, runs, s);
+    if (apart) {
+        answer_open(answer, "check", "checked, everything computed");
+        answer_value(answer, "movement", "movements differ by at most", UNIT_DISPLACEMENT,
+                     apart->movement_in, -2)
+            ->digits = 4;
+        answer_remark(answer, " before a runway's first wave");
+        answer_value(answer, "with_waves", "after it", UNIT_DISPLACEMENT, apart->waved_in, -2)
+            ->digits = 4;
+        answer_count(answer, "other_outcomes", "runways with another outcome",
+                     (int64_t)apart->outcomes);
+        answer_value(answer, NULL, "time", UNIT_NUMBER, apart->times, 1)->end = " times as long";
+        answer_close(answer);
+    }
+    return answer;
+}
+
+/* ---- summary ---- */
 
 static double percentile(const double *sorted, size_t count, double share)
 {

@@ -2,7 +2,9 @@
 #ifndef MATRIG_HOST_LANDING_SERIES_SUMMARY_H
 #define MATRIG_HOST_LANDING_SERIES_SUMMARY_H
 
+#include "host/base/answer.h"
 #include "host/landing_series/play.h"
+#include "host/landing_series/series.h"
 
 /* 5th, 50th and 95th percentile (linear between order statistics); count 0: NaN. */
 struct series_spread {
@@ -66,5 +68,40 @@ struct series_difference series_compare(const struct landing_series *series,
  * that landing (never: that too), with one runway spread over all that could have happened, so that
  * none is impossible. 0: certain and right. NaN where nothing is stated. */
 double series_log_score_bits(const struct landing_series *series, const struct series_run *runs);
+
+/* Facts: what a report says of a series besides where the runway buckled, and how a runway of the
+ * series compares. */
+
+/* The key `facts` of a series whose landings and stations have been read. */
+void facts_read(const struct keys *keys, const json_t *root, struct landing_series *series);
+
+/* The fact's quantity on one runway; NaN where it has none, as its landings were not reached. A
+ * landing in which the runway buckled counts for SERIES_AT_BUCKLING alone. */
+double facts_value(const struct landing_series *series, const struct series_fact *fact,
+                   const struct series_run *run);
+
+/* `values` is room for a number per seed. */
+struct series_fact_summary facts_summarise(const struct landing_series *series,
+                                           const struct series_fact *fact,
+                                           const struct series_run *runs, double *values);
+
+/* "0.25 to 0.33 in", "at least 3 times", "35 mats or more": the range that agrees. */
+void facts_range_text(const struct series_fact *fact, char *text, size_t size);
+const char *facts_unit(const struct series_fact *fact);
+
+/* What matrig study answers: an ensemble's outcome, in words and tables, and for programs every
+ * landing of every runway. */
+
+/* What came out of it, and what the answer is worth. */
+void series_answer_outcome(struct answer *answer, const struct landing_series *series,
+                           const struct series_run *runs, const struct series_summary *summary);
+/* Landing by landing. */
+void series_answer_landings(struct answer *answer, const struct landing_series *series,
+                            const struct series_run *runs, const struct series_summary *summary);
+/* Both. A new answer, the caller's; for programs in the units of the keys' names, also with `si`.
+ * `apart`: of --check; NULL: none. */
+struct answer *series_answer(const struct landing_series *series, const struct series_run *runs,
+                             const struct series_summary *summary,
+                             const struct series_difference *apart, bool si);
 
 #endif

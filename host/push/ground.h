@@ -18,6 +18,7 @@
 
 #include <stdbool.h>
 
+#include "host/base/answer.h"
 #include "host/push/fit.h"
 
 #define PUSH_ODDS           20.0
@@ -66,5 +67,16 @@ void push_ground_free(struct push_ground *ground);
  * tests do not tell. */
 double push_ground_limit_lb(const struct push_ground *ground, const struct push_setting *setting,
                             double load_lb);
+
+/* What push tests say, for people, programs and pages (host/base/answer.h). */
+
+/* The law and what it rests on; what is not told, with the reason; for which rig it holds. */
+void push_answer_law(struct answer *answer, const struct push_ground *ground,
+                     const struct push_setting *setting);
+/* A row for each test. */
+void push_answer_tests(struct answer *answer, const struct push_readings *readings,
+                       const struct push_ground *ground);
+/* "elastic", "rigid", "cannot tell". */
+const char *push_law_name(enum push_law law);
 
 #endif

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host/landing_series/series.h"
-#include "host/landing_series/facts.h"
+#include "host/landing_series/summary.h"
 #include "host/base/output.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_keys.h"

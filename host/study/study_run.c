@@ -7,7 +7,7 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/progress.h"
 #include "host/base/xmalloc.h"
-#include "host/landing_series/series_answer.h"
+#include "host/landing_series/summary.h"
 #include "host/commands/study_command.h"
 #include "host/commands/commands.h"
 #include "host/study/studies.h"

@@ -5,10 +5,10 @@
 #include <string.h>
 
 #include "host/base/xmalloc.h"
-#include "host/landing_series/series_answer.h"
+#include "host/landing_series/summary.h"
 #include "host/sim/going.h"
 #include "host/sim/sim_answer.h"
-#include "host/sweep/jsonpath.h"
+#include "host/sweep/sweep.h"
 
 /* ---- one simulation ---- */
 

@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/landing_series/facts.h"
+#include "host/landing_series/summary.h"
 
 #define LEAST_SEEDS 16
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/study/fit/landings.h"
-#include "host/study/fit/solve.h"
+#include "host/study/fit/fit.h"
 #include "tests/fit/cheap.h"
 #include "tests/host/scratch.h"
 

@@ -2,7 +2,7 @@
  * had. */
 #include <math.h>
 
-#include "host/study/fit/surveyed.h"
+#include "host/study/fit/campaign.h"
 #include "host/store/store_survey.h"
 #include "tests/host/scratch.h"
 

@@ -1,5 +1,5 @@
 /* Waves pressed flat between landings. Expected values by hand. Units ft, lb. */
-#include "host/landing_series/flatten.h"
+#include "host/landing_series/play.h"
 
 #include <math.h>
 #include <string.h>

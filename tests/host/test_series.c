@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/landing_series/draw.h"
+#include "host/landing_series/play.h"
 #include "host/landing_series/summary.h"
 #include "host/sim/sim.h"
 

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/landing_series/facts.h"
-#include "host/landing_series/failures.h"
+#include "host/landing_series/summary.h"
+#include "host/landing_series/play.h"
 
 #define LANDINGS "\"landings\":[{\"deceleration_ft_s2\":5,\"times\":4}],\"stations_ft\":[5,10],"
 #define SCENE    "\"scene\":{\"N\":60,\"L\":0.2857142857142857,\"slack\":0.0025}"

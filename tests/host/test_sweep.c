@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sweep/jsonpath.h"
+#include "host/sweep/sweep.h"
 #include "host/sweep/sweep_case.h"
 #include "host/sweep/sweep_table.h"
 

@@ -2,8 +2,8 @@
 #ifndef MATRIG_HOST_STUDY_FIT_CAMPAIGN_H
 #define MATRIG_HOST_STUDY_FIT_CAMPAIGN_H
 
-#include "host/study/fit/landings.h"
 #include "host/store/store.h"
+#include "host/study/fit/landings.h"
 
 /* Adds landing `run`: way of the gear, survey before it, displacements with their errors. The
  * runway is that of the scene file. A landing that the one added before it was followed by (same
@@ -15,5 +15,22 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
 /* Once all are added: a survey says the gaps' mean, which is then known but for the survey's
  * systematic error. Gives the number of segments surveyed before the first landing. */
 size_t fit_campaign_set_gap(struct fit_landings *list);
+
+/* Surveyed: the sums of the gaps of each segment before and after a landing. What was read at gage
+ * points between two landings (`matrig survey`, with the error of its readings) holds; a segment
+ * that was not read then is as the board had it when the landing was armed. */
+
+struct fit_surveyed {
+    double sum_in[MR_SEGMENTS]; /* NaN: not surveyed */
+    double error_in;            /* of a sum that was read at gage points; 0: none was */
+    size_t segments, gages;     /* how many are known, and how many of them from gage points */
+};
+
+enum mr_status fit_surveyed_before(struct store *store, int64_t run, struct fit_surveyed *surveyed,
+                                   struct error *error);
+/* Until the next landing of the campaign is armed. The board's own is known from then on: `next` is
+ * that landing, or STORE_NONE. */
+enum mr_status fit_surveyed_after(struct store *store, int64_t run, int64_t next,
+                                  struct fit_surveyed *surveyed, struct error *error);
 
 #endif

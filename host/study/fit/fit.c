@@ -4,15 +4,584 @@
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_linalg.h>
+#include <gsl/gsl_multifit_nlinear.h>
+#include <gsl/gsl_qrng.h>
 #include <gsl/gsl_randist.h>
 #include <gsl/gsl_rng.h>
 #include <gsl/gsl_statistics.h>
 #include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-#include "host/study/fit/replicas.h"
 #include "host/base/monotonic_clock.h"
+#include "host/study/fit/misfit.h"
+
+/* ---- ensemble ---- */
+
+#define THREADS_MAX  64u
+#define FAILED_SHARE 0.1
+
+struct work {
+    const struct fit_model *model;
+    const struct ensemble_place *place;
+    const struct fit_options *options;
+    struct ensemble *ensemble;
+    unsigned round;
+    double until_s;
+    bool *good;
+    atomic_size_t next, done;
+    atomic_bool stop;
+};
+
+void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
+{
+    for (size_t i = 0; i < place->parameters; i++) {
+        z[i] = place->middle[i];
+        for (size_t k = 0; k <= i; k++)
+            z[i] += place->spread[i][k] * w[k];
+    }
+}
+
+/* Number of a draw: apart for every seed, round and place in the ensemble. */
+static uint64_t draw_number(const struct work *work, size_t i)
+{
+    uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
+    x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
+    x = (x ^ x >> 27) * 0x94D049BB133111EBu;
+    return x ^ x >> 31;
+}
+
+static void simulate_rows(const struct work *work, size_t from, size_t count)
+{
+    const struct fit_model *model = work->model;
+    struct ensemble *ensemble = work->ensemble;
+    double z[FIT_SOME * FIT_PARAMETERS_MAX];
+    uint64_t draw[FIT_SOME];
+    for (size_t k = 0; k < count; k++) {
+        ensemble_at(work->place, ensemble->w + (from + k) * ensemble->parameters,
+                    z + k * ensemble->parameters);
+        draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
+    }
+    double *statistic = ensemble->statistic + from * ensemble->statistics;
+    if (model->simulate_some)
+        model->simulate_some(model->context, count, z, draw, statistic, work->good + from);
+    else
+        work->good[from] = model->simulate(model->context, z, draw[0], statistic);
+}
+
+static void simulate_share(struct work *work, bool first)
+{
+    struct ensemble *ensemble = work->ensemble;
+    const struct fit_options *options = work->options;
+    size_t some = work->model->simulate_some ? FIT_SOME : 1;
+    for (;;) {
+        size_t i = some * atomic_fetch_add(&work->next, 1);
+        if (i >= ensemble->draws || atomic_load(&work->stop))
+            return;
+        size_t count = ensemble->draws - i < some ? ensemble->draws - i : some;
+        simulate_rows(work, i, count);
+        size_t done = atomic_fetch_add(&work->done, count) + count;
+        if (monotonic_s() > work->until_s ||
+            (first && options->go_on &&
+             !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
+            atomic_store(&work->stop, true);
+    }
+}
+
+static void *helper(void *context)
+{
+    simulate_share(context, false);
+    return NULL;
+}
+
+static void simulate_all(struct work *work)
+{
+    pthread_t thread[THREADS_MAX];
+    unsigned wanted = work->options->threads, running = 0;
+    if (wanted == 0)
+        wanted = (unsigned)fmax(1.0, (double)sysconf(_SC_NPROCESSORS_ONLN));
+    while (running + 1 < wanted && running < THREADS_MAX &&
+           pthread_create(&thread[running], NULL, helper, work) == 0)
+        running++;
+    simulate_share(work, true);
+    while (running > 0)
+        pthread_join(thread[--running], NULL);
+}
+
+/* Sobol's points, shifted by a draw of the round and taken modulo 1: even, and different from round
+ * to round. */
+static bool spread_evenly(const struct work *work)
+{
+    struct ensemble *ensemble = work->ensemble;
+    gsl_qrng *sequence = gsl_qrng_alloc(gsl_qrng_sobol, (unsigned)ensemble->parameters);
+    if (!sequence)
+        return false;
+    for (size_t i = 0; i < ensemble->draws; i++) {
+        double *w = ensemble->w + i * ensemble->parameters;
+        gsl_qrng_get(sequence, w);
+        for (size_t k = 0; k < ensemble->parameters; k++) {
+            double shift = (double)(draw_number(work, ((size_t)1 << 32) + k) >> 11) * 0x1p-53;
+            double even = fmod(w[k] + shift, 1.0);
+            w[k] = work->place->normal ? gsl_cdf_ugaussian_Pinv(fmin(fmax(even, 1e-4), 1.0 - 1e-4))
+                                       : ENSEMBLE_REACH * (2.0 * even - 1.0);
+        }
+    }
+    gsl_qrng_free(sequence);
+    return true;
+}
+
+/* Leaves out what failed or is no number. */
+static void close_ranks(struct ensemble *ensemble, const bool *good)
+{
+    size_t kept = 0, q = ensemble->parameters, p = ensemble->statistics;
+    for (size_t i = 0; i < ensemble->draws; i++) {
+        bool keep = good[i];
+        for (size_t s = 0; s < p; s++)
+            keep = keep && isfinite(ensemble->statistic[i * p + s]);
+        if (!keep)
+            continue;
+        memmove(ensemble->w + kept * q, ensemble->w + i * q, q * sizeof(double));
+        ensemble->draw[kept] = ensemble->draw[i];
+        memmove(ensemble->statistic + kept * p, ensemble->statistic + i * p, p * sizeof(double));
+        kept++;
+    }
+    ensemble->failed = ensemble->draws - kept;
+    ensemble->draws = kept;
+}
+
+enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
+                             const struct fit_options *options, unsigned round, double until_s,
+                             struct ensemble *ensemble, struct error *error)
+{
+    *ensemble = (struct ensemble){
+        .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
+    ensemble->w = calloc(ensemble->draws * ensemble->parameters, sizeof(double));
+    ensemble->statistic = calloc(ensemble->draws * ensemble->statistics, sizeof(double));
+    ensemble->draw = calloc(ensemble->draws, sizeof *ensemble->draw);
+    bool *good = calloc(ensemble->draws, sizeof *good);
+    struct work work = {.model = model,
+                        .place = place,
+                        .options = options,
+                        .ensemble = ensemble,
+                        .round = round,
+                        .until_s = until_s,
+                        .good = good};
+    if (!good || !ensemble->w || !ensemble->statistic || !ensemble->draw || !spread_evenly(&work)) {
+        free(good);
+        return error_set(error, MR_FULL, "no memory: %zu draws of %zu statistics; use fewer draws",
+                         options->draws, model->statistics);
+    }
+    simulate_all(&work);
+    if (atomic_load(&work.stop)) {
+        error_set(error, MR_TIMEOUT,
+                  "stopped after %zu of %zu simulated data sets: round %u; allow more time, or "
+                  "fewer draws",
+                  atomic_load(&work.done), options->draws, round + 1);
+    } else {
+        close_ranks(ensemble, good);
+        if ((double)ensemble->failed > FAILED_SHARE * (double)options->draws)
+            error_set(error, MR_NUMERICS,
+                      "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
+                      "scene with matrig sim",
+                      ensemble->failed, options->draws, round + 1);
+    }
+    free(good);
+    return error->status;
+}
+
+void ensemble_free(struct ensemble *ensemble)
+{
+    free(ensemble->w);
+    free(ensemble->statistic);
+    free(ensemble->draw);
+    *ensemble = (struct ensemble){0};
+}
+
+/* ---- surface ---- */
+
+size_t surface_terms(size_t parameters)
+{
+    return 1 + parameters + parameters * (parameters + 1) / 2;
+}
+
+static void set_terms(size_t q, const double *w, double *term)
+{
+    size_t n = 0;
+    term[n++] = 1.0;
+    for (size_t i = 0; i < q; i++)
+        term[n++] = w[i];
+    for (size_t i = 0; i < q; i++) {
+        for (size_t k = i; k < q; k++)
+            term[n++] = w[i] * w[k];
+    }
+}
+
+void surface_at(const struct surface *surface, const double *w, double *statistic, double *slope)
+{
+    size_t q = surface->parameters, p = surface->statistics;
+    double term[SURFACE_TERMS_MAX];
+    set_terms(q, w, term);
+    for (size_t s = 0; s < p; s++)
+        statistic[s] = 0.0;
+    for (size_t n = 0; n < surface->terms; n++) {
+        const double *factor = gsl_matrix_const_ptr(surface->factor, n, 0);
+        for (size_t s = 0; s < p; s++)
+            statistic[s] += term[n] * factor[s];
+    }
+    for (size_t i = 0; slope && i < q; i++) {
+        const double *factor = gsl_matrix_const_ptr(surface->factor, 1 + i, 0);
+        for (size_t s = 0; s < p; s++)
+            slope[s * q + i] = factor[s];
+    }
+    size_t n = 1 + q;
+    for (size_t i = 0; slope && i < q; i++) {
+        for (size_t k = i; k < q; k++, n++) {
+            const double *factor = gsl_matrix_const_ptr(surface->factor, n, 0);
+            for (size_t s = 0; s < p; s++) {
+                slope[s * q + i] += factor[s] * w[k];
+                slope[s * q + k] += factor[s] * w[i];
+            }
+        }
+    }
+}
+
+double surface_leverage(const struct surface *surface, const double *w)
+{
+    double term[SURFACE_TERMS_MAX], sum = 0.0;
+    set_terms(surface->parameters, w, term);
+    for (size_t i = 0; i < surface->terms; i++) {
+        for (size_t k = 0; k < surface->terms; k++)
+            sum += term[i] * gsl_matrix_get(surface->spread, i, k) * term[k];
+    }
+    return sum;
+}
+
+/* (X'X)^-1 into spread, X'X by its Cholesky factor. False: the design leaves a term
+ * undetermined. */
+static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
+{
+    gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0, design, 0.0, spread);
+    for (size_t i = 0; i < spread->size1; i++) {
+        for (size_t k = i + 1; k < spread->size1; k++)
+            gsl_matrix_set(spread, i, k, gsl_matrix_get(spread, k, i));
+    }
+    return gsl_linalg_cholesky_decomp1(spread) == 0 && gsl_linalg_cholesky_invert(spread) == 0;
+}
+
+static void set_departures(const struct ensemble *ensemble, const gsl_matrix *design,
+                           struct surface *surface)
+{
+    size_t q = surface->parameters, p = surface->statistics;
+    gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, surface->draws,
+                                                             p);
+    gsl_matrix_memcpy(surface->departure, &data.matrix);
+    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, -1.0, design, surface->factor, 1.0,
+                   surface->departure);
+    gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0 / (double)(surface->draws - surface->terms),
+                   surface->departure, 0.0, surface->covariance);
+    for (size_t i = 0; i < p; i++) {
+        for (size_t k = i + 1; k < p; k++)
+            gsl_matrix_set(surface->covariance, i, k, gsl_matrix_get(surface->covariance, k, i));
+    }
+    for (size_t i = 0; i < surface->draws; i++) {
+        double leverage = fmin(surface_leverage(surface, ensemble->w + i * q), 0.999);
+        gsl_vector_view row = gsl_matrix_row(surface->departure, i);
+        gsl_vector_scale(&row.vector, 1.0 / sqrt(1.0 - leverage));
+    }
+}
+
+enum mr_status surface_make(const struct ensemble *ensemble, struct surface *surface,
+                            struct error *error)
+{
+    size_t q = ensemble->parameters, p = ensemble->statistics, n = ensemble->draws,
+           k = surface_terms(q);
+    *surface = (struct surface){.parameters = q, .statistics = p, .terms = k, .draws = n};
+    if (n <= 2 * k)
+        return error_set(
+            error, MR_TOO_FEW,
+            "too few simulated data sets: %zu for a surface of %zu terms; use more than %zu draws",
+            n, k, 2 * k);
+    surface->factor = gsl_matrix_alloc(k, p);
+    surface->departure = gsl_matrix_alloc(n, p);
+    surface->covariance = gsl_matrix_alloc(p, p);
+    surface->spread = gsl_matrix_alloc(k, k);
+    gsl_matrix *design = gsl_matrix_alloc(n, k), *moment = gsl_matrix_alloc(k, p);
+    if (!surface->factor || !surface->departure || !surface->covariance || !surface->spread ||
+        !design || !moment) {
+        error_set(error, MR_FULL, "no memory: surface of %zu statistics; use fewer landings", p);
+    } else {
+        gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, n, p);
+        for (size_t i = 0; i < n; i++)
+            set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
+        if (!invert_normal(design, surface->spread)) {
+            error_set(error, MR_NUMERICS,
+                      "the surface is not determined: %zu draws; use more draws", n);
+        } else {
+            gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
+            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0,
+                           surface->factor);
+            set_departures(ensemble, design, surface);
+        }
+    }
+    gsl_matrix_free(design);
+    gsl_matrix_free(moment);
+    return error->status;
+}
+
+void surface_free(struct surface *surface)
+{
+    gsl_matrix_free(surface->factor);
+    gsl_matrix_free(surface->departure);
+    gsl_matrix_free(surface->covariance);
+    gsl_matrix_free(surface->spread);
+    *surface = (struct surface){0};
+}
+
+double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance)
+{
+    size_t n = departure->size1, p = departure->size2;
+    double scatter = 0.0, squares = 0.0;
+    for (size_t i = 0; i < p; i++) {
+        for (size_t k = 0; k < i; k++) {
+            double si = gsl_matrix_get(covariance, i, i), sk = gsl_matrix_get(covariance, k, k),
+                   sum = 0.0, square = 0.0;
+            if (!(si > 0.0) || !(sk > 0.0))
+                continue;
+            for (size_t d = 0; d < n; d++) {
+                double product = gsl_matrix_get(departure, d, i) * gsl_matrix_get(departure, d, k) /
+                                 sqrt(si * sk);
+                sum += product;
+                square += product * product;
+            }
+            double mean = sum / (double)n;
+            scatter += (square / (double)n - mean * mean) / (double)(n - 1);
+            squares += mean * mean;
+        }
+    }
+    double weight = squares > 0.0 ? fmin(1.0, fmax(0.0, scatter / squares)) : 1.0;
+    for (size_t i = 0; i < p; i++) {
+        for (size_t k = 0; k < p; k++) {
+            if (i != k)
+                gsl_matrix_set(covariance, i, k, (1.0 - weight) * gsl_matrix_get(covariance, i, k));
+        }
+    }
+    return weight;
+}
+
+enum mr_status surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
+                               struct ensemble *combined, struct error *error)
+{
+    size_t q = ensemble->parameters, n = ensemble->draws, to = weight->size2;
+    *combined = (struct ensemble){
+        .draws = n, .parameters = q, .statistics = to, .failed = ensemble->failed};
+    combined->w = calloc(n * q, sizeof(double));
+    combined->statistic = calloc(n * to, sizeof(double));
+    if (!combined->w || !combined->statistic)
+        return error_set(error, MR_FULL, "no memory: scores of %zu data sets; use fewer draws", n);
+    memcpy(combined->w, ensemble->w, n * q * sizeof(double));
+    gsl_matrix_const_view from = gsl_matrix_const_view_array(ensemble->statistic, n,
+                                                             ensemble->statistics);
+    gsl_matrix_view to_view = gsl_matrix_view_array(combined->statistic, n, to);
+    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &from.matrix, weight, 0.0, &to_view.matrix);
+    return MR_OK;
+}
+
+/* ---- solve ---- */
+
+#define STEPS_MAX 300
+#define TOLERANCE 1e-7
+
+typedef double square[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
+
+bool solve_cholesky(size_t n, square matrix, square factor)
+{
+    memset(factor, 0, sizeof(square));
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k <= i; k++) {
+            double rest = matrix[i][k];
+            for (size_t j = 0; j < k; j++)
+                rest -= factor[i][j] * factor[k][j];
+            if (i == k && !(rest > 0.0))
+                return false;
+            factor[i][k] = i == k ? sqrt(rest) : rest / factor[k][k];
+        }
+    }
+    return true;
+}
+
+/* Inverse of a lower triangle. */
+static void invert_lower(size_t n, square lower, square inverse)
+{
+    memset(inverse, 0, sizeof(square));
+    for (size_t c = 0; c < n; c++) {
+        for (size_t r = c; r < n; r++) {
+            double rest = r == c ? 1.0 : 0.0;
+            for (size_t j = c; j < r; j++)
+                rest -= lower[r][j] * inverse[j][c];
+            inverse[r][c] = rest / lower[r][r];
+        }
+    }
+}
+
+bool solve_begin(struct solve *solve, const struct surface *surface,
+                 const struct ensemble_place *place)
+{
+    size_t q = surface->parameters;
+    square covariance, lower;
+    double middle[FIT_PARAMETERS_MAX] = {0.0};
+    *solve = (struct solve){.surface = surface, .place = place};
+    double share = 1.0 + surface_leverage(surface, middle);
+    for (size_t i = 0; i < q; i++) {
+        for (size_t k = 0; k < q; k++)
+            covariance[i][k] = share * gsl_matrix_get(surface->covariance, i, k);
+    }
+    if (!solve_cholesky(q, covariance, lower))
+        return false;
+    invert_lower(q, lower, solve->root);
+    return true;
+}
+
+/* The surface, straight beyond where it was simulated: value and slopes at the nearest place
+ * inside, and on along them. Those slopes change with what is inside still; as they are linear in
+ * w, that is the slope at w itself. */
+static void expected(const struct solve *solve, const double *w, double *score, double *slope)
+{
+    size_t q = solve->surface->parameters;
+    double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX],
+           beyond[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
+    for (size_t i = 0; i < q; i++)
+        inside[i] = fmax(-SOLVE_STRAIGHT, fmin(SOLVE_STRAIGHT, w[i]));
+    surface_at(solve->surface, inside, score, slope);
+    if (memcmp(inside, w, q * sizeof *w) == 0)
+        return;
+    surface_at(solve->surface, w, there, beyond);
+    for (size_t s = 0; s < q; s++) {
+        for (size_t i = 0; i < q; i++)
+            score[s] += slope[s * q + i] * (w[i] - inside[i]);
+        for (size_t i = 0; i < q; i++)
+            slope[s * q + i] = fabs(w[i]) < SOLVE_STRAIGHT ? beyond[s * q + i] : slope[s * q + i];
+    }
+}
+
+void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope)
+{
+    size_t q = solve->surface->parameters;
+    double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
+        z[FIT_PARAMETERS_MAX];
+    expected(solve, w, score, change);
+    ensemble_at(solve->place, w, z);
+    for (size_t r = 0; r < q; r++) {
+        residual[r] = 0.0;
+        for (size_t s = 0; s <= r; s++)
+            residual[r] += solve->root[r][s] * (score[s] - solve->score[s]);
+        residual[q + r] = z[r] - solve->prior[r];
+        for (size_t i = 0; i < q; i++) {
+            double sum = 0.0;
+            for (size_t s = 0; s <= r; s++)
+                sum += solve->root[r][s] * change[s * q + i];
+            slope[r * q + i] = sum;
+            slope[(q + r) * q + i] = solve->place->spread[r][i];
+        }
+    }
+}
+
+static int residual_of(const gsl_vector *w, void *context, gsl_vector *f)
+{
+    double slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
+    solve_residual(context, w->data, f->data, slope);
+    return GSL_SUCCESS;
+}
+
+static int slope_of(const gsl_vector *w, void *context, gsl_matrix *jacobian)
+{
+    double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
+    solve_residual(context, w->data, residual, slope);
+    gsl_matrix_const_view view = gsl_matrix_const_view_array(slope, jacobian->size1,
+                                                             jacobian->size2);
+    gsl_matrix_memcpy(jacobian, &view.matrix);
+    return GSL_SUCCESS;
+}
+
+double solve_least(const struct solve *solve, double *w)
+{
+    size_t q = solve->surface->parameters;
+    gsl_multifit_nlinear_parameters how = gsl_multifit_nlinear_default_parameters();
+    gsl_multifit_nlinear_workspace *work = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust,
+                                                                      &how, 2 * q, q);
+    if (!work)
+        return (double)NAN;
+    struct solve copy = *solve;
+    gsl_multifit_nlinear_fdf fdf = {
+        .f = residual_of, .df = slope_of, .n = 2 * q, .p = q, .params = &copy};
+    gsl_vector_const_view start = gsl_vector_const_view_array(w, q);
+    int info = 0;
+    int status = gsl_multifit_nlinear_init(&start.vector, &fdf, work);
+    if (status == GSL_SUCCESS)
+        status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL,
+                                             &info, work);
+    double squares = 0.0;
+    /* No further progress at machine precision is where it was to go. */
+    if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
+        const gsl_vector *least = gsl_multifit_nlinear_position(work),
+                         *f = gsl_multifit_nlinear_residual(work);
+        for (size_t i = 0; i < q; i++)
+            w[i] = gsl_vector_get(least, i);
+        for (size_t i = 0; i < f->size; i++)
+            squares += gsl_vector_get(f, i) * gsl_vector_get(f, i);
+    } else {
+        squares = (double)NAN;
+    }
+    gsl_multifit_nlinear_free(work);
+    return squares;
+}
+
+void solve_information(const struct solve *solve, const double *w, square information)
+{
+    size_t q = solve->surface->parameters;
+    double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
+    square lower, inverse, by_z;
+    solve_residual(solve, w, residual, slope);
+    memcpy(lower, solve->place->spread, sizeof lower);
+    invert_lower(q, lower, inverse);
+    for (size_t r = 0; r < q; r++) {
+        for (size_t i = 0; i < q; i++) {
+            by_z[r][i] = 0.0;
+            for (size_t k = 0; k < q; k++)
+                by_z[r][i] += slope[r * q + k] * inverse[k][i];
+        }
+    }
+    for (size_t i = 0; i < q; i++) {
+        for (size_t k = 0; k < q; k++) {
+            information[i][k] = 0.0;
+            for (size_t r = 0; r < q; r++)
+                information[i][k] += by_z[r][i] * by_z[r][k];
+        }
+    }
+}
+
+void solve_covariance(size_t parameters, square information, square covariance)
+{
+    square sum, lower, inverse;
+    for (size_t i = 0; i < parameters; i++) {
+        for (size_t k = 0; k < parameters; k++)
+            sum[i][k] = information[i][k] + (i == k ? 1.0 : 0.0);
+    }
+    memset(covariance, 0, sizeof(square));
+    if (!solve_cholesky(parameters, sum, lower))
+        return;
+    invert_lower(parameters, lower, inverse);
+    for (size_t i = 0; i < parameters; i++) {
+        for (size_t k = 0; k < parameters; k++) {
+            for (size_t j = 0; j < parameters; j++)
+                covariance[i][k] += inverse[j][i] * inverse[j][k];
+        }
+    }
+}
+
+/* ---- fit ---- */
 
 #define DRAWS  300u
 #define WIDEN  1.3  /* the next design, in standard errors of the present estimate */

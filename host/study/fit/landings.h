@@ -24,8 +24,8 @@
 
 #include "common/catalogue.h"
 #include "common/closure.h"
-#include "host/study/fit/fit.h"
 #include "host/sim/sim.h"
+#include "host/study/fit/fit.h"
 
 enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KEYS };
 
