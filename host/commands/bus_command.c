@@ -175,7 +175,7 @@ static void silence_answer(const struct heard *heard, struct answer *answer)
                         "right?",
                         heard->s);
     else if (heard->found.count == 0)
-        answer_sentence(answer, "note", "no board said hello");
+        answer_sentence(answer, "note", "no hello from a board");
     else
         answer_none(answer, "note", NULL, NULL);
 }

@@ -110,9 +110,10 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
     const struct measured_channel *channels[MR_CHANNELS];
     enum mr_status status = measured_load(store, run, &measured, error);
     if (status == MR_OK && measured.source == MEASURED_NOTHING)
-        status = error_set(error, MR_USAGE,
-                           "no readings: RUN %lld of %s; the landing was given up before any came",
-                           (long long)run, store_path(store));
+        status = error_set(
+            error, MR_USAGE,
+            "no readings: RUN %lld of %s; the landing was given up before its first reading",
+            (long long)run, store_path(store));
     if (status == MR_OK) {
         size_t count = measured_in_order(&measured, channels);
         csv_provenance(&measured, cli->si, out);

@@ -275,8 +275,8 @@ static const struct command_part parts[] = {
                       "if they had been logged. With --map:"),
     OPTION_TEXT(
         "--map", "M.json", map,
-        "a table of another instrument (CSV), or its frames in a candump log, becomes a landing. M "
-        "says what is what:\n"
+        "import a table of another instrument (CSV), or its frames in a candump log, as a landing. "
+        "M names its columns:\n"
         "{\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", "
         "\"missing\": [\"---\"],\n"
         " \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
@@ -285,26 +285,31 @@ static const struct command_part parts[] = {
         " \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": "
         "2.5, \"offset\": -1, \"station_ft\": 40,\n"
         "               \"error\": 0.05}]}\n"
-        "header_lines: how many stand above the rows, blank lines counted, comments not. column: "
-        "its name, or its number\n"
-        "from 1. channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m,\n"
-        "in, mm; where it passes the switches are edges), switch1 to switch64 (with threshold and "
-        "edge). value = (what stands\n"
-        "there * scale + offset) in unit; error: its standard error. Times: s, ms, us, min. Also "
-        "touchdown_ft,\n"
-        "switch_error_ft, gap_s (more is missing data; else 1.5 times the usual), last_line_open "
-        "(true: the last line needs\n"
-        "no newline), note. For frames, in place of column:\n"
+        "header_lines: lines above the rows, blank lines counted, comments not. column: its name, "
+        "or "
+        "its number from 1.\n"
+        "channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m, in, mm; "
+        "an "
+        "edge where it passes\n"
+        "a switch), switch1 to switch64 (with threshold and edge). value = (number in the file * "
+        "scale + offset) in unit;\n"
+        "error: its standard error. Times: s, ms, us, min. Also touchdown_ft, switch_error_ft, "
+        "gap_s "
+        "(a longer gap is\n"
+        "missing data; default 1.5 times the usual step), last_line_open (true: the last line "
+        "needs "
+        "no newline), note.\n"
+        "For frames, in place of column:\n"
         "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
-               "it is of the same landing as RUN: gear, switches, survey and stations are RUN's, "
-               "and time 0 is RUN's touchdown,\n"
-               "or the edge that align names is RUN's"),
+               "same landing as RUN: with the gear, switches, survey and stations of RUN; time 0 "
+               "is the touchdown of RUN,\n"
+               "unless align names an edge"),
     OPTION_TEXT("--interface", "NAME", readings.interface,
-                "take the frames of this bus of the log; else those of its first frame's"),
+                "import the frames of this bus; default: the bus of the first frame"),
     OPTION_TEXT("--base", "B", base,
                 "the board spoke at this base of identifiers (0x190); else at 0"),
-    OPTION_FLAG("--again", again, "though the same file was imported before"),
+    OPTION_FLAG("--again", again, "import a file a second time"),
     HELP_NOTE("A file is reported as complete, or as truncated or malformed at a line and column: "
               "exit 4, and its good part is kept."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"

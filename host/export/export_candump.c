@@ -56,7 +56,7 @@ static void tell(const struct candump_export *export, bool known, const struct c
         cli_note(cli, "identifiers are those on the bus: base 0x%03x; matrig import --base 0x%03x",
                  export->base, export->base);
     if (export->without_time)
-        cli_note(cli, "%ld frames came before the board told the time and are left out",
+        cli_note(cli, "%ld frames from before the board's first clock message are left out",
                  export->without_time);
     if (export->far)
         cli_note(cli, "%ld frames have a time that no clock shows and are left out", export->far);

@@ -308,7 +308,7 @@ static enum mr_status put_switch(struct work *w, unsigned position, double stati
     double edge_us = w->base_us + 1e6 * edge_s;
     if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BOARD_BLOCKS * BLOCK_US))
         cli_note(w->request->cli,
-                 "the edge of switch %u lies outside the board's time and is left out", position);
+                 "the edge of switch %u is outside the board's time and is left out", position);
     else if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
         w->found[w->founds++] = (struct found){edge_us, position};
     return store_switch_put(w->store, w->run, &place, error);

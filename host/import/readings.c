@@ -134,7 +134,7 @@ static size_t stray_cut(const struct stray *stray, struct mapping_channel *chann
             cut_group(&channel[c].series, group);
         rows += group->rows;
         verdict_set(verdict, MR_MALFORMED, group->line, 1,
-                    "the time lies more than a minute from the others");
+                    "the time is more than a minute from the others");
     }
     verdict->bad_lines += rows;
     return rows;
@@ -251,7 +251,7 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
     if (*place && *place <= FIELDS_MAX)
         return MR_OK;
     return error_set(error, MR_MALFORMED,
-                     "no column '%s': %s line %zu; the mapping must name it as it stands there%s",
+                     "no column '%s': %s line %zu; the mapping must name it as the header does%s",
                      name, t->path, t->line,
                      t->mapping->header_lines ? "; header_lines counts blank lines, and no comments"
                                               : ", or number it, without header_lines");

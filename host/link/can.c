@@ -500,9 +500,10 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
             return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show",
                              strerror(errno), link->spec);
         if (monotonic_us() > until_us)
-            return error_set(error, MR_TIMEOUT,
-                             "the bus takes nothing: %s; is the board on, and the bus terminated?",
-                             link->spec);
+            return error_set(
+                error, MR_TIMEOUT,
+                "the bus accepts no frames: %s; is the board on, and the bus terminated?",
+                link->spec);
         /* A full transmit queue of the interface (ENOBUFS) is not something poll waits for. */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
         poll(NULL, 0, 1);

@@ -19,13 +19,14 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
     char errors[60] = "", rate[80];
     if (rx->bytes == 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; not a byte came in %.1f s: is the board on, the cable in?",
+                 LINK_NO_HELLO ": %s; no byte received in %.1f s: is the board on, the cable in?",
                  link->spec, since_s);
         return DIAGNOSIS_SILENT;
     }
     if (rx->frames > 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; frames came: is this the board's serial output?", link->spec);
+                 LINK_NO_HELLO ": %s; frames received: is this the board's serial output?",
+                 link->spec);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->trouble[LINK_UART_LINE])
@@ -36,7 +37,7 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
     else
         snprintf(rate, sizeof rate, "is %d baud its rate? serial:TTY:find finds it", rx->baud);
     snprintf(text, DIAGNOSIS_TEXT,
-             LINK_NO_HELLO ": %s; %.0f bytes/s came%s, %llu ends of frames, not one whole: %s",
+             LINK_NO_HELLO ": %s; %.0f bytes/s received%s, %llu frame ends, no whole frame: %s",
              link->spec, (double)rx->bytes / fmax(since_s, 0.001), errors,
              (unsigned long long)rx->bad, rate);
     return DIAGNOSIS_GARBLED;
@@ -56,7 +57,7 @@ static enum diagnosis of_can(const struct link *link, const struct link_counters
 {
     if (counters->received > 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; %llu frames came: is the board on this bus?", link->spec,
+                 LINK_NO_HELLO ": %s; %llu frames received: is the board on this bus?", link->spec,
                  (unsigned long long)counters->received);
         return DIAGNOSIS_NO_HELLO;
     }

@@ -7,7 +7,7 @@
 
 #define DIAGNOSIS_TEXT 400u
 /* how such a message begins; the link follows, then what to do */
-#define LINK_NO_HELLO  "no board said hello"
+#define LINK_NO_HELLO  "no hello from a board"
 
 enum diagnosis {
     DIAGNOSIS_SILENT,     /* nothing at all */

@@ -207,8 +207,7 @@ const char *timemap_refusal_text(unsigned refusal)
 {
     switch (refusal) {
     case TIMEMAP_GOOD: return "good";
-    case TIMEMAP_TOO_FEW:
-        return "too few moments were told of; log for a quarter of a minute or more";
+    case TIMEMAP_TOO_FEW: return "too few clock messages; log for a quarter of a minute or more";
     case TIMEMAP_NO_DATE: return "what was recorded has no times of day";
     case TIMEMAP_OTHER_PACE:
         return "the board's time passed at another pace than this computer's: emulated at full "

@@ -276,7 +276,7 @@ static enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t le
         return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",
                          strerror(sp_last_error_code()), tty->spec);
     if ((size_t)count < length)
-        return error_set(error, MR_TIMEOUT, "the serial port takes nothing: %s; is the cable in?",
+        return error_set(error, MR_TIMEOUT, "the serial port accepts no data: %s; is the cable in?",
                          tty->spec);
     return MR_OK;
 }
@@ -344,12 +344,12 @@ static enum mr_status find_baud(struct tty *tty, const char *spec, int *baud, st
     if (heard == 0)
         return error_set(error, MR_TIMEOUT,
                          LINK_NO_HELLO
-                         ": %s; not a byte came at any usual rate: is the board on, the cable in?",
+                         ": %s; no byte received at any usual rate: is the board on, the cable in?",
                          spec);
     return error_set(
         error, MR_IO,
         LINK_NO_HELLO
-        ": %s; %llu bytes came at the usual rates, and no frame: is this the board's port?",
+        ": %s; %llu bytes received at the usual rates, but no frame: is this the board's port?",
         spec, (unsigned long long)heard);
 }
 
@@ -370,7 +370,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     if (status != MR_OK)
         return status;
     if (find && link->baud == 0)
-        fprintf(stderr, "matrig: %s: frames come at %d baud\n", link->spec, baud);
+        fprintf(stderr, "matrig: %s: receiving frames at %d baud\n", link->spec, baud);
     link->baud = baud;
     link_hear_anew(link, baud);
     link->fd = tty_fd(link->tty);

@@ -91,7 +91,7 @@ enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t
             return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?",
                              strerror(errno), spec);
         if (poll(&ready, 1, SEND_WAIT_MS) == 0)
-            return error_set(error, MR_TIMEOUT, "the board takes nothing: %s; is it stopped?",
+            return error_set(error, MR_TIMEOUT, "the board accepts no data: %s; is it stopped?",
                              spec);
     }
     return MR_OK;

@@ -232,6 +232,6 @@ const char *live_buckets_why(const struct live_buckets *b, unsigned index)
     if (!isnan(r->value))
         return "";
     if (b->records > 0 && !live_buckets_calibrated(b, index))
-        return "calibration not told yet";
+        return "calibration not received yet";
     return r->block >= 0 ? mr_validity_text(r->validity) : "";
 }

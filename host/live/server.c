@@ -205,7 +205,8 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
     bool elsewhere = origin &&
                      (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
     if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
-        return say(connection, MHD_HTTP_FORBIDDEN, "commands come from the live page, as JSON\n");
+        return say(connection, MHD_HTTP_FORBIDDEN,
+                   "commands are accepted from the live page alone, as JSON\n");
     if (!token_is(server, header(connection, "X-Matrig-Token")))
         return say(connection, MHD_HTTP_FORBIDDEN,
                    "commands need the token: open the address that matrig printed\n");

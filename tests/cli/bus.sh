@@ -88,13 +88,13 @@ of_no_board() {
 }
 silence() {
     : >"$tmp/empty.log"
-    fails_with 3 'no board said hello: file:.*empty.log; no frame at all' $matrig bus "file:$tmp/empty.log" &&
+    fails_with 3 'no hello from a board: file:.*empty.log; no frame at all' $matrig bus "file:$tmp/empty.log" &&
         told 0 "$tmp/empty.log" --base 0x190 && grep -q 'nothing was heard in 0.0 s: if the bus is in use, are rate and cable right?' "$tmp/said" &&
         in_json 'd["asked"]["free"] and d["boards"] == []'
 }
 no_hello() {
     grep -v ' 1F0#' "$tmp/first.log" >"$tmp/mute.log"
-    told 0 "$tmp/mute.log" && grep -q 'no board said hello' "$tmp/said" && in_json 'd["boards"] == [] and 0x180 in [o["id"] for o in d["others"]] and d["note"] == "no board said hello"' &&
+    told 0 "$tmp/mute.log" && grep -q 'no hello from a board' "$tmp/said" && in_json 'd["boards"] == [] and 0x180 in [o["id"] for o in d["others"]] and d["note"] == "no hello from a board"' &&
         told 1 "$tmp/mute.log" --base 0
 }
 another_layout() {

@@ -38,8 +38,8 @@ check "file that is not there" fails_with 3 "cannot open.*no/such" $matrig log -
 check "folder as a file" fails_with 3 "directory" $matrig log --can file:build --db "$tmp/x.db"
 check "socket that never appears" fails_with 3 "cannot connect.*none.socket" $matrig log --can "unix:$tmp/none.socket" --db "$tmp/x.db"
 check "database in no folder" fails_with 3 "cannot open.*no/folder" $matrig log --can file:/dev/null --db "$tmp/no/folder/x.db"
-check "nothing on the link" fails_with 3 "no board said hello" $matrig log --can file:/dev/null --db "$tmp/empty.db"
-check "nobody within --for" fails_with 3 "no board said hello" $matrig log --serial file:/dev/null --db "$tmp/empty.db" --for 0.2
+check "nothing on the link" fails_with 3 "no hello from a board" $matrig log --can file:/dev/null --db "$tmp/empty.db"
+check "nobody within --for" fails_with 3 "no hello from a board" $matrig log --serial file:/dev/null --db "$tmp/empty.db" --for 0.2
 
 echo "this is no log" >"$tmp/foreign.log"
 check "foreign candump file" fails_with 4 "foreign.log line 1" $matrig log --can "file:$tmp/foreign.log" --db "$tmp/a.db"

@@ -19,7 +19,7 @@ taken() { # CODE PATTERN BLOCKS FIRST LAST: exit and message, and how long the l
     cat "$tmp/out" "$tmp/err"
     [ $code = "$1" ] && grep -Eq "$2" "$tmp/err" && [ "$(blocks "$tmp/t.db")" = "$3" ]
 }
-far='malformed at line %d, column 1: the time lies more than a minute from the others; 1 line was passed over'
+far='malformed at line %d, column 1: the time is more than a minute from the others; 1 line was passed over'
 last() { taken 4 "$(printf "$far" 202)" 200 '' $'3000,1\n'; }
 first() { taken 4 "$(printf "$far" 2)" 200 $'-3000,1\n' ''; }
 hour() { taken 4 "$(printf "$far" 202)" 200 '' $'1e6,1\n'; }

@@ -162,7 +162,7 @@ joined_on_serial() {
     port=${port%%/*}
     for ((i = 0; i < 200; i++)); do
         request "GET /state HTTP/1.1" "Host: localhost" | grep -o '"readings":.*' >"$tmp/readings"
-        grep -q 'calibration not told yet' "$tmp/readings" && echo "told that it is not calibrated"
+        grep -q 'calibration not received yet' "$tmp/readings" && echo "told that it is not calibrated"
         [ "$(grep -o '\[-\?[0-9]' "$tmp/readings" | wc -l)" -ge 22 ] && result=0 && break
         sleep 0.05
     done

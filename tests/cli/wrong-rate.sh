@@ -51,7 +51,7 @@ says() {
 }
 its_own_rate() { logged 2000000 '' sent 8000 && grep -q '"unheard":null' "$tmp/out"; }
 garbled() { # SENDER
-    says 3 "[1-9][0-9]* bytes/s came, [0-9]+ ends of frames, not one whole: is 2000000 baud its rate\? serial:TTY:find finds it" "$1" '' &&
+    says 3 "[1-9][0-9]* bytes/s received, [0-9]+ frame ends, no whole frame: is 2000000 baud its rate\? serial:TTY:find finds it" "$1" '' &&
         grep -q '"unheard":"garbled"' "$tmp/out"
 }
 cable_is_off() {
@@ -60,11 +60,11 @@ cable_is_off() {
     timeout 60 $matrig --json log --serial "file:$tmp/silent.fifo" --db "$tmp/silent.db" --for 0.5 >"$tmp/out" 2>"$tmp/err"
     local status=$?
     cat "$tmp/err"
-    [ $status = 3 ] && grep -Eq 'not a byte came in [0-9.]+ s: is the board on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
+    [ $status = 3 ] && grep -Eq 'no byte received in [0-9.]+ s: is the board on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
 }
-found_and_sent() { grep -q 'frames come at' "$tmp/err" && sent 16000; }
+found_and_sent() { grep -q 'receiving frames at' "$tmp/err" && sent 16000; }
 found() { # SENDER
-    logged "$1" :find found_and_sent && grep -q "frames come at $1 baud" "$tmp/err"
+    logged "$1" :find found_and_sent && grep -q "receiving frames at $1 baud" "$tmp/err"
 }
 board_and_ready() {
     heard 1000000 $matrig board --serial serial:PORT; [ $? = 3 ] && grep -q 'is 2000000 baud its rate' "$tmp/err" || return 1
@@ -81,8 +81,8 @@ no_frames() {
     fails_with 3 "no frame at all in [0-9.]+ s: is the board on, and on this bus" $matrig --quiet log --can "file:$tmp/none.can" --db "$tmp/none.db"
 }
 told_while_waiting() { # after 3 s, and the log goes on
-    logged 115200 '' grep -q 'not one whole: is 2000000 baud its rate' "$tmp/err"
-    [ $? = 3 ] && [ "$(grep -c 'not one whole: is 2000000 baud its rate' "$tmp/err")" = 2 ]
+    logged 115200 '' grep -q 'no whole frame: is 2000000 baud its rate' "$tmp/err"
+    [ $? = 3 ] && [ "$(grep -c 'no whole frame: is 2000000 baud its rate' "$tmp/err")" = 2 ]
 }
 
 check "a sender at the rate of the link" its_own_rate

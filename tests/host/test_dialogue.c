@@ -256,7 +256,7 @@ static void a_silent_board_is_given_up_in_time(void **state)
     assert_took(begun_s, 3 * ANSWER_S);
     begun_s = scripted_now_s;
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "no board said hello: scripted; not a byte came");
+    assert_error(&error, MR_TIMEOUT, "no hello from a board: scripted; no byte received");
     assert_took(begun_s, DIALOGUE_HELLO_S);
     error = (struct error){0};
     assert_int_equal(dialogue_lost(&dialogue, MR_COMMAND_STATE, &error), MR_TIMEOUT);
@@ -300,7 +300,7 @@ static void strangers_are_no_board(void **state)
     for (unsigned i = 0; i < 3000; i++)
         board.bytes[board.end++] = (uint8_t)(i % 7);
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_IO);
-    assert_error(&error, MR_IO, "no board said hello: scripted; ");
+    assert_error(&error, MR_IO, "no hello from a board: scripted; ");
 }
 
 static void a_strangers_frames_on_can_are_no_board(void **state)
@@ -314,7 +314,7 @@ static void a_strangers_frames_on_can_are_no_board(void **state)
     SCRIPTED_SAY(&can_end, landing, LANDING, .state = 1);
     can_end.frames[1].id |= LINK_ID_ERROR;
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "no board said hello: scripted can; ");
+    assert_error(&error, MR_TIMEOUT, "no hello from a board: scripted can; ");
     assert_false(heard);
 }
 

@@ -201,7 +201,7 @@ static void what_is_not_calibrated_is_not_read(void **state)
     MESSAGE(joined, LINK_SERIAL, hello, HELLO, -1, .layout = MR_LAYOUT);
     assert_string_equal(live_buckets_why(joined, 0), ""); /* nothing has come */
     put_record(joined, 1, 0.5, 100.0);
-    assert_string_equal(live_buckets_why(joined, 0), "calibration not told yet");
+    assert_string_equal(live_buckets_why(joined, 0), "calibration not received yet");
     MESSAGE(joined, LINK_SERIAL, channel, CHANNEL, -1, .index = 0, .kind = c.kind,
             .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
     MESSAGE(joined, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = 0, .number = c.number,
