@@ -7,13 +7,8 @@
 #define VALUES struct error_request
 static const struct command_part parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
-    OPTION_FLAG(
-        "--predictor", predictor,
-        "instead: the onboard predictor at each of its levels and several steps, on five landings: "
-        "error against\n"
-        "the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg"),
-    OPTION_TEXT("--plot", "F.svg", plot,
-                "draw error against run time. Errors are in ft, also with --si"),
+    OPTION_TEXT("--plot", "F", plot,
+                "draw error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
     HELP_NOTE("\n"
               "Each solver that the scene's model has runs over tolerances or steps, against a "
               "reference that two different\n"
@@ -24,8 +19,8 @@ static const struct command_part parts[] = {
 const struct command command_error = {
     "error",
     study_start,
-    "SCENE|--predictor [--plot F.svg]",
+    "SCENE [--plot F]",
     "every solver's error against its run time",
     COMMAND_PARTS(parts),
-    {0, 1, "SCENE"},
+    {1, 1, "SCENE"},
 };

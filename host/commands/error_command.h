@@ -3,12 +3,8 @@
 #ifndef MATRIG_HOST_ERROR_COMMAND_H
 #define MATRIG_HOST_ERROR_COMMAND_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
 struct error_request {
     const char *plot;
-    bool predictor;
 };
 
 #endif

@@ -1,15 +1,14 @@
 /* matrig error SCENE: every solver's error against its run time. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "host/commands/commands.h"
 #include "host/commands/error_command.h"
 #include "host/base/answer.h"
-#include "host/base/output.h"
+#include "host/base/plot.h"
 #include "host/base/progress.h"
-#include "host/report/plot_error.h"
 #include "host/sim/check/error_study.h"
-#include "host/study/error_predictor.h"
 #include "host/study/studies.h"
 
 #define SOLVERS_MAX 8
@@ -204,14 +203,73 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     return answer;
 }
 
+#define LEAST_FT 1e-16 /* below every error that is not 0 */
+
+enum quantity { LIFT, U, RMS };
+
+static double error_ft(const struct error_run *run, enum quantity quantity)
+{
+    return fmax(LEAST_FT, quantity == LIFT ? run->lift_ft
+                          : quantity == U  ? run->u_ft
+                                           : run->rms_u_ft);
+}
+
+/* The runs of a solver within its stability limit, or those beyond it. A failed run breaks the
+ * line. */
+static void plot_solver(struct plot *plot, const struct error_study *study, const char *solver,
+                        unsigned index, enum quantity quantity, bool beyond)
+{
+    double ms[ERROR_RUNS_MAX], error[ERROR_RUNS_MAX];
+    size_t count = 0;
+    for (size_t i = 0; i < study->run_count; i++) {
+        const struct error_run *run = &study->runs[i];
+        bool ok = run->status == SIM_OK;
+        if (strcmp(run->solver, solver) != 0 || run->beyond != beyond)
+            continue;
+        ms[count] = ok ? run->ms : (double)NAN;
+        error[count++] = ok ? error_ft(run, quantity) : (double)NAN;
+    }
+    plot_draw(plot, &(struct plot_series){.kind = beyond ? PLOT_POINTS : PLOT_LINE_POINTS,
+                                          .key = beyond ? NULL : solver,
+                                          .colour = index,
+                                          .shape = index,
+                                          .open = beyond,
+                                          .x = ms,
+                                          .y = error,
+                                          .count = count});
+}
+
+static void plot_panel_of(struct plot *plot, const struct error_study *study,
+                          enum quantity quantity)
+{
+    static const char *const labels[] = {"largest error of lift (ft)", "largest error of u (ft)",
+                                         "rms error of u (ft)"};
+    const double floor_ft = quantity == LIFT ? study->agreement_lift_ft
+                          : quantity == U    ? study->agreement_u_ft
+                                             : study->agreement_rms_u_ft;
+    const char *names[SOLVERS_MAX];
+    size_t count = error_study_solvers(study, names, SOLVERS_MAX);
+    plot_panel(plot, NULL, (struct plot_axis){.label = "run time (ms)", .log = true},
+               (struct plot_axis){.label = labels[quantity], .log = true});
+    for (unsigned k = 0; k < count; k++) {
+        plot_solver(plot, study, names[k], k, quantity, false);
+        plot_solver(plot, study, names[k], k, quantity, true);
+    }
+    if (floor_ft > 0.0)
+        plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS,
+                                              .key = "disagreement of the references",
+                                              .colour = PLOT_GREY,
+                                              .y = &floor_ft,
+                                              .count = 1});
+}
+
 static enum mr_status write_plot(const char *path, const char *name,
                                  const struct error_study *study, struct error *error)
 {
-    struct output output;
-    if (output_begin(&output, path, error) != MR_OK)
-        return error->status;
-    plot_error_file(output.file, name, study);
-    return output_end(&output, error);
+    struct plot *plot = plot_new(name, 960, 480, 2);
+    plot_panel_of(plot, study, study->lifts ? LIFT : U);
+    plot_panel_of(plot, study, study->lifts ? U : RMS);
+    return plot_write(plot, path, error);
 }
 
 static void tell(void *ctx, size_t runs_begun)
@@ -234,18 +292,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
 
     if (command_parse(&command_error, argc, argv, cli, &r, words, &error) != MR_OK)
         return cli_fail(&error);
-    if (r.predictor && words[0])
-        error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE",
-                  words[0]);
-    else if (!r.predictor && !words[0])
-        error_set(&error, MR_USAGE,
-                  "something is missing: matrig error needs SCENE or --predictor; see matrig error "
-                  "--help");
-    if (error.status == MR_OK)
-        /* before a minute of computing, not after */
-        output_check(r.plot, words[0], &error);
-    if (error.status == MR_OK && r.predictor)
-        return error_predictor(r.plot, cli);
+    plot_check(r.plot, words[0], &error); /* before a minute of computing, not after */
     if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])

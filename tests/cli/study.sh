@@ -20,7 +20,7 @@ check "so this would be seen" eval '! free_of_both "$study"'
 mkdir -p "$here/alone/bin"
 cp "$m" "$here/alone/bin/"
 alone=$here/alone/bin/matrig
-for words in "fit no.db" "sweep no.json" "study no.json" "error no.json" "error --predictor" "--json --quiet fit x" "sim $scene --solver cvode"; do
+for words in "fit no.db" "sweep no.json" "study no.json" "error no.json" "--json --quiet fit x" "sim $scene --solver cvode"; do
     # shellcheck disable=SC2086
     check "without matrig-study: $words" fails_with 3 'cannot start matrig-study, which runs matrig (fit|sweep|study|error|sim): not beside .*/alone/bin/matrig, .*; make all builds it' env PATH=/nowhere "$alone" $words
 done

@@ -4,11 +4,11 @@
  * so errors do not fall with the step as far as they would elsewhere: how far they can is measured,
  * by a change of friction that no measurement would see. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "host/landing_series/play.h"
-#include "host/base/html.h"
-#include "host/base/svg.h"
+#include "host/base/plot.h"
 #include "tests/error_report/report.h"
 
 #define SEEDS     3
@@ -93,66 +93,43 @@ static enum mr_status study(struct landing_series *series, const struct engine *
     return error->status;
 }
 
-static void table(FILE *out, const struct point points[ENGINES][STEPS])
+static void table(const struct point points[ENGINES][STEPS])
 {
-    static const char *const heads[] = {
-        "engine", "dt, s", "ms a landing", "rms error, in", "largest error, in", NULL};
-    html_table(out, heads);
+    puts("| engine | dt (s) | ms a landing | rms error (in) | largest error (in) |\n"
+         "|---|---|---|---|---|");
     for (size_t e = 0; e < ENGINES; e++) {
-        for (int k = 0; k < STEPS; k++) {
-            fputs("<tr>", out);
-            html_cell(out, "%s", engines[e].name);
-            html_cell(out, "%.2e", points[e][k].dt_s);
-            html_cell(out, "%.1f", points[e][k].ms);
-            html_cell(out, "%.1e", points[e][k].rms_in);
-            html_cell(out, "%.1e", points[e][k].worst_in);
-            fputs("</tr>\n", out);
-        }
+        for (int k = 0; k < STEPS; k++)
+            printf("| %s | %.2e | %.1f | %.1e | %.1e |\n", engines[e].name, points[e][k].dt_s,
+                   points[e][k].ms, points[e][k].rms_in, points[e][k].worst_in);
     }
-    fputs("</tbody></table></div>\n", out);
 }
 
-static void draw(FILE *out, const struct point points[ENGINES][STEPS])
+static enum mr_status draw(const char *folder, const struct point points[ENGINES][STEPS],
+                           struct error *error)
 {
-    static const char *const classes[] = {"e0", "e1"};
-    double low = HUGE_VAL, high = 0.0, fast = HUGE_VAL, slow = 0.0;
-    for (size_t e = 0; e < ENGINES; e++) {
-        for (int k = 0; k < STEPS; k++) {
-            low = fmin(low, fmax(points[e][k].rms_in, 1e-8));
-            high = fmax(high, points[e][k].rms_in);
-            fast = fmin(fast, points[e][k].ms);
-            slow = fmax(slow, points[e][k].ms);
-        }
-    }
-    struct svg_plot plot = {.out = out,
-                            .left = 70,
-                            .top = 20,
-                            .width = 500,
-                            .height = 240,
-                            .log_x = true,
-                            .log_y = true,
-                            .x = {fast / 1.3, slow * 1.3, "run time of a landing, ms", true},
-                            .y = {low / 1.5, high * 1.5, "rms error of movement, in", true}};
-    svg_open(out, 600, 310, "error against run time of the landing engines");
-    fputs("<style>.e0,.e1{fill:none;stroke-width:1.6}.e0{stroke:#3465a4}.e1{stroke:#cc0000}.frame,."
-          "grid{fill:none;stroke:#ccc}"
-          "text{font:12px sans-serif}</style>",
-          out);
-    svg_axes(&plot);
-    for (size_t e = 0; e < ENGINES; e++) {
+    char path[400];
+    struct plot *plot = plot_new("landing engines", 640, 420, 1);
+    snprintf(path, sizeof path, "%s/engines.svg", folder);
+    plot_panel(plot, NULL, (struct plot_axis){.label = "run time of a landing (ms)", .log = true},
+               (struct plot_axis){.label = "rms error of movement (in)", .log = true});
+    for (unsigned e = 0; e < ENGINES; e++) {
         double x[STEPS], y[STEPS];
         for (int k = 0; k < STEPS; k++) {
             x[k] = points[e][k].ms;
             y[k] = fmax(points[e][k].rms_in, 1e-8);
-            svg_mark(out, classes[e], (unsigned)e, svg_x(&plot, x[k]), svg_y(&plot, y[k]), 4);
         }
-        svg_line(&plot, classes[e], x, y, STEPS);
-        svg_text(&plot, "label", "start", x[STEPS - 1], y[STEPS - 1], 6, -6, engines[e].name);
+        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
+                                              .key = engines[e].name,
+                                              .colour = e,
+                                              .shape = e,
+                                              .x = x,
+                                              .y = y,
+                                              .count = STEPS});
     }
-    svg_close(out);
+    return plot_write(plot, path, error);
 }
 
-enum mr_status write_engines(FILE *out, const char *path, struct error *error)
+enum mr_status write_engines(const char *folder, const char *path, struct error *error)
 {
     struct landing_series series;
     struct point points[ENGINES][STEPS] = {0}, nudged[ENGINES] = {0};
@@ -168,21 +145,19 @@ enum mr_status write_engines(FILE *out, const char *path, struct error *error)
     for (size_t e = 0; e < ENGINES && error->status == MR_OK; e++)
         study(&series, &engines[e], points[e], &nudged[e], error);
     if (error->status == MR_OK) {
-        fprintf(out,
-                "<h2>The landing engines of campaigns</h2>\n<p>%s, first landing, %d runways, "
-                "single passes; errors of the "
-                "movement at %d stations against a step of 1/%d of the longest one here, of the "
-                "same engine.</p>\n",
-                series.name, SEEDS, SERIES_STATIONS_MAX, 1 << (STEPS - 1 + REFERENCE));
-        fprintf(out,
-                "<p>Landings are badly conditioned: whether a joint just closes decides where its "
-                "mats come to rest. Friction changed "
-                "by a part in %.0e moves the reference itself by %.1e in rms (chain) and %.1e in "
-                "(planar): no step makes errors much "
-                "smaller than that, and none below it is worth its time.</p>\n",
-                1.0 / NUDGE, nudged[0].rms_in, nudged[1].rms_in);
-        draw(out, points);
-        table(out, points);
+        printf("\n## The landing engines of series\n\n%s, first landing, %d runways, "
+               "single passes; errors of the "
+               "movement at %d stations against a step of 1/%d of the longest one here, of the "
+               "same engine.\n\n",
+               series.name, SEEDS, SERIES_STATIONS_MAX, 1 << (STEPS - 1 + REFERENCE));
+        printf("Landings are badly conditioned: whether a joint just closes decides where its "
+               "mats come to rest. Friction changed "
+               "by a part in %.0e moves the reference itself by %.1e in rms (chain) and %.1e in "
+               "(planar): no step makes errors much "
+               "smaller than that, and none below it is worth its time.\n\n",
+               1.0 / NUDGE, nudged[0].rms_in, nudged[1].rms_in);
+        table(points);
+        draw(folder, points, error);
     }
     series.landing_count = landings;
     series_free(&series);

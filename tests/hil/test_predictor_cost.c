@@ -1,8 +1,8 @@
 /* What the predictor costs on the emulated board, in instructions, by the mat updates and visits it
- * counts itself: the figures that `matrig error --predictor` states costs with
- * (host/sim/check/predictor_cost.h). */
+ * counts itself: the figures that `make error-report` states costs with
+ * (tests/error_report/predictor_cost.h). */
 #include "hil/debug/profile.h"
-#include "host/sim/check/predictor_cost.h"
+#include "tests/error_report/predictor_cost.h"
 #include "tests/hil/bench.h"
 
 #define IMAGE  "build/tests/hil/images/predictor_cost.elf"

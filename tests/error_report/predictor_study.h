@@ -13,8 +13,8 @@
  *
  * Cycles: what the predictor counts times the instructions measured on the emulated board
  * (predictor_cost.h). Units in, s. */
-#ifndef MATRIG_HOST_SIM_CHECK_PREDICTOR_STUDY_H
-#define MATRIG_HOST_SIM_CHECK_PREDICTOR_STUDY_H
+#ifndef MATRIG_TESTS_ERROR_REPORT_PREDICTOR_STUDY_H
+#define MATRIG_TESTS_ERROR_REPORT_PREDICTOR_STUDY_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-#include "host/sim/check/predictor_study.h"
+#include "tests/error_report/predictor_study.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "common/predictor.h"
 #include "common/splitmix.h"
 #include "host/base/monotonic_clock.h"
-#include "host/sim/check/predictor_cost.h"
+#include "tests/error_report/predictor_cost.h"
 #include "host/sim/sim.h"
 
 #define MATS            420

@@ -1,8 +1,8 @@
 /* What the predictor costs on the board, from what it counts. Instructions of the firmware's own
  * objects in the emulated board (tests/hil/test_predictor_cost.c holds them against it), x 1.5 for
  * cycles; divisions and roots 14. */
-#ifndef MATRIG_HOST_SIM_CHECK_PREDICTOR_COST_H
-#define MATRIG_HOST_SIM_CHECK_PREDICTOR_COST_H
+#ifndef MATRIG_TESTS_ERROR_REPORT_PREDICTOR_COST_H
+#define MATRIG_TESTS_ERROR_REPORT_PREDICTOR_COST_H
 
 #define PREDICTOR_PER_UPDATE        71.0
 #define PREDICTOR_PER_VISIT         37.0
