@@ -79,8 +79,8 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
     HELP_NOTE("A PDF of it is printed by the browser. "),
     HELP_NOTE(
-        "The front says date, place, runway, series, gear weight, operator, what was tested and "
-        "what went wrong; what nobody said, with the command that says it. "),
+        "The front shows date, place, runway, series, gear weight, operator, what was tested and "
+        "what went wrong; for what was not entered, the command that enters it. "),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 

@@ -1,12 +1,14 @@
-/* The head of the page: what a reader looks for first. What is not known says so, and how it is
- * told; nothing stands in its place. */
+/* The head of the page: what a reader looks for first. What is not known says so, with the command
+ * that enters it; nothing stands in its place. */
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
 #include "host/base/html.h"
 #include "host/base/units.h"
+#include "host/base/xmalloc.h"
 #include "host/report/report.h"
 
 #define NAMED_MOST 3u              /* texts of a fact, and */
@@ -25,8 +27,8 @@ static void end_fact(FILE *out)
     fputs("</dd></div>\n", out);
 }
 
-/* "not said", and the words that say it. */
-static void not_said(FILE *out, const char *word, const char *how)
+/* "not entered", and the command that enters it. */
+static void missing(FILE *out, const char *word, const char *how)
 {
     fprintf(out, "%s <small>", word);
     html_text(out, how);
@@ -34,17 +36,20 @@ static void not_said(FILE *out, const char *word, const char *how)
 }
 
 /* Texts of the landings, each once, in their order. */
-typedef const char *text_of(const struct report_facts *facts);
+struct text_row {
+    const char *term;
+    size_t offset; /* of a string in struct report_facts */
+    const char *how;
+};
 
-static void texts_fact(const struct report *report, FILE *out, const char *term, text_of *text,
-                       const char *how)
+static void text_fact(const struct report *report, const struct text_row *row, FILE *out)
 {
     const char *named[NAMED_MOST];
     size_t count = 0, others = 0;
-    begin_fact(out, term);
+    begin_fact(out, row->term);
     for (size_t i = 0; i < report->landings; i++) {
-        const char *value = text(&report->facts[i]);
-        bool known = !value || !value[0];
+        const char *value = (const char *)&report->facts[i] + row->offset;
+        bool known = !value[0];
         for (size_t k = 0; k < count && !known; k++)
             known = strcmp(named[k], value) == 0;
         if (known)
@@ -60,38 +65,8 @@ static void texts_fact(const struct report *report, FILE *out, const char *term,
     }
     fputs(others ? "; and others" : "", out);
     if (count == 0)
-        not_said(out, "not said", how);
+        missing(out, "not entered", row->how);
     end_fact(out);
-}
-
-static const char *site_of(const struct report_facts *facts)
-{
-    return facts->site;
-}
-
-static const char *runway_of(const struct report_facts *facts)
-{
-    return facts->series.runway;
-}
-
-static const char *series_of(const struct report_facts *facts)
-{
-    return facts->series.name;
-}
-
-static const char *pattern_of(const struct report_facts *facts)
-{
-    return facts->series.pattern;
-}
-
-static const char *modification_of(const struct report_facts *facts)
-{
-    return facts->series.modification;
-}
-
-static const char *operator_of(const struct report_facts *facts)
-{
-    return facts->series.who;
 }
 
 /* ---- when ---- */
@@ -126,7 +101,7 @@ static void date_fact(const struct report *report, FILE *out)
             html_text(out, last);
         }
     } else if (report->landings) {
-        not_said(out, "not known", "read from a recording that has no times of day");
+        missing(out, "not known", "read from a recording that has no times of day");
     } else {
         fputs("no landing", out);
     }
@@ -166,38 +141,25 @@ static void landings_fact(const struct report *report, FILE *out)
 
 /* ---- numbers ---- */
 
-typedef struct mr_estimate number_of(const struct report_facts *facts);
-
-static struct mr_estimate weight_of(const struct report_facts *facts)
-{
-    return (struct mr_estimate){facts->weight_lb, (double)NAN};
-}
-
-static struct mr_estimate speed_of(const struct report_facts *facts)
-{
-    return facts->speed_ft_s;
-}
-
-static struct mr_estimate braking_of(const struct report_facts *facts)
-{
-    return facts->deceleration_ft_s2;
-}
-
-static struct mr_estimate stop_of(const struct report_facts *facts)
-{
-    return facts->stop_ft;
-}
-
 /* "28.00 to 35.49 ft/s", of one landing with its error; and of how many it is not known. */
-static void number_fact(const struct report *report, FILE *out, const char *term, number_of *number,
-                        enum unit_kind kind, int decimals, const char *unknown, const char *how)
+struct number_row {
+    const char *term;
+    size_t offset; /* of a struct mr_estimate in struct report_facts */
+    enum unit_kind kind;
+    int decimals;
+    const char *unknown, *how;
+};
+
+static void number_fact(const struct report *report, const struct number_row *row, FILE *out)
 {
-    const struct unit *unit = unit_of(kind, report->si);
+    const struct unit *unit = unit_of(row->kind, report->si);
+    const int d = row->decimals;
     double low = (double)INFINITY, high = -(double)INFINITY, error = (double)NAN;
     size_t known = 0;
-    begin_fact(out, term);
+    begin_fact(out, row->term);
     for (size_t i = 0; i < report->landings; i++) {
-        struct mr_estimate value = number(&report->facts[i]);
+        struct mr_estimate value;
+        memcpy(&value, (const char *)&report->facts[i] + row->offset, sizeof value);
         if (!isfinite(value.value))
             continue;
         known++;
@@ -206,13 +168,13 @@ static void number_fact(const struct report *report, FILE *out, const char *term
         high = fmax(high, unit->factor * value.value);
     }
     if (known == 0)
-        not_said(out, unknown, how);
+        missing(out, row->unknown, row->how);
     else if (known == 1 && isfinite(error))
-        fprintf(out, "%.*f &plusmn; %.*f %s", decimals, low, decimals, error, unit->text);
-    else if (high - low < 0.5 * pow(10.0, -decimals))
-        fprintf(out, "%.*f %s", decimals, low, unit->text);
+        fprintf(out, "%.*f &plusmn; %.*f %s", d, low, d, error, unit->text);
+    else if (high - low < 0.5 * pow(10.0, -d))
+        fprintf(out, "%.*f %s", d, low, unit->text);
     else
-        fprintf(out, "%.*f to %.*f %s", decimals, low, decimals, high, unit->text);
+        fprintf(out, "%.*f to %.*f %s", d, low, d, high, unit->text);
     if (known && known < report->landings)
         fprintf(out, " <small>not known of %zu</small>", report->landings - known);
     end_fact(out);
@@ -240,7 +202,7 @@ static void movement_fact(const struct report *report, FILE *out)
         if (!report->run)
             fprintf(out, ", RUN %lld", (long long)run);
     } else {
-        fputs("not known: no transducer told a peak", out);
+        fputs("not known: no transducer has a peak", out);
     }
     end_fact(out);
 }
@@ -275,7 +237,8 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
                 (long long)longest->warning.most_mats, station * longest->warning.most_start_ft,
                 station * longest->warning.most_end_ft, unit_of(UNIT_STATION, report->si)->text);
     if (unheard)
-        fprintf(out, " <small>in %zu more one may have come that was not heard</small>", unheard);
+        fprintf(out, " <small>in %zu more a warning may have been missed by the log</small>",
+                unheard);
     end_fact(out);
 }
 
@@ -285,7 +248,7 @@ static void verdicts_fact(const struct report *report, FILE *out)
                                                 RECORD_FALSE, RECORD_SILENCE, RECORD_NOT_KNOWN};
     size_t count[RECORD_VERDICTS] = {0};
     bool any = false;
-    begin_fact(out, "warnings, by what came");
+    begin_fact(out, "warnings by outcome");
     for (size_t i = 0; i < report->landings; i++) {
         enum record_verdict verdict = report->facts[i].record.verdict;
         count[verdict < RECORD_VERDICTS ? verdict : RECORD_NOT_KNOWN]++;
@@ -300,9 +263,9 @@ static void verdicts_fact(const struct report *report, FILE *out)
         any = true;
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
-        not_said(out, "", report->facts[0].why);
+        missing(out, "", report->facts[0].why);
     else if (report->landings && count[RECORD_NOT_KNOWN] == report->landings)
-        not_said(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
+        missing(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
     if (!any)
         fputs("no landing", out);
     end_fact(out);
@@ -335,30 +298,39 @@ static void wrong_fact(const struct report *report, bool *of, FILE *out)
 
 /* ---- all of it ---- */
 
+#define AT(member) offsetof(struct report_facts, member)
+
 static void facts(const struct report *report, bool *of, FILE *out)
 {
     bool read = false;
     for (size_t i = 0; i < report->landings; i++)
         read |= report->facts[i].config_read;
+    const struct text_row texts[] = {
+        {"place", AT(site),
+         read ? "site.name of the configuration" : "the configuration was not read; its site.name"},
+        {"runway", AT(series.runway), "matrig series DB NAME --runway"},
+        {"series", AT(series.name), "matrig series DB NAME"},
+        {"pattern", AT(series.pattern), "matrig series DB NAME --pattern"},
+        {"modification", AT(series.modification), "matrig series DB NAME --modification"},
+        {"operator", AT(series.who), "matrig series DB NAME --who"},
+    };
+    static const struct number_row numbers[] = {
+        {"gear weight", AT(weight_lb), UNIT_TENSION, 1, "not entered",
+         "matrig landing DB RUN --correct weight_lb=POUNDS"},
+        {"touchdown speed", AT(speed_ft_s), UNIT_SPEED, 3, "not known", "too few switches"},
+        {"mean deceleration", AT(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
+         "too few switches"},
+        {"stop", AT(stop_ft), UNIT_STATION, 1, "not known", "too few switches"},
+    };
     fputs("<dl class=\"first\">\n", out);
     date_fact(report, out);
-    texts_fact(report, out, "place", site_of,
-               read ? "site.name of the configuration"
-                    : "the configuration was not read; its site.name says it");
-    texts_fact(report, out, "runway", runway_of, "matrig series DB NAME --runway");
-    texts_fact(report, out, "series", series_of, "matrig series DB NAME");
-    landings_fact(report, out);
-    texts_fact(report, out, "pattern", pattern_of, "matrig series DB NAME --pattern");
-    texts_fact(report, out, "modification", modification_of,
-               "matrig series DB NAME --modification");
-    texts_fact(report, out, "operator", operator_of, "matrig series DB NAME --who");
-    number_fact(report, out, "gear weight", weight_of, UNIT_TENSION, 1, "not said",
-                "matrig landing DB RUN --correct weight_lb=POUNDS");
-    number_fact(report, out, "touchdown speed", speed_of, UNIT_SPEED, 3, "not known",
-                "too few switches");
-    number_fact(report, out, "mean deceleration", braking_of, UNIT_DECELERATION, 3, "not known",
-                "too few switches");
-    number_fact(report, out, "stop", stop_of, UNIT_STATION, 1, "not known", "too few switches");
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        if (i == 3)
+            landings_fact(report, out);
+        text_fact(report, &texts[i], out);
+    }
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        number_fact(report, &numbers[i], out);
     movement_fact(report, out);
     zones_fact(report, of, out);
     verdicts_fact(report, out);
@@ -366,13 +338,10 @@ static void facts(const struct report *report, bool *of, FILE *out)
     fputs("</dl>\n", out);
 }
 
-enum mr_status cover_write(const struct report *report, FILE *out, struct error *error)
+void cover_write(const struct report *report, FILE *out)
 {
     const char *slash = strrchr(report->path, '/');
-    bool *of = calloc(report->landings + 1, sizeof *of);
-    if (!of)
-        return error_set(error, MR_FULL, "no memory: %zu landings; close other programs",
-                         report->landings);
+    bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<header class=\"cover\"><h1>", out);
     if (report->run)
         fprintf(out, "Landing report: RUN %lld", (long long)report->run);
@@ -384,5 +353,4 @@ enum mr_status cover_write(const struct report *report, FILE *out, struct error 
     facts(report, of, out);
     fputs("</header>\n", out);
     free(of);
-    return MR_OK;
 }

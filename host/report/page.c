@@ -162,9 +162,8 @@ static enum mr_status make_front(const struct report *report, char **text, size_
     FILE *out = xopen_memstream(text, length), *list = xopen_memstream(&contents, &contents_size),
          *sections = xopen_memstream(&body, &body_size);
     fputs("<main>", out);
-    enum mr_status status = cover_write(report, out, error);
-    if (status == MR_OK)
-        status = write_sections(report, list, sections, error);
+    cover_write(report, out);
+    enum mr_status status = write_sections(report, list, sections, error);
     fclose(list);
     fclose(sections);
     fprintf(out,

@@ -95,7 +95,8 @@ static void sensor_cells(FILE *out, const struct mr_channel_config *told, int64_
         fputs("<td colspan=\"3\">configuration not read</td>", out);
         return;
     }
-    html_cell(out, "%.*s", (int)sizeof told->serial, told->serial[0] ? told->serial : "not said");
+    html_cell(out, "%.*s", (int)sizeof told->serial,
+              told->serial[0] ? told->serial : "not entered");
     day_cell(out, told->calibrated_day, false);
     day_cell(out, told->expires_day, told->expires_day && (int64_t)told->expires_day <= used_day);
 }

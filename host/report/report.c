@@ -15,15 +15,15 @@ const char *report_wrong_text(unsigned i)
     static const char *const text[REPORT_WRONGS] = {
         "a wave was seen",
         "a break was seen",
-        "a zone came without a warning, or before it",
-        "a warning, and no zone came",
+        "a zone without a warning, or before it",
+        "a warning without a zone",
         "its first edges are missing",
         "its numbers are doubtful: other senders on CAN",
         "speed or stop is not known",
         "a transducer or gage was not valid",
-        "the board told of a fault",
+        "the board reported a fault",
         "frames were lost, or a link was silent",
-        "the check before it said NO-GO",
+        "the check before it: NO-GO",
     };
     return i < REPORT_WRONGS ? text[i] : "";
 }
@@ -276,12 +276,13 @@ static enum mr_status hash_record(void *context, const uint8_t *record, size_t l
 }
 
 /* What a person said the aircraft weighed. */
-static enum mr_status load_weight(struct store *store, int64_t run, double *weight_lb,
+static enum mr_status load_weight(struct store *store, int64_t run, struct mr_estimate *weight_lb,
                                   struct error *error)
 {
     char text[STORE_JOURNAL_TEXT];
     enum mr_status status = store_change_get(store, run, "weight_lb", text, NULL, error);
-    *weight_lb = status == MR_OK && text[0] ? strtod(text, NULL) : (double)NAN;
+    weight_lb->value = status == MR_OK && text[0] ? strtod(text, NULL) : (double)NAN;
+    weight_lb->error = (double)NAN;
     return status;
 }
 

@@ -84,7 +84,7 @@ struct report_facts {
     } compared;
     char records[REPORT_HASH];     /* of its block records; "": none */
     char calibration[REPORT_HASH]; /* the same: the same calibration */
-    double weight_lb;              /* as corrected (matrig landing) */
+    struct mr_estimate weight_lb;  /* as corrected (matrig landing) */
     unsigned wrong;
     struct record_row record;
     char why[120]; /* that record.why points to */
@@ -145,7 +145,7 @@ bool report_is_fitted(const struct report_landing *landing);
 void report_answer(struct answer *answer, FILE *out);
 
 /* The head of the page: what a reader looks for first. */
-enum mr_status cover_write(const struct report *report, FILE *out, struct error *error);
+void cover_write(const struct report *report, FILE *out);
 
 /* The last section: what the page was made of and by what. `drawn`: SHA-256 of what was written so
  * far; `calibrations`: what provenance_calibration wrote. */

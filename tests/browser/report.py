@@ -189,7 +189,7 @@ def drawn_on_pages(path):
 
 # What a reader looks for first, and how a browser shows it: the first screen, before anything is scrolled.
 FIRST = ["date (UTC)", "place", "runway", "series", "landings", "operator", "gear weight", "touchdown speed", "stop", "largest movement", "zones warned of",
-         "warnings, by what came", "what went wrong"]
+         "warnings by outcome", "what went wrong"]
 
 
 def check_front(browser, db):

@@ -66,10 +66,10 @@ first, last = db.execute("select date(min(armed_us) / 1e6, 'unixepoch'), date(ma
 assert said["date (UTC)"] == first + " to " + last and two["date (UTC)"] == first == "2026-03-04" != last and unsaid["date (UTC)"].startswith("not known")
 for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matrig series DB NAME", "standard"), ("pattern", "--pattern", "herringbone"),
                        ("modification", "--modification", "cleats"), ("operator", "--who", "J. Kay")):
-    assert unsaid[term].startswith("not said") and how in unsaid[term] and said[term] == two[term] == is_, term
-assert unsaid["gear weight"].startswith("not said") and "weight_lb" in unsaid["gear weight"]
+    assert unsaid[term].startswith("not entered") and how in unsaid[term] and said[term] == two[term] == is_, term
+assert unsaid["gear weight"].startswith("not entered") and "weight_lb" in unsaid["gear weight"]
 assert said["gear weight"].startswith("93.5 to 101.0 lb") and "not known of 1" in said["gear weight"] and two["gear weight"].strip() == "449.3 N" # 101 lbf
-assert unsaid["place"].startswith("not said") # the configuration was not read: played over files
+assert unsaid["place"].startswith("not entered") # the configuration was not read: played over files
 assert said["landings"] == "3: RUN 1 to 3" and two["landings"] == "1: RUN 2"
 show = json.load(open(tmp + "/two.json"))
 for term, key in (("touchdown speed", "touchdown_speed"), ("mean deceleration", "mean_deceleration"), ("stop", "stop_station")):
