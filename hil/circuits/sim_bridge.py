@@ -7,7 +7,7 @@ from measure import VDDA, corner_hz, deviation, kick, mean, noise_lsb, rails, so
 COPIES = 300
 CHUNK = 50
 # Band of 3/8 x 0.020 in of steel, 30e6 psi (firmware/config.c); gages of 350 Ohm to 0.3 %, factor 2, two along the band
-# and two across it (common/bridge.h).
+# and two across it.
 GAGE_OHM, GAGE_TOLERANCE, FACTOR, POISSON = 350.0, 0.003, 2.0, 0.3
 STRAIN_PER_LB = 1 / (0.375 * 0.020 * 30e6)
 V_PER_LB = 0.005

@@ -8,6 +8,7 @@
 
 #include "common/crc32.h"
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 
 #define FORMAT      1
 #define TEXT_MAX    65536u
@@ -101,9 +102,7 @@ enum mr_status bringup_parse(struct bringup *b, const char *text, size_t length,
                              struct error *error)
 {
     *b = (struct bringup){.lines = 0};
-    b->text = calloc(length + 1u, 1);
-    if (!b->text)
-        abort();
+    b->text = xcalloc(length + 1u, 1);
     size_t kept = 0;
     for (size_t i = 0; i < length; i++) { /* what a terminal put in */
         if (text[i] != '\r')
@@ -322,11 +321,9 @@ static enum mr_status ask(struct listening *l, struct link *link, const char *se
 enum mr_status bringup_ask(struct bringup *b, struct link *link, const char *section,
                            struct error *error)
 {
-    struct listening *l = calloc(1, sizeof *l);
+    struct listening *l = xcalloc(1, sizeof *l);
     const char *from = NULL;
     *b = (struct bringup){.lines = 0};
-    if (!l)
-        abort();
     enum mr_status status = ask(l, link, section, NULL, &from, error);
     if (status == MR_OK && !from)
         from = find_line(l->text, "begin ");
@@ -338,10 +335,8 @@ enum mr_status bringup_ask(struct bringup *b, struct link *link, const char *sec
 
 enum mr_status bringup_rom(struct link *link, struct error *error)
 {
-    struct listening *l = calloc(1, sizeof *l);
+    struct listening *l = xcalloc(1, sizeof *l);
     const char *from = NULL;
-    if (!l)
-        abort();
     enum mr_status status = ask(l, link, NULL, "to the boot ROM", &from, error);
     free(l);
     return status;

@@ -1,3 +1,4 @@
+#include "host/base/xmalloc.h"
 #include "host/board/config_text.h"
 
 #include <ctype.h>
@@ -452,10 +453,8 @@ char *config_text_write(const struct mr_config *config)
 {
     char *text = NULL;
     size_t size;
-    FILE *file = open_memstream(&text, &size);
+    FILE *file = xopen_memstream(&text, &size);
     struct configplace at = {0};
-    if (!file)
-        abort();
     fputs("# matrig configuration. One field a line, each exactly once; matrig board config check "
           "FILE reads it.\n",
           file);
@@ -772,9 +771,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
     memset(&read, 0, sizeof read);
-    reader.place = calloc(number_of(end), sizeof *reader.place);
-    if (!reader.place)
-        abort();
+    reader.place = xcalloc(number_of(end), sizeof *reader.place);
     while (status == MR_OK && *text) {
         size_t length = strcspn(text, "\n");
         char *line = strndup(text, length);
@@ -796,9 +793,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error)
 {
     FILE *file = fopen(path, "rb");
-    char *text = calloc(1, FILE_MAX + 1);
-    if (!text)
-        abort();
+    char *text = xcalloc(1, FILE_MAX + 1);
     size_t length = file ? fread(text, 1, FILE_MAX, file) : 0;
     bool failed = !file || ferror(file);
     int why = errno;

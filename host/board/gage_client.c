@@ -9,6 +9,7 @@
 
 #include "common/command.h"
 #include "host/board/ready_client.h"
+#include "host/base/xmalloc.h"
 
 /* ---- shunts ---- */
 
@@ -75,7 +76,7 @@ enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dial
                          link);
     if (talk->ack.status != MR_OK && talk->ack.status != MR_LIMIT)
         return error_set(error, (enum mr_status)talk->ack.status,
-                         "the board refused %s (%s): %s; see matrig gages --help",
+                         "the board refused %s (%s): %s; see matrig board --help",
                          mr_command_name(code), mr_status_text((enum mr_status)talk->ack.status),
                          link);
     return MR_OK;
@@ -216,10 +217,8 @@ enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_confi
                                struct calibrate_points *points, struct error *error)
 {
     struct dialogue dialogue;
-    struct ready_client *talk = calloc(1, sizeof *talk);
-    struct ready_facts *facts = calloc(1, sizeof *facts);
-    if (!talk || !facts)
-        abort();
+    struct ready_client *talk = xcalloc(1, sizeof *talk);
+    struct ready_facts *facts = xcalloc(1, sizeof *facts);
     enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error);
     if (status == MR_OK) {
         ready_client_begin(talk, &dialogue, facts, MEET_S);

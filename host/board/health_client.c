@@ -8,6 +8,7 @@
 
 #include "common/command.h"
 #include "host/base/answer.h"
+#include "host/base/xmalloc.h"
 
 /* ---- symbols ---- */
 
@@ -20,9 +21,7 @@ static enum mr_status read_all(const char *elf, uint8_t **bytes, size_t *length,
     if (!file)
         return error_set(error, MR_IO, "%s: %s; build the firmware or give another --elf", elf,
                          strerror(errno));
-    *bytes = malloc(FILE_BYTES_MAX);
-    if (!*bytes)
-        abort();
+    *bytes = xmalloc(FILE_BYTES_MAX);
     *length = fread(*bytes, 1, FILE_BYTES_MAX, file);
     bool failed = ferror(file) != 0 || *length == FILE_BYTES_MAX;
     fclose(file);
@@ -42,9 +41,7 @@ enum mr_status image_symbols_read(struct mr_symbols *symbols, const char *elf, s
         return status;
     status = mr_symbols_room(symbols->file, length, &room);
     if (status == MR_OK) {
-        symbols->all = calloc(room + 1, sizeof *symbols->all);
-        if (!symbols->all)
-            abort();
+        symbols->all = xcalloc(room + 1, sizeof *symbols->all);
         status = mr_symbols_take(symbols->file, length, symbols->all, symbols);
     }
     if (status == MR_MALFORMED)
@@ -420,9 +417,7 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
     struct error error = {0};
     struct dialogue dialogue = {0};
     struct mr_symbols symbols;
-    struct health_client *talk = calloc(1, sizeof *talk);
-    if (!talk)
-        abort();
+    struct health_client *talk = xcalloc(1, sizeof *talk);
     enum mr_status status = image_symbols_read(&symbols, elf, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, NULL, serial, &error);

@@ -282,7 +282,7 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
         ready_add(report, READY_NOT_DONE, "gage zeros",
                   "%u of %u not measured since reset: as configured, +- %s", gages - measured,
                   gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
-    advise(c, "that holds where bridges are trimmed; with the bands slack: matrig gages zero 2");
+    advise(c, "that holds where bridges are trimmed; with the bands slack: matrig board zero 2");
 }
 
 static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
@@ -531,7 +531,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         snprintf(c->limit, sizeof c->limit, "%s, %.0f codes",
                  unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_ZERO_IN, 2, most),
                  (double)READY_NOISE_CODES);
-        advise(c, off ? "push the mat back, or take the zero: matrig gages zero 1"
+        advise(c, off ? "push the mat back, or take the zero: matrig board zero 1"
                       : "noise: look at its screen and ground");
         return;
     }
@@ -626,7 +626,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
     else if (!bad)
         snprintf(c->value + at, sizeof c->value - at, "; no earlier one is kept");
     limit(c, "1 % and three errors");
-    advise(c, "look at that bridge and its amplifier; matrig gages shunt tells more");
+    advise(c, "look at that bridge and its amplifier; matrig board shunt tells more");
 }
 
 /* Switches that open add to the staircase and stay open until they are set. */

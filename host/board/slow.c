@@ -8,6 +8,7 @@
 #include "host/board/box_client.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
+#include "host/base/xmalloc.h"
 
 #define ROUNDS   4 /* of asking for what has not come */
 #define SEQ_MAX  0x7fffffffu
@@ -94,10 +95,8 @@ static enum mr_status receive(struct fetch *fetch, struct store *store, struct e
     fetch->next = talk->slow_end.next_seq;
     fetch->first = fetch->next > ROWS_MAX ? fetch->next - ROWS_MAX : 1;
     identity_uid_text(&talk->dialogue->identity, fetch->uid);
-    fetch->known = calloc(ROWS_MAX + 1, sizeof *fetch->known);
-    fetch->rows = calloc(ROWS_MAX + 1, sizeof *fetch->rows);
-    if (!fetch->known || !fetch->rows)
-        abort();
+    fetch->known = xcalloc(ROWS_MAX + 1, sizeof *fetch->known);
+    fetch->rows = xcalloc(ROWS_MAX + 1, sizeof *fetch->rows);
     status = know(fetch, store, error);
     /* Rows that the ring has lost are not asked for: there are as many as it holds, at most, before
      * the next. */

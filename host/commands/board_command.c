@@ -18,6 +18,7 @@
 #include "host/flash/imagefile.h"
 #include "host/board/identity.h"
 #include "host/base/output.h"
+#include "host/base/xmalloc.h"
 
 #define KIND_S 1.2 /* within which a board says its kind: once a second */
 
@@ -169,10 +170,8 @@ static int read_record(const struct request *request, struct box_client *talk, u
         return cli_fail(error);
     }
     size_t count = r->record.pages, absent = 0;
-    uint8_t(*pages)[MR_BOXPAGE] = calloc(count + 1, MR_BOXPAGE);
-    uint8_t *present = calloc(count + 1, 1);
-    if (!pages || !present)
-        abort();
+    uint8_t(*pages)[MR_BOXPAGE] = xcalloc(count + 1, MR_BOXPAGE);
+    uint8_t *present = xcalloc(count + 1, 1);
     take_file(request->file, number, pages, present, count);
     struct error broken = {0};
     enum mr_status status = box_client_read(talk, r, pages, present, &broken);
@@ -202,10 +201,8 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
                          struct error *error)
 {
     struct dialogue dialogue;
-    struct box_client *talk = calloc(1, sizeof *talk);
+    struct box_client *talk = xcalloc(1, sizeof *talk);
     int exit_code;
-    if (!talk)
-        abort();
     enum mr_status status = dialogue_open(&dialogue, NULL, request->serial, error);
     if (status == MR_OK)
         status = box_client_begin(talk, &dialogue, error);
@@ -362,8 +359,8 @@ static enum mr_status refuse_word(const char *word, struct error *error)
     char near[SPELL_SUGGEST_TEXT];
     help_suggest_word(&command_board, word, near);
     return error_set(error, MR_UNKNOWN,
-                     "not list, read, free, slow, config, runway, arm, disarm, bringup, health, "
-                     "self-test or reset: '%s'%s%s see matrig board --help",
+                     "not list, read, free, slow, config, runway, arm, disarm, zero, shunt, "
+                     "bringup, health, self-test or reset: '%s'%s%s see matrig board --help",
                      word, near, near[0] ? "" : ";");
 }
 
@@ -376,11 +373,10 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     static const struct {
         const char *word;
         const struct command *command;
-    } apart[] = {{"config", &command_board_config},
-                 {"runway", &command_board_runway},
-                 {"arm", &command_board_arm},
-                 {"disarm", &command_board_arm},
-                 {"bringup", &command_board_bringup}};
+    } apart[] = {{"config", &command_board_config},   {"runway", &command_board_runway},
+                 {"arm", &command_board_arm},         {"disarm", &command_board_arm},
+                 {"bringup", &command_board_bringup}, {"zero", &command_board_gages},
+                 {"shunt", &command_board_gages}};
     for (int i = 1; i < argc; i++) {
         for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++) {
             if (strcmp(argv[i], apart[k].word) == 0)
@@ -433,6 +429,7 @@ static const struct command_part parts[] = {
     HELP_WITH(command_board_config),
     HELP_WITH(command_board_runway),
     HELP_WITH(command_board_arm),
+    HELP_WITH(command_board_gages),
     HELP_WITH(command_board_bringup),
     HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
                         "fault left behind (--elf F names\n"
@@ -458,10 +455,12 @@ const struct command command_board = {
     "                        config get|set|check [-o F] [--can LINK [--any-base]] [--db DB "
     "[--changed NOTE]] | "
     "runway [show|load F|forget] [-o F] |\n"
-    "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | "
+    "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
+    "| health [--elf F] | "
     "self-test | reset |\n"
     "                        bringup [report|memory|brown-out|rom] [--db DB]",
     "a board: its bring-up, firmware, black box, slow log, configuration, runway and health",
     COMMAND_PARTS(parts),
-    {0, 2, "list|read N|free N|slow|config|runway|arm|disarm|bringup|health|self-test|reset"},
+    {0, 2,
+     "list|read N|free N|slow|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},
 };

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host/base/answer.h"
+#include "host/base/xmalloc.h"
 #include "host/board/bringup.h"
 #include "host/commands/commands.h"
 #include "host/store/store_bringup.h"
@@ -214,9 +215,7 @@ static enum mr_status look_back(const struct cli *cli, struct store *store, cons
     enum mr_status status = last_of(cli, store, b->section, uid, past, error);
     if (status != MR_OK || strcmp(b->section, "report") != 0)
         return status;
-    struct past *other = calloc(1, sizeof *other);
-    if (!other)
-        abort();
+    struct past *other = xcalloc(1, sizeof *other);
     status = last_of(cli, store, "brown-out", uid, other, error);
     say_newer(past, other);
     bringup_free(&other->bringup);
@@ -239,13 +238,11 @@ static int judge_and_keep(const struct request *request, const struct bringup *b
                           struct error *error)
 {
     static struct bringup_judged judged[BRINGUP_JUDGED];
-    struct past *past = calloc(1, sizeof *past);
+    struct past *past = xcalloc(1, sizeof *past);
     struct store *store = NULL;
     size_t count = 0;
     const struct bringup_line *uid = bringup_find(b, "uid");
     enum mr_status status = MR_OK;
-    if (!past)
-        abort();
     if (request->db && !uid)
         status = error_set(error, MR_MALFORMED,
                            "the board does not say who it is (uid): nothing is kept");
@@ -284,10 +281,8 @@ static int talk(const struct request *request, const char *section)
 {
     struct error error = {0};
     struct link *link = NULL;
-    struct bringup *b = calloc(1, sizeof *b);
+    struct bringup *b = xcalloc(1, sizeof *b);
     int exit_code;
-    if (!b)
-        abort();
     enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, &error);
     if (status == MR_OK && strcmp(section, "rom") == 0)
         exit_code = go_to_rom(request, link, &error);

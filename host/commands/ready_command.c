@@ -18,6 +18,7 @@
 #include "host/store/store_readiness.h"
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 
 /* of campaign, links and talk; the last order and saving take the rest of 20 s */
 #define LIMIT_S   16.0
@@ -139,12 +140,10 @@ static int ready(const struct request *request, struct ready_facts *f)
     struct error error = {0};
     struct store *store = NULL;
     struct dialogue dialogue = {0};
-    struct ready_client *talk = calloc(1, sizeof *talk);
-    struct ready_report *report = calloc(1, sizeof *report);
+    struct ready_client *talk = xcalloc(1, sizeof *talk);
+    struct ready_report *report = xcalloc(1, sizeof *report);
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    if (!talk || !report)
-        abort();
     enum mr_status status = open_campaign(request, f, &store, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
@@ -350,11 +349,9 @@ static enum mr_status check_request(const struct request *r, struct error *error
 static int ready_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    struct ready_facts *facts = calloc(1, sizeof *facts);
+    struct ready_facts *facts = xcalloc(1, sizeof *facts);
     struct imagefile image = {0};
     struct error error = {0};
-    if (!facts)
-        abort();
     enum mr_status status = command_parse(&command_ready, argc, argv, cli, &request, &request.db,
                                           &error);
     if (status == MR_OK)

@@ -15,6 +15,7 @@
 #include "host/replay/image.h"
 #include "host/replay/input.h"
 #include "host/base/command.h"
+#include "host/base/xmalloc.h"
 
 #define CONFIG_COPY_A 0x8000u /* where it is in flash */
 
@@ -216,12 +217,9 @@ static enum mr_status parse(struct replay *replay, int argc, char **argv, const 
 
 static int replay_command(int argc, char **argv, const struct cli *cli)
 {
-    struct replay *replay = calloc(1, sizeof *replay);
+    struct replay *replay = xcalloc(1, sizeof *replay);
     struct error error = {0};
     struct store *store = NULL;
-    if (!replay)
-        return error_set(&error, MR_FULL, "no memory: replay; close other programs"),
-               cli_fail(&error);
     enum mr_status status = parse(replay, argc, argv, cli, &error);
     default_paths(replay);
     if (status == MR_OK)

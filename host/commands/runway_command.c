@@ -12,6 +12,7 @@
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/units.h"
+#include "host/base/xmalloc.h"
 
 #define HMIL_PER_IN 100000.0
 #define ACROSS      7u   /* slacks in a row of the table */
@@ -208,9 +209,7 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
     if (status != MR_OK)
         return cli_fail(&error);
     struct dialogue dialogue;
-    struct runway_client *talk = calloc(1, sizeof *talk);
-    if (!talk)
-        abort();
+    struct runway_client *talk = xcalloc(1, sizeof *talk);
     status = dialogue_open(&dialogue, NULL, r.serial, &error);
     if (status == MR_OK)
         status = do_verb(talk, &dialogue, verb, &state, r.out, &error);

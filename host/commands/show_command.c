@@ -7,6 +7,7 @@
 #include "host/analyse/journal.h"
 #include "host/analyse/record.h"
 #include "host/base/command.h"
+#include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
 #include "host/store/store_same.h"
 #include "host/store/store_survey.h"
@@ -45,11 +46,9 @@ static enum mr_status landings_answer(struct store *store, const struct store_la
     static struct preview glance; /* some ten kilobytes */
     uint16_t base;
     bool bases = false;
-    struct known *known = calloc(count ? count : 1, sizeof *known);
+    struct known *known = xcalloc(count ? count : 1, sizeof *known);
     size_t remembered = 0;
-    enum mr_status status = known ? MR_OK
-                                  : error_set(error, MR_FULL, "no memory: %s; close other programs",
-                                              store_path(store));
+    enum mr_status status = MR_OK;
     for (size_t i = 0; i < count && status == MR_OK && !bases; i++) {
         status = store_frames_base(store, row[i].id, &base, error);
         bases = base != 0;

@@ -10,6 +10,7 @@
 
 #include "host/base/quantity.h"
 #include "host/base/units.h"
+#include "host/base/xmalloc.h"
 
 /* ---- plan ---- */
 
@@ -844,9 +845,7 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
         }
     }
     free(rows);
-    struct survey *other = malloc(sizeof *other);
-    if (!other)
-        abort();
+    struct survey *other = xmalloc(sizeof *other);
     const int64_t against[2] = {found->previous, found->first};
     struct survey_change *const change[2] = {&found->since_previous, &found->since_first};
     for (int k = 0; k < 2 && status == MR_OK; k++) {

@@ -87,30 +87,22 @@ with_board() {
     return $status
 }
 shunt_by_hand() {
-    with_board gages shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
+    with_board board shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
     [ $? = 1 ] && cat "$tmp/shunt.txt" && [ "$(grep -c 'good$' "$tmp/shunt.txt")" = 13 ] && grep -Eq '^ +5 +41\.[12][0-9]+ +40\.00 .*wrong$' "$tmp/shunt.txt"
 }
 shunt_in_newtons() { # 40 lb are 177.93 N
-    with_board --si gages shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
+    with_board --si board shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
     cat "$tmp/shunt.txt"
     grep -Eq '^ +5 +18[23]\.[0-9]+ +177\.9[0-9]* .*wrong$' "$tmp/shunt.txt" && grep -Eq '^ +gage +N +N ' "$tmp/shunt.txt"
 }
 zero_by_hand() {
-    with_board --json gages zero 2 --serial "unix:$sockets/serial" >"$tmp/zero.json" && cat "$tmp/zero.json" &&
+    with_board --json board zero 2 --serial "unix:$sockets/serial" >"$tmp/zero.json" && cat "$tmp/zero.json" &&
         [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/zero.json') as text), '\$.good'), json_array_length(cast(readfile('$tmp/zero.json') as text), '\$.zeros')")" = '1|14' ]
 }
-bridge_physics() { # 5 mV/lb, 0.16113 lb per code, as the rig has it: 5 V * 2 * 2.6/4 / (29e6 * 0.0075) * 167.3
-    $matrig gages bridge --excitation 5 --gain 167.3 --gage-factor 2 --area 0.0075 --arms 2.6 >"$tmp/bridge.txt" && grep -Eq '^gain +0\.1611[0-9]* lb per code$' "$tmp/bridge.txt" &&
-        grep -Eq '^amplifier +(4\.9999?|5\.000)[0-9]* mV per lb' "$tmp/bridge.txt"
-}
-
 check "a shunt calibration by hand names the wrong gage and exits 1" shunt_by_hand
 check "and with --si in newtons" shunt_in_newtons
 check "a zero by hand is taken" zero_by_hand
-check "a bridge's physics gives its pounds per code" bridge_physics
-check "what is missing of a bridge is named" fails_with 2 "the amplifier's gain is missing: matrig gages bridge needs --gain" $matrig gages bridge --excitation 5
-check "gages without a link are refused" fails_with 2 'no link: matrig gages shunt needs --serial LINK' $matrig gages shunt
-check "an option of the bridge is refused elsewhere" fails_with 2 "--gain is bridge's: matrig gages zero" $matrig gages zero --gain 3 --serial unix:none
+check "gages without a link are refused" fails_with 2 'no link: matrig board shunt needs --serial LINK' $matrig board shunt
 check "shunt calibrations before and after a landing are in the campaign, the wrong gage named" shunts_are_stored
 check "a gain that drifted between them is reported" drift_is_reported
 check "least and most tension of both bands are those of the run file, with no finding" figures_are_the_truth

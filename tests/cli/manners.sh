@@ -29,7 +29,7 @@ runs_examples() { # those that need no board and no campaign, as --help has them
     local line
     while read -r line; do
         eval "${line/#matrig/$m}" >"$tmp/o" 2>"$tmp/e" || { echo "$line"; cat "$tmp/e"; return 1; }
-    done < <(for command in scale gages sim; do $m $command --help | sed -n 's/^Example: //p' | tr ';' '\n' | sed 's/^ //' | grep -v serial: |
+    done < <(for command in scale sim; do $m $command --help | sed -n 's/^Example: //p' | tr ';' '\n' | sed 's/^ //' | grep -v serial: |
         sed "s#-o [a-z]*#-o $tmp/out#; s#--csv [a-z]*#--csv $tmp/out#"; done)
 }
 check "examples run" runs_examples
@@ -96,9 +96,7 @@ taken() {
             case $command$option in
             *--help) continue ;;
             board*) # one table for each of its words
-                unknown board list $option && unknown board config $option && unknown board runway $option && unknown board arm $option ;;
-            gages--serial) unknown gages zero $option ;;
-            gages*) unknown gages bridge $option ;;
+                unknown board list $option && unknown board config $option && unknown board runway $option && unknown board arm $option && unknown board zero $option ;;
             *) unknown $command $option ;;
             esac && { echo "$command: $option"; return 1; }
         done
@@ -163,7 +161,7 @@ printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s"
 for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "series $db" "compare $db 1" "report $db -o $tmp/r.html" \
     "export $db 1 --format csv -o $tmp/x.csv" "export --format dbc -o $tmp/x.dbc" "bundle $db 1 -o $tmp/bundle.db" "scale" "bands --design-only" \
     "sim host/scenes/friction_block.json" "error host/scenes/friction_block.json" "sweep $tmp/study.json" "sweep $tmp/study.json --cases 1..2" "sweep $tmp/study.json --cases 1..2 -o $tmp/s.jsonl" "sweep $tmp/study.json --table $tmp/s.jsonl" \
-    "params $tmp/readings.json" "gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625" "survey $db --list" "live $db" help; do
+    "params $tmp/readings.json" "survey $db --list" "live $db" help; do
     check "--json $(cut -d' ' -f1 <<<"$words")" object $words
 done
 finish
