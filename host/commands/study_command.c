@@ -22,12 +22,8 @@ static const struct command_part parts[] = {
                 "joints come apart during a landing (the file's key parting)"),
     OPTION_TEXT("--plot", "F", plot,
                 "draw movement and buckles along the runway (.svg, .png, .pdf)"),
-    OPTION_FLAG("--check", check,
-                "compute everything once more, every mat and both engines in every landing, and "
-                "say what differs"),
-    OPTION_FLAG("--no-prune", no_prune, "integrate every mat all the time"),
-    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The "
-              "older name of this command is campaign."),
+    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile.\n"
+              ""),
     HELP_EXAMPLE(
         "matrig study host/landing_series/series/friction.json --ground elastic --seeds 4"),
     HELP_EXAMPLE("matrig study host/landing_series/series/standard.json --plot standard.svg"),
@@ -36,8 +32,7 @@ static const struct command_part parts[] = {
 const struct command command_study = {
     "study",
     study_start,
-    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [--plot F] "
-    "[--check] [--no-prune]",
+    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [--plot F]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),
     {1, 1, "FILE"},

@@ -12,7 +12,7 @@ struct study_request {
     const char *path, *plot;
     const char *ground; /* NULL: as the file says */
     bool parting;       /* whatever the file says */
-    bool check, no_prune;
+    bool no_prune;
     int64_t jobs, seeds; /* 0: one per core; the file's */
 };
 

@@ -535,26 +535,12 @@ void series_answer_landings(struct answer *answer, const struct landing_series *
 }
 
 struct answer *series_answer(const struct landing_series *c, const struct series_run *runs,
-                             const struct series_summary *s, const struct series_difference *apart,
-                             bool si)
+                             const struct series_summary *s, bool si)
 {
     struct answer *answer = answer_new(si);
     answer_as_given(answer);
     series_answer_outcome(answer, c, runs, s);
     series_answer_landings(answer, c, runs, s);
-    if (apart) {
-        answer_open(answer, "check", "checked, everything computed");
-        answer_value(answer, "movement", "movements differ by at most", UNIT_DISPLACEMENT,
-                     apart->movement_in, -2)
-            ->digits = 4;
-        answer_remark(answer, " before a runway's first wave");
-        answer_value(answer, "with_waves", "after it", UNIT_DISPLACEMENT, apart->waved_in, -2)
-            ->digits = 4;
-        answer_count(answer, "other_outcomes", "runways with another outcome",
-                     (int64_t)apart->outcomes);
-        answer_value(answer, NULL, "time", UNIT_NUMBER, apart->times, 1)->end = " times as long";
-        answer_close(answer);
-    }
     return answer;
 }
 
@@ -702,30 +688,6 @@ size_t series_agree(const struct landing_series *c, const struct series_run *run
                                              : n > 0 && abs(n - c->observed_landing) <= c->within;
     }
     return agree;
-}
-
-struct series_difference series_compare(const struct landing_series *series,
-                                        const struct series_run *a, const struct series_run *b)
-{
-    struct series_difference most = {0};
-    double a_ms = 0.0, b_ms = 0.0;
-    for (size_t i = 0; i < series->seeds; i++) {
-        bool waved = false;
-        a_ms += a[i].ms;
-        b_ms += b[i].ms;
-        most.outcomes += a[i].buckled != b[i].buckled;
-        for (size_t k = 0; k < a[i].played && k < b[i].played; k++) {
-            if (a[i].buckled == (int)k + 1 || b[i].buckled == (int)k + 1)
-                break;
-            waved = waved || a[i].outcomes[k].waves > 0 || b[i].outcomes[k].waves > 0;
-            double *apart_in = waved ? &most.waved_in : &most.movement_in;
-            for (size_t s = 0; s < series->station_count; s++)
-                *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] -
-                                                 b[i].outcomes[k].movement_in[s]));
-        }
-    }
-    most.times = b_ms / a_ms;
-    return most;
 }
 
 double series_log_score_bits(const struct landing_series *c, const struct series_run *runs)

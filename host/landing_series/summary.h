@@ -52,18 +52,6 @@ void series_summary_free(struct series_summary *summary);
  * end. */
 size_t series_agree(const struct landing_series *series, const struct series_run *runs);
 
-/* Largest difference between two ensembles of the same series, in movement at a station, and how
- * many runways buckled in another landing. */
-struct series_difference {
-    double movement_in; /* until a wave rises on the runway */
-    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
-    double waved_in;
-    size_t outcomes;
-    double times; /* how many times as long b took */
-};
-struct series_difference series_compare(const struct landing_series *series,
-                                        const struct series_run *a, const struct series_run *b);
-
 /* How well the runways foretold where the observed one buckled: -log2 of the share that they give
  * that landing (never: that too), with one runway spread over all that could have happened, so that
  * none is impossible. 0: certain and right. NaN where nothing is stated. */
@@ -99,9 +87,8 @@ void series_answer_outcome(struct answer *answer, const struct landing_series *s
 void series_answer_landings(struct answer *answer, const struct landing_series *series,
                             const struct series_run *runs, const struct series_summary *summary);
 /* Both. A new answer, the caller's; for programs in the units of the keys' names, also with `si`.
- * `apart`: of --check; NULL: none. */
+ */
 struct answer *series_answer(const struct landing_series *series, const struct series_run *runs,
-                             const struct series_summary *summary,
-                             const struct series_difference *apart, bool si);
+                             const struct series_summary *summary, bool si);
 
 #endif

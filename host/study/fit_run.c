@@ -189,21 +189,9 @@ static enum mr_status load(const struct fit_request *request, const struct cli *
     return error->status == MR_OK ? set_priors(request->prior, list, error) : error->status;
 }
 
-struct rounds {
-    struct progress underway;
-    bool draws; /* a line that changes, on a terminal */
-};
-
-static bool show_progress(void *context, unsigned round, size_t done, size_t of)
+static bool show_progress(void *progress, unsigned round, size_t done, size_t of)
 {
-    struct rounds *p = context;
-    progress_at(&p->underway, "round %u is at %zu of %zu data sets", round + 1, done, of);
-    if (!p->draws)
-        return true;
-    progress_printed(&p->underway);
-    fprintf(stderr, "\rround %u: %zu of %zu data sets ", round + 1, done, of);
-    if (done == of)
-        fprintf(stderr, "\r\033[K");
+    progress_at(progress, "round %u is at %zu of %zu data sets", round + 1, done, of);
     return true;
 }
 
@@ -218,13 +206,13 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     if (read_request(argc, argv, cli, &request, &error) == MR_OK &&
         load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
-        struct rounds progress = {.draws = cli_terminal() && !cli->quiet};
+        struct progress progress;
         request.options.go_on = show_progress;
         request.options.go_on_context = &progress;
-        progress_begin(&progress.underway, "fit", "fewer --draws", cli->quiet);
+        progress_begin(&progress, "fit", "fewer --draws", cli->quiet);
         if (fit_run(&model, list.measured, &request.options, &answer, &error) == MR_OK)
             misfit = misfit_check(&list, &answer, request.options.seed);
-        progress_end(&progress.underway);
+        progress_end(&progress);
     }
     if (error.status == MR_OK && request.plot)
         fit_write_plot(&list, &answer, &misfit, request.plot, &error);

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include "host/base/plot.h"
-#include "host/base/monotonic_clock.h"
 #include "host/base/progress.h"
 #include "host/base/xmalloc.h"
 #include "host/landing_series/summary.h"
@@ -12,30 +11,9 @@
 #include "host/commands/commands.h"
 #include "host/study/studies.h"
 
-#define PROGRESS_S 1.0
-
-struct runways_done {
-    const struct cli *cli;
-    double begin_s, next_s;
-    bool drawn;
-    struct progress *underway; /* for when no runway is done for long */
-};
-
-static void tell_progress(void *ctx, size_t done, size_t of)
+static void show_progress(void *ctx, size_t done, size_t of)
 {
-    struct runways_done *p = ctx;
-    double now_s = monotonic_s(),
-           left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
-    progress_at(p->underway, "%zu of %zu runways are done", done, of);
-    if (p->cli->quiet || now_s < p->next_s || done == of)
-        return;
-    fprintf(stderr,
-            cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  "
-                           : "matrig: study: %zu of %zu runways, about %.0f s left\n",
-            done, of, left_s);
-    progress_printed(p->underway);
-    p->drawn = cli_terminal();
-    p->next_s = now_s + PROGRESS_S;
+    progress_at(ctx, "%zu of %zu runways are done", done, of);
 }
 
 static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
@@ -112,43 +90,14 @@ static enum mr_status write_plot(const char *path, const struct landing_series *
     return plot_write(plot, path, error);
 }
 
-/* Once more with every mat integrated and the planar engine in every landing. */
-static enum mr_status check(const struct landing_series *c, const struct study_request *request,
-                            const struct series_run *runs, const struct cli *cli,
-                            struct series_difference *apart, struct progress *underway,
-                            struct error *error)
-{
-    struct landing_series whole = *c;
-    struct runways_done progress = {.cli = cli,
-                                    .begin_s = monotonic_s(),
-                                    .next_s = monotonic_s() + PROGRESS_S,
-                                    .underway = underway};
-    progress_at(underway, "runways are played again in full; none is done");
-    struct series_run *again = xcalloc(c->seeds, sizeof *again);
-    whole.skip_share = -1.0;
-    if (series_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again, error) ==
-        MR_OK)
-        *apart = series_compare(c, runs, again);
-    for (size_t i = 0; i < c->seeds; i++)
-        series_run_free(&again[i]);
-    free(again);
-    return error->status;
-}
-
 static int finish(const struct landing_series *c, const struct study_request *request,
-                  const struct series_run *runs, const struct cli *cli, struct progress *underway,
-                  struct error *error)
+                  const struct series_run *runs, const struct cli *cli, struct error *error)
 {
     struct series_summary summary;
-    struct series_difference apart;
     int code = 0;
-    if (series_summarise(&summary, c, runs, error) != MR_OK) {
-        progress_end(underway);
+    if (series_summarise(&summary, c, runs, error) != MR_OK)
         return cli_fail(error);
-    }
-    bool checked = request->check && check(c, request, runs, cli, &apart, underway, error) == MR_OK;
-    progress_end(underway);
-    if (error->status == MR_OK && request->plot)
+    if (request->plot)
         write_plot(request->plot, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
         error_set(error, MR_NUMERICS,
@@ -156,8 +105,7 @@ static int finish(const struct landing_series *c, const struct study_request *re
                   summary.failed, c->seeds, request->path);
     if (error->status != MR_OK)
         code = cli_fail(error);
-    code = answer_show(cli, series_answer(c, runs, &summary, checked ? &apart : NULL, cli->si),
-                       code);
+    code = answer_show(cli, series_answer(c, runs, &summary, cli->si), code);
     series_summary_free(&summary);
     return code;
 }
@@ -167,11 +115,7 @@ int study_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct study_request request = {0};
     struct landing_series series;
-    struct progress underway;
-    struct runways_done progress = {.cli = cli,
-                                    .begin_s = monotonic_s(),
-                                    .next_s = monotonic_s() + PROGRESS_S,
-                                    .underway = &underway};
+    struct progress progress;
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
         series_load_on(&series, request.path, request.ground, &error) != MR_OK)
         return cli_fail(&error);
@@ -179,19 +123,12 @@ int study_command(int argc, char **argv, const struct cli *cli)
     if (request.seeds)
         series.seeds = (size_t)request.seeds;
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
-    int code = 0;
-    progress_begin(&underway, "study", "fewer --seeds", cli->quiet);
-    progress_at(&underway, "none of %zu runways is done", series.seeds);
-    series_ensemble(&series, (int)request.jobs, request.no_prune, tell_progress, &progress, runs,
-                    &error);
-    if (progress.drawn)
-        fputc('\n', stderr);
-    if (error.status == MR_OK) {
-        code = finish(&series, &request, runs, cli, &underway, &error);
-    } else {
-        progress_end(&underway);
-        code = cli_fail(&error);
-    }
+    progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
+    progress_at(&progress, "none of %zu runways is done", series.seeds);
+    series_ensemble(&series, (int)request.jobs, false, show_progress, &progress, runs, &error);
+    progress_end(&progress);
+    int code = error.status == MR_OK ? finish(&series, &request, runs, cli, &error)
+                                     : cli_fail(&error);
     for (size_t i = 0; i < series.seeds; i++)
         series_run_free(&runs[i]);
     free(runs);

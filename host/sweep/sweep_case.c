@@ -59,7 +59,7 @@ static json_t *play_series(const struct landing_series *series, struct series_ru
     if (series_ensemble(series, 1, false, NULL, NULL, runs, error) != MR_OK ||
         series_summarise(&summary, series, runs, error) != MR_OK)
         return NULL;
-    json_t *object = answer_into_json(series_answer(series, runs, &summary, NULL, false));
+    json_t *object = answer_into_json(series_answer(series, runs, &summary, false));
     json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
     for (size_t i = 0; i < series->seeds && summary.failed > 0; i++) {
         if (runs[i].error.status != MR_OK) {

@@ -28,7 +28,6 @@ jobs() {
         [ "$(grep -o '"seed":[0-9]*' "$tmp/j1.json" | sort -u | wc -l)" = 4 ]
 }
 check "JSON does not depend on -j" jobs
-check "a check finds no difference" sh -c "$m --json study $tmp/small.json --seeds 2 --check | grep -Eq '\"check\":\\{\"movement_in\":0.0,.*\"other_outcomes\":0'"
 check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet study "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
 # A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.

@@ -191,9 +191,15 @@ static void play_all(struct landing_series *series, int jobs, bool all, struct s
 /* To the last bit before a wave. */
 static void compare(const struct landing_series *series, struct series_run *a, struct series_run *b)
 {
-    struct series_difference apart = series_compare(series, a, b);
-    assert_int_equal(apart.outcomes, 0);
-    assert_near(apart.movement_in, 0.0, 0.0);
+    for (size_t i = 0; i < series->seeds; i++) {
+        assert_int_equal(a[i].buckled, b[i].buckled);
+        for (size_t k = 0; k < a[i].played && a[i].outcomes[k].waves == 0; k++) {
+            if (a[i].buckled == (int)k + 1 || b[i].outcomes[k].waves > 0)
+                break;
+            assert_memory_equal(a[i].outcomes[k].movement_in, b[i].outcomes[k].movement_in,
+                                series->station_count * sizeof(double));
+        }
+    }
 }
 
 static void test_neither_jobs_nor_skipping_nor_pruning_change_an_answer(void **state)
