@@ -15,12 +15,12 @@ static const double none = (double)NAN;
 
 #define SURVEYS_DRAWN 6u /* bows of the newest ones */
 
-static struct plot_axes survey_axes(double x[SURVEY_POINTS], bool si)
+static struct chart_axes survey_axes(double x[SURVEY_POINTS], bool si)
 {
     const double station = unit_of(UNIT_STATION, si)->factor;
     for (unsigned k = 0; k < SURVEY_POINTS; k++)
         x[k] = SURVEY_SPAN_FT * k * station;
-    return (struct plot_axes){.x_high = CHART_RUNWAY_FT * station, .height_px = 150};
+    return (struct chart_axes){.x_high = CHART_RUNWAY_FT * station, .height_px = 150};
 }
 
 /* How far joints opened, or mats moved, along each gage line. */
@@ -28,7 +28,7 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
 {
     const double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct plot_axes axes = survey_axes(x, si);
+    struct chart_axes axes = survey_axes(x, si);
     char label[CHART_LABEL];
     size_t count = moved ? SURVEY_POINTS : SURVEY_SPANS;
     axes.y = chart_label(label, moved ? "moved" : "opened", UNIT_DISPLACEMENT, si);
@@ -39,8 +39,8 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
         for (size_t k = 0; k < count; k++)
             y[k] = length * (moved ? found->since_previous.moved[line][k].value_in
                                    : found->since_previous.change.gap_in[line][k]);
-        figure_series(figure, &(struct plot_series){survey_line_text(line + 1), line, "marks", x, y,
-                                                    NULL, count});
+        figure_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks", x,
+                                                     y, NULL, count});
     }
 }
 
@@ -52,7 +52,7 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
     const double length = unit_of(UNIT_DISPLACEMENT, si)->factor,
                  limit = SURVEY_BOW_LIMIT_IN * length;
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct plot_axes axes = survey_axes(x, si);
+    struct chart_axes axes = survey_axes(x, si);
     char labels[2][CHART_LABEL], name[40];
     unsigned drawn = 0;
     enum mr_status status = MR_OK;
@@ -75,7 +75,7 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
             y[k] = found->since_first.bow[k].value_in * length;
         snprintf(name, sizeof name, "survey %lld", (long long)rows[i].id);
         figure_series(figure,
-                      &(struct plot_series){name, drawn++, "marks", x, y, NULL, SURVEY_POINTS});
+                      &(struct chart_series){name, drawn++, "marks", x, y, NULL, SURVEY_POINTS});
     }
     free(survey);
     free(found);
@@ -219,7 +219,7 @@ static void draw_slow(FILE *out, const struct store_slow *const *rows, const dou
                  force = unit_of(UNIT_TENSION, si)->factor;
     struct figure figure = figure_begin(out, "movement, tension and temperature against time", 1,
                                         FIGURE_EACH);
-    struct plot_axes axes = {.x_high = hours[count - 1], .height_px = 130};
+    struct chart_axes axes = {.x_high = hours[count - 1], .height_px = 130};
     char label[CHART_LABEL], name[20];
     axes.y = chart_label(label, "moved", UNIT_DISPLACEMENT, si);
     figure_plot(&figure, &axes);
@@ -227,7 +227,7 @@ static void draw_slow(FILE *out, const struct store_slow *const *rows, const dou
         for (size_t i = 0; i < count; i++)
             values[i] = moved * (rows[i]->displacement_in[c] - rows[0]->displacement_in[c]);
         snprintf(name, sizeof name, "transducer %u", c + 1);
-        figure_series(&figure, &(struct plot_series){name, c, "line", hours, values, NULL, count});
+        figure_series(&figure, &(struct chart_series){name, c, "line", hours, values, NULL, count});
     }
     for (int warm = 0; warm < 2; warm++) {
         axes.y = warm ? "temperature, C" : chart_label(label, "mean tension", UNIT_TENSION, si);
@@ -237,7 +237,7 @@ static void draw_slow(FILE *out, const struct store_slow *const *rows, const dou
         figure_plot(&figure, &axes);
         for (size_t i = 0; i < count; i++)
             values[i] = warm ? rows[i]->temperature_c : force * mean_tension(rows[i]);
-        figure_series(&figure, &(struct plot_series){NULL, 0, "line", hours, values, NULL, count});
+        figure_series(&figure, &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
     }
     figure_end(&figure, NULL,
                "The slow log, a row a minute: each transducer against its first row, the mean of "

@@ -128,10 +128,10 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
     unsigned look = 0;
     struct figure figure = figure_begin(out, title, 1, FIGURE_ZERO);
     figure_plot(&figure,
-                &(struct plot_axes){.x = chart_label(x, "station", UNIT_STATION, si),
-                                    .y = chart_label(y, what, UNIT_DISPLACEMENT, si),
-                                    .x_high = CHART_RUNWAY_FT * unit_of(UNIT_STATION, si)->factor,
-                                    .height_px = 230});
+                &(struct chart_axes){.x = chart_label(x, "station", UNIT_STATION, si),
+                                     .y = chart_label(y, what, UNIT_DISPLACEMENT, si),
+                                     .x_high = CHART_RUNWAY_FT * unit_of(UNIT_STATION, si)->factor,
+                                     .height_px = 230});
     for (size_t i = 0; i < count; i++) {
         const struct profile *profile = &profiles[i];
         bool named = (count - 1 - i) % step == 0;
@@ -139,9 +139,9 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
         for (unsigned k = 0; k < MR_TRANSDUCERS; k++)
             half[k] = SUMMARY_95 * profile->error[k];
         figure_series(&figure,
-                      &(struct plot_series){named ? profile->name : NULL, look % 6u,
-                                            named ? "whiskers" : "faint", profile->station,
-                                            profile->value, named ? half : NULL, MR_TRANSDUCERS});
+                      &(struct chart_series){named ? profile->name : NULL, look % 6u,
+                                             named ? "whiskers" : "faint", profile->station,
+                                             profile->value, named ? half : NULL, MR_TRANSDUCERS});
         look += named;
     }
     figure_end(&figure, NULL, "%s%s", caption, step > 1 ? " Not every line is named." : "");
@@ -312,13 +312,13 @@ static enum mr_status zones(const struct report *report, FILE *out, struct error
         struct zone_rows rows = {&report->facts[first], left < ZONE_ROWS ? left : ZONE_ROWS,
                                  &figure, station};
         figure_plot(&figure,
-                    &(struct plot_axes){.x = chart_label(x, "station", UNIT_STATION, report->si),
-                                        .x_high = CHART_RUNWAY_FT * station,
-                                        .y_high = (double)rows.count,
-                                        .height_px = 40 + 34 * (unsigned)rows.count,
-                                        .tick = zone_row_name,
-                                        .context = &rows,
-                                        .ticks = rows.count});
+                    &(struct chart_axes){.x = chart_label(x, "station", UNIT_STATION, report->si),
+                                         .x_high = CHART_RUNWAY_FT * station,
+                                         .y_high = (double)rows.count,
+                                         .height_px = 40 + 34 * (unsigned)rows.count,
+                                         .tick = zone_row_name,
+                                         .context = &rows,
+                                         .ticks = rows.count});
         for (size_t i = 0; i < rows.count && status == MR_OK; i++)
             status = zone_row(&rows, i, report->store, error);
         figure_end(&figure, keys, "%s",
@@ -350,7 +350,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
     struct figure figure = figure_begin(out, "average change of band tension against deceleration",
                                         1, FIGURE_ZERO);
     figure_plot(&figure,
-                &(struct plot_axes){
+                &(struct chart_axes){
                     .x = chart_label(label[0], "mean deceleration", UNIT_DECELERATION, report->si),
                     .y = chart_label(label[1], "average change", UNIT_TENSION, report->si),
                     .height_px = 240});
@@ -366,7 +366,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
                 x[count] = factor * facts->deceleration_ft_s2.value;
                 y[count++] = force * (rose ? facts->band[b].rose_lb : facts->band[b].fell_lb);
             }
-            figure_series(&figure, &(struct plot_series){name, b, "points", x, y, NULL, count});
+            figure_series(&figure, &(struct chart_series){name, b, "points", x, y, NULL, count});
         }
     }
     figure_end(&figure, NULL,
@@ -646,15 +646,15 @@ static void draw_advice(struct store_advice *advice, size_t count, FILE *out)
     double *x = xmalloc(3 * count * sizeof *x), *y = x + count, *half = y + count;
     struct figure figure = figure_begin(
         out, "advice before landings: probabilities against the limit", 1, FIGURE_EACH);
-    figure_plot(&figure, &(struct plot_axes){.x = "advice",
-                                             .y = "probability, %",
-                                             .x_high = (double)count,
-                                             .y_high = 104.0,
-                                             .height_px = 240,
-                                             .tick = advice_name,
-                                             .context = advice,
-                                             .ticks = count,
-                                             .on_x = true});
+    figure_plot(&figure, &(struct chart_axes){.x = "advice",
+                                              .y = "probability, %",
+                                              .x_high = (double)count,
+                                              .y_high = 104.0,
+                                              .height_px = 240,
+                                              .tick = advice_name,
+                                              .context = advice,
+                                              .ticks = count,
+                                              .on_x = true});
     for (size_t i = 0; i < count; i++) {
         x[i] = (double)i + 0.5;
         y[i] = 50.0 * (advice[i].zone_low + advice[i].zone_high);
@@ -662,12 +662,12 @@ static void draw_advice(struct store_advice *advice, size_t count, FILE *out)
         figure_shape(&figure, "mark", x[i] - 0.45, x[i] + 0.45, 100.0 * advice[i].most,
                      100.0 * advice[i].most, NULL);
     }
-    figure_series(&figure,
-                  &(struct plot_series){"its sampling interval", 0, "whiskers", x, y, half, count});
+    figure_series(
+        &figure, &(struct chart_series){"its sampling interval", 0, "whiskers", x, y, half, count});
     for (size_t i = 0; i < count; i++)
         y[i] = 100.0 * advice[i].zone;
-    figure_series(&figure, &(struct plot_series){"probability of a zone of 50 mats", 1, "points", x,
-                                                 y, NULL, count});
+    figure_series(&figure, &(struct chart_series){"probability of a zone of 50 mats", 1, "points",
+                                                  x, y, NULL, count});
     figure_end(&figure, keys, "Probability of a zone of 50 mats with its sampling interval.");
     free(x);
 }

@@ -93,7 +93,7 @@ static void keep_column(struct points *kept, const double *y, size_t from, size_
 }
 
 /* Columns are of equal width in x. */
-static struct points thin(const struct plot_series *s, size_t columns)
+static struct points thin(const struct chart_series *s, size_t columns)
 {
     struct points kept = {xmalloc((s->count + 1) * sizeof *kept.at), 0};
     if (s->count <= 2 * columns) {
@@ -116,7 +116,7 @@ static struct points thin(const struct plot_series *s, size_t columns)
 
 /* ---- numbers ---- */
 
-static int decimals_of(const struct plot_series *s, const double *values)
+static int decimals_of(const struct chart_series *s, const double *values)
 {
     double low = (double)INFINITY, high = -(double)INFINITY;
     for (size_t i = 0; i < s->count; i++) {
@@ -178,7 +178,7 @@ static void put_range(FILE *out, const char *name, double low, double high)
     putc(']', out);
 }
 
-void figure_plot(struct figure *figure, const struct plot_axes *axes)
+void figure_plot(struct figure *figure, const struct chart_axes *axes)
 {
     FILE *out = figure->out;
     end_plot(figure);
@@ -207,7 +207,7 @@ static void item(struct figure *figure)
     figure->items = true;
 }
 
-void figure_series(struct figure *figure, const struct plot_series *s)
+void figure_series(struct figure *figure, const struct chart_series *s)
 {
     FILE *out = figure->out;
     struct points kept = thin(s, figure->columns > 2 ? COLUMNS_SMALL : COLUMNS_WHOLE);

@@ -33,7 +33,7 @@ void figure_end(struct figure *figure, const char *const *keys, const char *capt
     __attribute__((format(printf, 3, 4)));
 
 /* Ranges of 0 to 0 follow from the data. */
-struct plot_axes {
+struct chart_axes {
     const char *title, *x, *y;
     double x_low, x_high, y_low, y_high;
     unsigned height_px;
@@ -43,9 +43,9 @@ struct plot_axes {
     bool on_x;
 };
 /* Until the next one, or figure_end. */
-void figure_plot(struct figure *figure, const struct plot_axes *axes);
+void figure_plot(struct figure *figure, const struct chart_axes *axes);
 
-struct plot_series {
+struct chart_series {
     const char *name; /* of its key; NULL: none */
     unsigned look;    /* colour, dash and mark */
     /* "line", "marked" (with a few marks), "marks" (one at each point), "points", "dots",
@@ -55,7 +55,7 @@ struct plot_series {
     const double *half;  /* of an interval or band; NULL: none */
     size_t count;
 };
-void figure_series(struct figure *figure, const struct plot_series *series);
+void figure_series(struct figure *figure, const struct chart_series *series);
 /* "closed", "behind", "told", "warned", "band", "mark", "stop", "lead", "sensor", "seen". NaN in x0
  * or y0: over all of that axis. */
 void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,

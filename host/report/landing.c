@@ -48,8 +48,8 @@ struct curve {
 
 static void draw_curve(struct figure *figure, const struct curve *curve)
 {
-    figure_series(figure, &(struct plot_series){"fit, with its 95 % band", 0, "line", curve->t_s,
-                                                curve->value, curve->half, CURVE_POINTS + 1});
+    figure_series(figure, &(struct chart_series){"fit, with its 95 % band", 0, "line", curve->t_s,
+                                                 curve->value, curve->half, CURVE_POINTS + 1});
 }
 
 /* What the board told as it went; values beyond `most` are left out. */
@@ -71,13 +71,13 @@ static void draw_online(struct figure *figure, const struct report_landing *land
         value[count++] = v;
     }
     figure_series(figure,
-                  &(struct plot_series){"the board, as it went", 2, speed ? "whiskers" : "points",
-                                        t_s, value, speed ? half : NULL, count});
+                  &(struct chart_series){"the board, as it went", 2, speed ? "whiskers" : "points",
+                                         t_s, value, speed ? half : NULL, count});
     free(t_s);
 }
 
 static void draw_speed(struct figure *figure, const struct report_landing *landing,
-                       struct plot_axes axes, bool si)
+                       struct chart_axes axes, bool si)
 {
     const struct measured *measured = &landing->summary.measured;
     double factor = unit_of(UNIT_SPEED, si)->factor, t_s[MR_GATES_MAX], mean[MR_GATES_MAX];
@@ -101,14 +101,14 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
         t_s[count] = 0.5 * (from->t_s + to->t_s);
         mean[count++] = factor * (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
     }
-    figure_series(figure, &(struct plot_series){"mean between switches; below, a switch", 1,
-                                                "points", t_s, mean, NULL, count});
+    figure_series(figure, &(struct chart_series){"mean between switches; below, a switch", 1,
+                                                 "points", t_s, mean, NULL, count});
     draw_online(figure, landing, true, factor, most);
 }
 
 /* Of the fit, where it has switches on both sides. */
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
-                              struct plot_axes axes, bool si)
+                              struct chart_axes axes, bool si)
 {
     const struct measured *measured = &landing->summary.measured;
     double factor = unit_of(UNIT_DECELERATION, si)->factor, most = factor;
@@ -136,7 +136,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
 
 /* Of the switches that the fit covers. */
 static void draw_residuals(struct figure *figure, const struct measured *measured,
-                           struct plot_axes axes, bool si)
+                           struct chart_axes axes, bool si)
 {
     double factor = IN_PER_FT * unit_of(UNIT_DISPLACEMENT, si)->factor;
     double tolerance = factor * SUMMARY_95 * measured->landing.switch_error_ft;
@@ -158,7 +158,7 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
         residual[count] = factor * (measured->gate[i].station_ft - motion.position_ft.value);
         count += t_s[count] >= first_s && t_s[count] <= last_s;
     }
-    figure_series(figure, &(struct plot_series){NULL, 1, "points", t_s, residual, NULL, count});
+    figure_series(figure, &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
 }
 
 static enum mr_status speed(const struct report *report, const struct report_landing *landing,
@@ -167,8 +167,8 @@ static enum mr_status speed(const struct report *report, const struct report_lan
     static const char *const keys[] = {"mark", "mean deceleration", NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
-    const struct plot_axes axes = {.x_low = -CHART_BEFORE_S,
-                                   .x_high = measured->summary.stop_t_s.value * 1.03};
+    const struct chart_axes axes = {.x_low = -CHART_BEFORE_S,
+                                    .x_high = measured->summary.stop_t_s.value * 1.03};
     (void)error;
     if (!report_is_fitted(landing))
         return MR_OK;
@@ -229,7 +229,7 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
                        struct trace trace)
 {
     figure_series(figure,
-                  &(struct plot_series){name, look, kind, trace.x, trace.y, NULL, trace.count});
+                  &(struct chart_series){name, look, kind, trace.x, trace.y, NULL, trace.count});
     free(trace.x);
 }
 
@@ -278,7 +278,7 @@ static enum mr_status movement(const struct report *report, const struct report_
         double at = station->factor * (double)channel->config.station_ft;
         snprintf(title, sizeof title, "%u: station %.*f %s%s", number, report->si ? 1 : 0, at,
                  station->text, channel->valid ? "" : ", not valid");
-        figure_plot(&figure, &(struct plot_axes){
+        figure_plot(&figure, &(struct chart_axes){
                                  .title = title,
                                  .x = chart_label(x, "gear position", UNIT_STATION, report->si),
                                  .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
@@ -310,14 +310,14 @@ static enum mr_status wheel(const struct report *report, const struct report_lan
         figure_begin(out, "displacement against distance from the front wheel of the main bogie", 1,
                      FIGURE_EACH);
     figure_plot(&figure,
-                &(struct plot_axes){.x = chart_label(x,
-                                                     "transducer ahead of the front wheel (behind "
-                                                     "it: -)",
-                                                     UNIT_STATION, report->si),
-                                    .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
-                                    .x_low = -BEHIND_FT * station->factor,
-                                    .x_high = AHEAD_FT * station->factor,
-                                    .height_px = 270});
+                &(struct chart_axes){.x = chart_label(x,
+                                                      "transducer ahead of the front wheel (behind "
+                                                      "it: -)",
+                                                      UNIT_STATION, report->si),
+                                     .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
+                                     .x_low = -BEHIND_FT * station->factor,
+                                     .x_high = AHEAD_FT * station->factor,
+                                     .height_px = 270});
     figure_shape(&figure, "mark", 0.0, 0.0, (double)NAN, (double)NAN, NULL);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
@@ -361,12 +361,12 @@ static enum mr_status tensions(const struct report *report, const struct report_
         snprintf(title, sizeof title, "station %.*f %s", report->si ? 1 : 0,
                  (double)station_ft * station->factor, station->text);
         figure_plot(&figure,
-                    &(struct plot_axes){.title = title,
-                                        .x = CHART_TIME,
-                                        .y = chart_label(y, "tension", UNIT_TENSION, report->si),
-                                        .x_low = -CHART_BEFORE_S,
-                                        .x_high = end_s,
-                                        .height_px = 140});
+                    &(struct chart_axes){.title = title,
+                                         .x = CHART_TIME,
+                                         .y = chart_label(y, "tension", UNIT_TENSION, report->si),
+                                         .x_low = -CHART_BEFORE_S,
+                                         .x_high = end_s,
+                                         .height_px = 140});
         for (unsigned k = c; k < MR_CHANNELS; k++) {
             const struct measured_channel *channel = &measured->channel[k];
             if (drawn[k] || channel->config.station_ft != station_ft)
@@ -421,7 +421,7 @@ static enum mr_status along(const struct report *report, const struct report_lan
             figure = figure_begin(out, "change of tension along the bands", 2,
                                   FIGURE_SHARED | FIGURE_ZERO);
         snprintf(title, sizeof title, "band %u", band);
-        figure_plot(&figure, &(struct plot_axes){
+        figure_plot(&figure, &(struct chart_axes){
                                  .title = title,
                                  .x = chart_label(label[0], "station", UNIT_STATION, report->si),
                                  .y = chart_label(label[1], "change", UNIT_TENSION, report->si),
@@ -437,8 +437,8 @@ static enum mr_status along(const struct report *report, const struct report_lan
             half[1][i] = force * SUMMARY_95 * gage[i]->high_error;
         }
         for (unsigned k = 0; k < 3; k++)
-            figure_series(&figure, &(struct plot_series){names[k], k, k < 2 ? "whiskers" : "marks",
-                                                         x, y[k], k < 2 ? half[k] : NULL, count});
+            figure_series(&figure, &(struct chart_series){names[k], k, k < 2 ? "whiskers" : "marks",
+                                                          x, y[k], k < 2 ? half[k] : NULL, count});
     }
     if (figure.out)
         figure_end(&figure, NULL,
@@ -610,10 +610,10 @@ static void draw_compared(struct figure *figure, const struct compare_curves *cu
         y[count] = in * value[i];
         half[count++] = in * SUMMARY_95 * error[i];
     }
-    figure_series(figure, &(struct plot_series){simulated ? "simulated, with its 95 % band"
-                                                          : "measured, with its 95 % band",
-                                                simulated, simulated ? "sim" : "line", t_s, y, half,
-                                                count});
+    figure_series(figure, &(struct chart_series){simulated ? "simulated, with its 95 % band"
+                                                           : "measured, with its 95 % band",
+                                                 simulated, simulated ? "sim" : "line", t_s, y,
+                                                 half, count});
 }
 
 static void draw_comparison(const struct report_landing *landing, bool si, FILE *out)
@@ -637,10 +637,10 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
         snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);
         figure_plot(&figure,
-                    &(struct plot_axes){.title = title,
-                                        .x = CHART_TIME,
-                                        .y = chart_label(y, "movement", UNIT_DISPLACEMENT, si),
-                                        .height_px = 150});
+                    &(struct chart_axes){.title = title,
+                                         .x = CHART_TIME,
+                                         .y = chart_label(y, "movement", UNIT_DISPLACEMENT, si),
+                                         .height_px = 150});
         for (int simulated = 0; simulated < 2; simulated++)
             draw_compared(&figure, &curves, measured->samples, simulated,
                           unit_of(UNIT_DISPLACEMENT, si)->factor);

@@ -144,13 +144,6 @@ bool report_is_fitted(const struct report_landing *landing);
 /* An answer on the page; frees the answer. */
 void report_answer(struct answer *answer, FILE *out);
 
-/* The head of the page: what a reader looks for first. */
-void cover_write(const struct report *report, FILE *out);
-
-/* The last section: what the page was made of and by what. `drawn`: SHA-256 of what was written so
- * far; `calibrations`: what provenance_calibration wrote. */
-void provenance_write(const struct report *report, const char *drawn, const char *calibrations,
-                      FILE *out);
 /* Calibrations of a landing, as a table under a heading. */
 void provenance_calibration(const struct report_landing *landing, FILE *out);
 

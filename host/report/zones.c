@@ -114,26 +114,26 @@ enum mr_status report_zone_map(const struct report *report, const struct report_
     struct figure figure = figure_begin(
         out, "zone map: closed segments, wheel and warning over station and time", 1, FIGURE_EACH);
     figure_plot(&figure,
-                &(struct plot_axes){.x = chart_label(label, "station", UNIT_STATION, report->si),
-                                    .y = CHART_TIME,
-                                    .x_high = CHART_RUNWAY_FT * station,
-                                    .y_low = -0.2,
-                                    .y_high = last_s,
-                                    .height_px = 340});
+                &(struct chart_axes){.x = chart_label(label, "station", UNIT_STATION, report->si),
+                                     .y = CHART_TIME,
+                                     .x_high = CHART_RUNWAY_FT * station,
+                                     .y_low = -0.2,
+                                     .y_high = last_s,
+                                     .height_px = 340});
     draw_closure(&figure, landing, station, last_s);
     draw_warnings(&figure, landing, station);
     for (size_t i = 0; i <= PATH_POINTS; i++) {
         t_s[i] = last_s * (double)i / PATH_POINTS;
         x[i] = station * measured_station_ft(measured, t_s[i]);
     }
-    figure_series(&figure, &(struct plot_series){"wheel, and switches it opened", 0, "line", x, t_s,
-                                                 NULL, PATH_POINTS + 1});
+    figure_series(&figure, &(struct chart_series){"wheel, and switches it opened", 0, "line", x,
+                                                  t_s, NULL, PATH_POINTS + 1});
     for (size_t i = 0; i < measured->gates; i++) {
         gate_ft[gates] = station * measured->gate[i].station_ft;
         gate_s[gates] = measured->gate[i].t_s;
         gates += measured->gate[i].station_ft >= 0.0;
     }
-    figure_series(&figure, &(struct plot_series){NULL, 0, "points", gate_ft, gate_s, NULL, gates});
+    figure_series(&figure, &(struct chart_series){NULL, 0, "points", gate_ft, gate_s, NULL, gates});
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         double at = station * (double)measured->channel[c].config.station_ft;
         if (measured->channel[c].config.kind == MR_KIND_DISPLACEMENT)
@@ -171,7 +171,7 @@ static void draw_told(struct figure *figure, const struct zones *zones,
 }
 
 static void draw_mats(struct figure *figure, const struct report_landing *landing,
-                      struct plot_axes axes)
+                      struct chart_axes axes)
 {
     const struct zones *zones = &landing->summary.zones;
     const struct measured *measured = &landing->summary.measured;
@@ -194,14 +194,14 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
         mats[count] = (double)landing->prediction[i].coming_mats;
         count += landing->prediction[i].coming_mats > 0;
     }
-    figure_series(figure, &(struct plot_series){"longest zone that it saw coming", 2, "dots", t_s,
-                                                mats, NULL, count});
+    figure_series(figure, &(struct chart_series){"longest zone that it saw coming", 2, "dots", t_s,
+                                                 mats, NULL, count});
     free(t_s);
 }
 
 /* The lead time that the board gave, and how long the wheel then took to the start of that zone. */
 static void draw_leads(struct figure *figure, const struct report_landing *landing,
-                       struct plot_axes axes)
+                       struct chart_axes axes)
 {
     const struct zones *zones = &landing->summary.zones;
     const struct measured *measured = &landing->summary.measured;
@@ -223,9 +223,9 @@ static void draw_leads(struct figure *figure, const struct report_landing *landi
         count++;
     }
     figure_plot(figure, &axes);
-    figure_series(figure, &(struct plot_series){"given", 1, "points", t_s, given_s, NULL, count});
+    figure_series(figure, &(struct chart_series){"given", 1, "points", t_s, given_s, NULL, count});
     figure_series(figure,
-                  &(struct plot_series){"what it became", 0, "dots", t_s, became_s, NULL, count});
+                  &(struct chart_series){"what it became", 0, "dots", t_s, became_s, NULL, count});
     free(t_s);
 }
 
@@ -283,8 +283,8 @@ enum mr_status report_predictions(const struct report *report, const struct repo
         "warned", "closed zone ahead, warning", "told", "the same, no warning",
         "mark",   "limits: 30 and 50 mats",     NULL};
     const struct measured *measured = &landing->summary.measured;
-    const struct plot_axes axes = {.x_low = -CHART_BEFORE_S,
-                                   .x_high = measured->summary.stop_t_s.value + CHART_SETTLED_S};
+    const struct chart_axes axes = {.x_low = -CHART_BEFORE_S,
+                                    .x_high = measured->summary.stop_t_s.value + CHART_SETTLED_S};
     struct answer *answer = answer_new(report->si);
     (void)error;
     summary_zone_answer(&landing->summary, answer);
