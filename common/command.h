@@ -39,8 +39,6 @@
     X(BOX_READ,    17, "box-read", 0, 1, "read one out over serial; argument: its number * 32768 " \
       "+ page to begin at; idle")                                                                  \
     X(BOX_FREE,    18, "box-free", 0, 1, "give a record's space back; argument: its number; idle") \
-    X(SLOW_READ,   19, "slow-read", 0, 1, "tell the rows of the slow log; argument: number of "    \
-      "the first; idle or done")                                                                   \
     X(RUNWAY_FORGET, 20, "runway-forget", 0, 1, "the predictor's runway is one that nobody has "   \
       "measured; not from arm to done")                                                            \
     X(RUNWAY_READ, 21, "runway-read", 0, 1,  "tell the predictor's runway; not from arm to done")  \

@@ -88,7 +88,6 @@ void app_start(struct app *app)
     mr_deframer_init(&app->deframer);
     forget_survey(app);
     calibrate_start(&app->calibrate);
-    slowlog_start(&app->slowlog);
     runwaystore_start(&app->runwaystore);
     predict_start(&app->predict);
     thermometer_start(&app->thermometer);
@@ -176,7 +175,6 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         healthlink_arm(&app->healthlink, &app->telemetry);
         board_warn(false);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
-        slowlog_read_stop(&app->slowlog);
         landinglink_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
         predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
@@ -224,15 +222,6 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
     app->slack_in[command->index] = (float)command->argument / 10000.0f;
     predict_survey(&app->predict, app->slack_in, app->next_index);
     return MR_OK;
-}
-
-static enum mr_status read_slow_log(struct app *app, const struct mr_command *command)
-{
-    if (command->argument < 0)
-        return MR_USAGE;
-    return landing_recording(&app->landing)
-             ? MR_NOT_NOW
-             : slowlog_read(&app->slowlog, (uint32_t)command->argument);
 }
 
 /* What would end the last landing's record before its last pages are written has to wait. */
@@ -303,7 +292,6 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_MARK: status = mark(app, &command); break;
     case MR_COMMAND_SURVEY: status = survey(app, &command); break;
-    case MR_COMMAND_SLOW_READ: status = read_slow_log(app, &command); break;
     case MR_COMMAND_LIVE:
         status = live_begin(&app->live, &app->landing, &command, app->next_index);
         break;
@@ -399,31 +387,13 @@ static void take_slow(struct app *app, uint32_t index)
 {
     const struct landing *landing = &app->landing;
     const struct thermometer *thermometer = &app->thermometer;
-    unsigned row = index % 4;
-    uint16_t id;
-    uint8_t payload[MR_MESSAGE_MAX];
     if (thermometer_block(&app->thermometer, index, config.site[0].thermometer))
         TELL(&app->telemetry, TO_RECORD, temperature, TEMPERATURE,
              .temperature_c = thermometer->temperature_c, .error_c = thermometer->error_c,
              .block = index);
-    unsigned state = landing->state == LANDING_ARMED ? 1u
-                   : landing->state == LANDING_DONE  ? 2u
-                                                     : 0u;
-    slowlog_block(
-        &app->slowlog,
-        &(struct slowlog_block){
-            .index = index,
-            .displacement_in = app->displacement_in[row],
-            .tension_lb = app->tension_lb[row],
-            .temperature_c = thermometer->last_c,
-            .quiet = landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING,
-            .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)});
-    for (unsigned i = 0; i < APP_SLOW_PARTS; i++) {
-        size_t length = slowlog_take_part(&app->slowlog, &id, payload);
-        if (!length)
-            break;
-        telemetry_send(&app->telemetry, TO_LINKS, id, payload, length);
-    }
+    slowlog_block(&app->slowlog, &app->telemetry, index, app->tension_lb[index % 4],
+                  thermometer->last_c,
+                  landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING);
 }
 
 static void take_block(struct app *app, const struct mr_block *block)
@@ -541,8 +511,7 @@ bool app_poll(struct app *app)
         tasks_done(MR_TASK_BLOCKS);
     }
     tasks_begin(MR_TASK_BOX);
-    norshare_poll(&(struct norshare){&app->box, &app->slowlog, &app->runwaystore, &app->predict,
-                                     app->slack_in},
+    norshare_poll(&(struct norshare){&app->box, &app->runwaystore, &app->predict, app->slack_in},
                   app->next_index, !landing_recording(&app->landing));
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);

@@ -30,7 +30,6 @@
  * answers: two commands from each link. The queues behind hold a whole survey. */
 #define APP_CAN_COMMANDS        2u
 #define APP_SERIAL_BYTES        36u
-#define APP_SLOW_PARTS          2u /* messages of the slow log in a block: a row in 5 ms */
 /* 50 ms for the answer to go out before the boot ROM takes over */
 #define APP_ROM_TICKS           5u
 

@@ -105,7 +105,7 @@ struct blackbox {
     unsigned head_page; /* NOR_PAGES_PER_SECTOR: none open */
     unsigned failures;  /* pages in a row that did not hold */
     uint32_t erase_begun_ms, erase_ms;
-    bool waits;  /* for an erase of the slow log (norshare.h) */
+    bool waits;  /* for an erase of the runway (norshare.h) */
     int freeing; /* place of a record; -1 */
     /* where one that looked erased is sought from, and its next page */
     unsigned look_sector, look_page;

@@ -30,7 +30,7 @@ board_tables := $(B)/host/firmware/boards/tables.o
 
 $(app_lib): $(call objects,host,$(app_src))
 # Seldom run and large: by size, so that the image stays within 128 KiB (tests/cli/image.sh).
-$(patsubst %,$(B)/arm/firmware/%.o,calibrate configround slowlog selftest): ARM_FLAGS += -Os
+$(patsubst %,$(B)/arm/firmware/%.o,calibrate configround selftest): ARM_FLAGS += -Os
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@

@@ -16,9 +16,8 @@
 #define NOR_CHIP_SECTORS     4096u
 /* the last ones are the predictor's runway's (runwaystore.h), a sector each, */
 #define RUNWAY_COPIES        2u
-#define SLOWLOG_SECTORS      30u /* those before them the slow log's (slowlog.h), */
 /* the rest the black box's */
-#define NOR_SECTORS          (NOR_CHIP_SECTORS - SLOWLOG_SECTORS - RUNWAY_COPIES)
+#define NOR_SECTORS          (NOR_CHIP_SECTORS - RUNWAY_COPIES)
 #define RUNWAY_FIRST_SECTOR  (NOR_CHIP_SECTORS - RUNWAY_COPIES)
 #define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
 

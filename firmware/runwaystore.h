@@ -2,7 +2,7 @@
  * runway remembers its landings.
  *
  * A runway that has changed (a landing, a survey, the host's) is written half a second later, when
- * nothing is armed and neither the black box nor the slow log has the memory: the copy that does
+ * nothing is armed and the black box does not have the memory: the copy that does
  * not hold the newest is erased and written, its first page last, and read back. Whenever the power
  * goes, one copy is whole, and the CRC over all of it (common/runway.h) lets no mixture of two
  * pass. At start the newer whole copy is loaded, before anything can be armed; a copy that holds

@@ -1,5 +1,5 @@
 /* The black box's memory: who it is, and a sector erased, programmed and verified again and again.
- * Of a record, the slow log or the runway nothing is touched: the sector is one of the black box's
+ * Of a record or the runway nothing is touched: the sector is one of the black box's
  * that holds nothing, and holds nothing afterwards. A sector bears 100,000 erases (W25Q128JV rev. F
  * 9.6). */
 #include <string.h>

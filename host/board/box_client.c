@@ -33,21 +33,6 @@ static void take_part(struct box_client *talk, const uint8_t *payload)
     }
 }
 
-/* Messages of the slow log, and when it is. */
-static void take_slow(struct box_client *talk, uint16_t id, const uint8_t *bytes, size_t length)
-{
-    if (id == MR_ID_CLOCK && mr_clock_get(&talk->clock, bytes, length) == MR_OK) {
-        talk->clock_us = link_now_us();
-        talk->clock_known = true;
-    } else if (id == MR_ID_SLOW_END && mr_slow_end_get(&talk->slow_end, bytes, length) == MR_OK) {
-        talk->slow_ended = true;
-    } else if (mr_slowrow_take(&talk->slow, id, bytes, length) == MR_OK) {
-        talk->slow_rows++;
-        if (talk->slow_row)
-            talk->slow_row(talk->slow_context, &talk->slow.row);
-    }
-}
-
 static enum mr_status take(void *context, const struct dialogue_message *message,
                            struct error *error)
 {
@@ -83,7 +68,7 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     case MR_ID_BOX_END:
         talk->ended |= mr_box_end_get(&end, bytes, length) == MR_OK && end.record == talk->reading;
         break;
-    default: take_slow(talk, (uint16_t)message->id, bytes, length); break;
+    default: break;
     }
     return MR_OK;
 }
@@ -167,31 +152,6 @@ enum mr_status box_client_read(struct box_client *talk, const struct box_client_
     }
     talk->pages = NULL;
     return status;
-}
-
-static bool slow_whole(const void *context)
-{
-    const struct box_client *talk = context;
-    return talk->slow_ended && talk->dialogue->identity.image_known && talk->clock_known;
-}
-
-enum mr_status box_client_slow(struct box_client *talk, uint32_t first,
-                               void (*row)(void *context, const struct mr_slowrow *row),
-                               void *context, struct error *error)
-{
-    talk->slow_row = row;
-    talk->slow_context = context;
-    talk->slow_ended = false;
-    enum mr_status status = order(talk, MR_COMMAND_SLOW_READ, (int32_t)first, error);
-    if (status == MR_OK)
-        status = dialogue_while_coming(talk->dialogue, slow_whole, talk, &talk->slow_rows, ANSWER_S,
-                                       error);
-    talk->slow_row = NULL;
-    return status == MR_TIMEOUT
-             ? error_set(error, MR_TIMEOUT,
-                         "the slow log did not end: %s; try again, it goes on from where it was",
-                         dialogue_spec(talk->dialogue))
-             : status;
 }
 
 enum mr_status box_client_free(struct box_client *talk, uint16_t record, struct error *error)

@@ -4,7 +4,6 @@
 
 #include "common/boxpage.h"
 #include "common/catalogue.h"
-#include "common/slowrow.h"
 #include "host/board/dialogue.h"
 
 #define BOX_CLIENT_RECORDS 256u
@@ -30,16 +29,6 @@ struct box_client {
     uint8_t half[MR_BOXPAGE / 2];
     uint32_t half_page; /* whose first half stands in `half` */
     bool ended;
-    /* the slow log */
-    bool clock_known;
-    struct mr_clock clock; /* newest */
-    uint64_t clock_us;     /* host time at which it came */
-    struct mr_slowrow_reader slow;
-    void (*slow_row)(void *context, const struct mr_slowrow *row);
-    void *slow_context;
-    size_t slow_rows;
-    bool slow_ended;
-    struct mr_slow_end slow_end;
 };
 
 /* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses
@@ -52,11 +41,6 @@ enum mr_status box_client_list(struct box_client *talk, struct error *error);
  * absent. Both arrays have room for record.pages. */
 enum mr_status box_client_read(struct box_client *talk, const struct box_client_record *record,
                                uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, struct error *error);
-/* Rows of the slow log from number `first` on, each to `row`; at its end talk->slow_end, clock and
- * the image of talk->dialogue->identity are known. */
-enum mr_status box_client_slow(struct box_client *talk, uint32_t first,
-                               void (*row)(void *context, const struct mr_slowrow *row),
-                               void *context, struct error *error);
 enum mr_status box_client_free(struct box_client *talk, uint16_t record, struct error *error);
 
 #endif

@@ -286,7 +286,6 @@ bool dialogue_repeats(unsigned code)
     case MR_COMMAND_LIVE:
     case MR_COMMAND_BOX_LIST:
     case MR_COMMAND_BOX_READ:
-    case MR_COMMAND_SLOW_READ:
     case MR_COMMAND_RUNWAY_FORGET:
     case MR_COMMAND_RUNWAY_READ:
     case MR_COMMAND_RUNWAY_JOINTS:

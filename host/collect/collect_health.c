@@ -1,8 +1,8 @@
 /* How the board and its channels are, into the campaign: what fails, temperatures, the slow log, a
  * crash, CAN as the board sees it. */
+#include <stdio.h>
 #include <string.h>
 
-#include "host/board/slow.h"
 #include "host/collect/collect_state.h"
 
 /* Faults are repeated once a second; a row is made when one has counted on. */
@@ -38,26 +38,32 @@ static enum mr_status quality(struct collector *collector, const struct side *si
                          : MR_OK;
 }
 
-#define FRESH_BLOCKS 60000 /* a row that was just made, not one that somebody reads out */
-
-/* A row that is whole is kept, with its time when it was just made. One that the board cannot
- * number is kept of one link. */
-static enum mr_status slow_part(struct collector *collector, struct side *side,
-                                const struct mr_message *part, uint64_t host_us,
-                                struct error *error)
+/* A row of the slow log comes in six messages; one that is lost loses its row. */
+static void slow_row(struct side *side, const struct mr_slow_row *message, uint64_t host_us)
 {
-    struct store_slow row;
-    int64_t time_us = STORE_NONE;
-    const struct mr_slowrow *told = &side->slow.row;
-    if (mr_slowrow_take(&side->slow, part->info->id, part->payload, part->info->length) != MR_OK ||
-        !collector->identity.board_uid[0] ||
-        (told->seq == 0 && side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
+    side->slow = (struct store_slow){.time_us = (int64_t)host_us,
+                                     .block = message->block,
+                                     .temperature_c = (double)message->temperature_c};
+    side->slow_number = message->row;
+    side->slow_gages = 0;
+}
+
+/* A row that is whole is stored, of one link. */
+static enum mr_status slow_tension(struct collector *collector, struct side *side,
+                                   const struct mr_slow_tension *message, struct error *error)
+{
+    const float lb[] = {message->a_lb, message->b_lb, message->c_lb};
+    if (!side->slow.block || message->row != side->slow_number ||
+        message->first != side->slow_gages + 1u)
         return MR_OK;
-    int64_t age = side->time.known ? side->time.block - (int64_t)told->block : -1;
-    if (age > -1000 && age < FRESH_BLOCKS) /* the newest block that is known may be 0.1 s old */
-        time_us = (int64_t)host_us - 1000 * age;
-    slow_row(told, collector->identity.board_uid, time_us, &row);
-    return store_slow_put(collector->store, &row, error);
+    for (unsigned k = 0; k < 3u && side->slow_gages < MR_GAGES; k++)
+        side->slow.tension_lb[side->slow_gages++] = (double)lb[k];
+    if (side->slow_gages < MR_GAGES || !collector->identity.board_uid[0] ||
+        (side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
+        return MR_OK;
+    snprintf(side->slow.board_uid, sizeof side->slow.board_uid, "%s",
+             collector->identity.board_uid);
+    return store_slow_put(collector->store, &side->slow, error);
 }
 
 /* What a processor fault left behind: an event for each word, once, whichever link brings it and
@@ -108,10 +114,8 @@ enum mr_status collect_health_message(struct collector *collector, struct side *
     case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
     case MR_PLACE_CAN_ALARM:
         return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
-    case MR_PLACE_SLOW_ROW:
-    case MR_PLACE_SLOW_STATE:
-    case MR_PLACE_SLOW_DISPLACEMENT:
-    case MR_PLACE_SLOW_TENSION: return slow_part(collector, side, m, event->host_us, error);
+    case MR_PLACE_SLOW_ROW: slow_row(side, &m->as.slow_row, event->host_us); return MR_OK;
+    case MR_PLACE_SLOW_TENSION: return slow_tension(collector, side, &m->as.slow_tension, error);
     default: return MR_OK;
     }
 }

@@ -180,8 +180,6 @@ static collect_topic *const topics[MR_PLACES] = {
     [MR_PLACE_CRASH] = collect_health_message,
     [MR_PLACE_CAN_ALARM] = collect_health_message,
     [MR_PLACE_SLOW_ROW] = collect_health_message,
-    [MR_PLACE_SLOW_STATE] = collect_health_message,
-    [MR_PLACE_SLOW_DISPLACEMENT] = collect_health_message,
     [MR_PLACE_SLOW_TENSION] = collect_health_message,
 };
 

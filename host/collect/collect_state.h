@@ -9,7 +9,6 @@
 #include "common/risk.h"
 #include "common/runway.h"
 #include "common/series.h"
-#include "common/slowrow.h"
 #include "host/board/health_client.h"
 #include "host/collect/account.h"
 #include "host/collect/collect.h"
@@ -68,7 +67,8 @@ struct side {
     int32_t zone16, motion16;
     struct store_shunt shunt; /* the calibration whose results come; number 0: none */
     struct store_shunt shunt_result;
-    struct mr_slowrow_reader slow;
+    struct store_slow slow; /* being put together: its number, gages that came */
+    unsigned slow_number, slow_gages;
     struct mr_predictor_state runway;    /* being put together */
     unsigned runway_parts;               /* of it, that came in a row */
     struct mr_runway_store runway_store; /* newest */

@@ -11,7 +11,6 @@
 #include "host/board/box_client.h"
 #include "host/board/config_client.h"
 #include "host/board/config_text.h"
-#include "host/board/slow.h"
 #include "host/collect/boxfill.h"
 #include "host/base/help.h"
 #include "host/commands/commands.h"
@@ -24,7 +23,7 @@
 
 struct request {
     const struct cli *cli;
-    const char *serial, *file, *db, *csv, *image, *elf;
+    const char *serial, *file, *db, *image, *elf;
     int64_t run;
     bool force;
 };
@@ -208,12 +207,9 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
         status = box_client_begin(talk, &dialogue, error);
     if (status == MR_OK)
         status = strcmp(verb, "free") == 0 ? box_client_free(talk, number, error)
-               : strcmp(verb, "slow") == 0 ? MR_OK
                                            : box_client_list(talk, error);
     if (status != MR_OK)
         exit_code = cli_fail(error);
-    else if (strcmp(verb, "slow") == 0)
-        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, error);
     else if (strcmp(verb, "read") == 0)
         exit_code = read_record(request, talk, number, error);
     else if (strcmp(verb, "list") == 0)
@@ -295,14 +291,13 @@ static int tell_identity(const struct request *request, struct error *error)
 /* What each verb takes beside --serial. */
 struct verb {
     const char *name;
-    bool number, file, db, csv, elf;
+    bool number, file, db, elf;
 };
 
 static const struct verb verbs[] = {
     {.name = "list"},
     {.name = "read", .number = true, .file = true, .db = true},
     {.name = "free", .number = true},
-    {.name = "slow", .db = true, .csv = true},
     {.name = "health", .elf = true},
     {.name = "self-test"},
     {.name = "reset"},
@@ -340,17 +335,12 @@ static enum mr_status check_request(const struct request *request, const struct 
     if ((request->file || request->run) && !verb->file)
         return error_set(error, MR_USAGE, "-o and --run are read's: matrig board %s", name);
     if (request->db && !verb->db)
-        return error_set(error, MR_USAGE, "--db is read's and slow's: matrig board %s", name);
-    if (request->csv && !verb->csv)
-        return error_set(error, MR_USAGE, "--csv is slow's: matrig board %s", name);
+        return error_set(error, MR_USAGE, "--db is read's: matrig board %s", name);
     if (request->elf && !verb->elf)
         return error_set(error, MR_USAGE, "--elf is health's: matrig board %s", name);
     if (verb->file && !request->file && !request->db)
         return error_set(error, MR_USAGE,
                          "nowhere to put it: matrig board %s needs --db DB or -o FILE", name);
-    if (verb->csv && !request->csv && !request->db)
-        return error_set(error, MR_USAGE,
-                         "nowhere to put it: matrig board %s needs --db DB or --csv F", name);
     return MR_OK;
 }
 
@@ -359,7 +349,7 @@ static enum mr_status refuse_word(const char *word, struct error *error)
     char near[SPELL_SUGGEST_TEXT];
     help_suggest_word(&command_board, word, near);
     return error_set(error, MR_UNKNOWN,
-                     "not list, read, free, slow, config, runway, arm, disarm, zero, shunt, "
+                     "not list, read, free, config, runway, arm, disarm, zero, shunt, "
                      "bringup, health, self-test or reset: '%s'%s%s see matrig board --help",
                      word, near, near[0] ? "" : ";");
 }
@@ -396,8 +386,6 @@ static int board_command(int argc, char **argv, const struct cli *cli)
         status = output_keep(request.file, request.force, &error);
     if (status == MR_OK)
         status = output_check(request.file, NULL, &error);
-    if (status == MR_OK)
-        status = output_check(request.csv, request.db, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     if (!verb)
@@ -423,9 +411,6 @@ static const struct command_part parts[] = {
               "file. When the link broke,\n"
               "the same command with -o goes on where it was. Exit 1 when a page cannot be read"),
     HELP_WORD("free N", "give its space back; nothing is ever overwritten that was not freed"),
-    HELP_WORD("slow", "the slow log, a row a minute: --db fetches the rows that a campaign "
-                      "database lacks, --csv writes them to a file\n"
-                      "(without --db: all that the board holds)"),
     HELP_WITH(command_board_config),
     HELP_WITH(command_board_runway),
     HELP_WITH(command_board_arm),
@@ -442,7 +427,6 @@ static const struct command_part parts[] = {
     OPTION_TEXT("-o", "FILE", file, NULL),
     OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_RUN("--run", "RUN", run, NULL),
-    OPTION_TEXT("--csv", "F", csv, NULL),
     OPTION_TEXT("--elf", "F", elf, NULL),
     OPTION_TEXT("--image", "FILE", image, NULL),
 };
@@ -451,7 +435,7 @@ const struct command command_board = {
     "board",
     board_command,
     "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free "
-    "N | slow [--db DB] [--csv F] |\n"
+    "N |\n"
     "                        config get|set|check [-o F] [--can LINK [--any-base]] [--db DB "
     "[--changed NOTE]] | "
     "runway [show|load F|forget] [-o F] |\n"
@@ -459,8 +443,7 @@ const struct command command_board = {
     "| health [--elf F] | "
     "self-test | reset |\n"
     "                        bringup [report|memory|brown-out|rom] [--db DB]",
-    "a board: its bring-up, firmware, black box, slow log, configuration, runway and health",
+    "a board: its bring-up, firmware, black box, configuration, runway and health",
     COMMAND_PARTS(parts),
-    {0, 2,
-     "list|read N|free N|slow|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},
+    {0, 2, "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},
 };

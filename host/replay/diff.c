@@ -69,11 +69,11 @@ static bool near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* Rows of the slow log come when their minute is full, and when asked for: no function of the
+/* Rows of the slow log come when their minute is full: no function of the
  * record. */
 static bool is_slow_log(uint16_t id)
 {
-    return id >= MR_ID_SLOW_ROW && id <= MR_ID_SLOW_END;
+    return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION;
 }
 
 /* Frames queued so far, those dropped included: they were made all the same. Not those of the slow

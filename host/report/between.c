@@ -165,35 +165,12 @@ enum mr_status report_surveys(const struct report *report, FILE *out, struct err
 
 #define HOUR_US 3600e6
 
-static int64_t longest_boot(const struct store_slow *rows, size_t count)
+/* The rows of the first board, with their hours. */
+static size_t choose(const struct store_slow *rows, size_t count, double *hours)
 {
-    size_t in_boot[256] = {0}, best = 0;
-    for (size_t i = 0; i < count; i++)
-        in_boot[rows[i].boot & 255]++;
-    for (size_t i = 1; i < 256; i++) {
-        if (in_boot[i] > in_boot[best])
-            best = i;
-    }
-    return (int64_t)best;
-}
-
-/* The rows that are drawn, with their hours: those whose time is known, else those of the boot that
- * has most of them; of the first board among them. */
-static size_t choose(const struct store_slow *rows, size_t count, const struct store_slow **chosen,
-                     double *hours, bool *dated)
-{
-    size_t n = 0, with_time = 0;
-    for (size_t i = 0; i < count; i++)
-        with_time += rows[i].time_us != STORE_NONE;
-    *dated = with_time >= 2;
-    int64_t boot = longest_boot(rows, count);
-    for (size_t i = 0; i < count; i++) {
-        if ((*dated ? rows[i].time_us == STORE_NONE : rows[i].boot != boot) ||
-            (n && strcmp(rows[i].board_uid, chosen[0]->board_uid) != 0))
-            continue;
-        chosen[n] = &rows[i];
-        hours[n] = *dated ? (double)(rows[i].time_us - chosen[0]->time_us) / HOUR_US
-                          : (double)(rows[i].block - chosen[0]->block) * 1000.0 / HOUR_US;
+    size_t n = 0;
+    while (n < count && strcmp(rows[n].board_uid, rows[0].board_uid) == 0) {
+        hours[n] = (double)(rows[n].time_us - rows[0].time_us) / HOUR_US;
         n++;
     }
     return n;
@@ -212,48 +189,33 @@ static double mean_tension(const struct store_slow *row)
     return count ? sum / count : none;
 }
 
-static void draw_slow(FILE *out, const struct store_slow *const *rows, const double *hours,
-                      double *values, size_t count, bool dated, bool si)
+static void draw_slow(FILE *out, const struct store_slow *rows, const double *hours, double *values,
+                      size_t count, bool si)
 {
-    const double moved = unit_of(UNIT_DISPLACEMENT, si)->factor,
-                 force = unit_of(UNIT_TENSION, si)->factor;
-    struct figure figure = figure_begin(out, "movement, tension and temperature against time", 1,
+    const double force = unit_of(UNIT_TENSION, si)->factor;
+    struct figure figure = figure_begin(out, "tension and temperature against time", 1,
                                         FIGURE_EACH);
     struct chart_axes axes = {.x_high = hours[count - 1], .height_px = 130};
-    char label[CHART_LABEL], name[20];
-    axes.y = chart_label(label, "moved", UNIT_DISPLACEMENT, si);
-    figure_plot(&figure, &axes);
-    for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
-        for (size_t i = 0; i < count; i++)
-            values[i] = moved * (rows[i]->displacement_in[c] - rows[0]->displacement_in[c]);
-        snprintf(name, sizeof name, "transducer %u", c + 1);
-        figure_series(&figure, &(struct chart_series){name, c, "line", hours, values, NULL, count});
-    }
+    char label[CHART_LABEL];
     for (int warm = 0; warm < 2; warm++) {
         axes.y = warm ? "temperature, C" : chart_label(label, "mean tension", UNIT_TENSION, si);
-        axes.x = !warm ? NULL
-               : dated ? "time since the first row, h"
-                       : "board time since the first row, h";
+        axes.x = warm ? "time since the first row, h" : NULL;
         figure_plot(&figure, &axes);
         for (size_t i = 0; i < count; i++)
-            values[i] = warm ? rows[i]->temperature_c : force * mean_tension(rows[i]);
+            values[i] = warm ? rows[i].temperature_c : force * mean_tension(&rows[i]);
         figure_series(&figure, &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
     }
     figure_end(&figure, NULL,
-               "The slow log, a row a minute: each transducer against its first row, the mean of "
-               "the gages, the mat's temperature.");
+               "The slow log, a row a minute: mean of the gages, temperature of the mat.");
 }
 
 enum mr_status report_slow(const struct report *report, FILE *out, struct error *error)
 {
-    const struct store_slow **chosen = xcalloc(report->slow_rows + 1, sizeof *chosen);
     double *hours = xcalloc(2 * (report->slow_rows + 1), sizeof *hours);
-    bool dated;
     (void)error;
-    size_t n = choose(report->slow, report->slow_rows, chosen, hours, &dated);
+    size_t n = choose(report->slow, report->slow_rows, hours);
     if (n >= 2 && hours[n - 1] > 0.0)
-        draw_slow(out, chosen, hours, hours + report->slow_rows + 1, n, dated, report->si);
-    free(chosen);
+        draw_slow(out, report->slow, hours, hours + report->slow_rows + 1, n, report->si);
     free(hours);
     return MR_OK;
 }

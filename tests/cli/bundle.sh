@@ -16,7 +16,7 @@ record() { # the session of a day: series, survey, landing, what people say of i
     sqlite3 "$db" "insert into series(made_us, name) values(1, 'before'), (4e15, 'after');
         insert into gage_surveys(made_us, pattern, edges, error_in) values(1, 'standard', 'left', 0.005), (2, 'standard', 'left', 0.005), (3, 'standard', 'left', 0.005), (4e15, 'standard', 'left', 0.005), (5e15, 'standard', 'left', 0.005);
         insert into gage_readings(survey, kind, line, place, value_in, skipped, confirmed, taken_us, source) select id, 'line', 1, 0, 33, 0, 0, 1, 'typed' from gage_surveys;
-        insert into slow_log(board_uid, seq, boot, block, time_us) select board_uid, 1, 0, 0, armed_us - 60000000 from landings union all select board_uid, 2, 0, 0, armed_us - 90000000000 from landings union all select 'other', 1, 0, 0, armed_us from landings"
+        insert into slow_log(board_uid, block, time_us) select board_uid, 1, armed_us - 60000000 from landings union all select board_uid, 2, armed_us - 90000000000 from landings union all select 'other', 1, armed_us from landings"
     $matrig --quiet compare "$db" 1 >/dev/null && $matrig --quiet landing "$db" 1 --note 'gusts from the left' >/dev/null
 }
 made() { $matrig bundle "$db" 1 -o "$bundle" && [ "$(ls "$tmp" | grep -c -e making -e wal)" = 0 ]; }
@@ -27,7 +27,7 @@ digests() { # by another program; the image is the file
 }
 slice_has_its_own() { # first survey, the one before and the one after the landing; its series; the slow log's day before
     [ "$(sqlite3 "$bundle" "select group_concat(id) from gage_surveys")" = 1,3,4 ] && [ "$(sqlite3 "$bundle" "select count(*) from gage_readings")" = 3 ] &&
-        [ "$(sqlite3 "$bundle" "select group_concat(name) from series")" = before ] && [ "$(sqlite3 "$bundle" "select count(*), min(seq) from slow_log")" = '1|1' ] &&
+        [ "$(sqlite3 "$bundle" "select group_concat(name) from series")" = before ] && [ "$(sqlite3 "$bundle" "select count(*), min(block) from slow_log")" = '1|1' ] &&
         [ "$(sqlite3 "$bundle" "select count(*) from landing_changes")" = 1 ]
 }
 says_the_same() { # FILE: what replay said, as JSON
