@@ -1,5 +1,4 @@
 /* matrig live: watch a board through the campaign database that a running matrig log writes. */
-#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -11,7 +10,6 @@
 #include "host/live/hub.h"
 #include "host/live/server.h"
 #include "host/store/store_follow.h"
-#include "host/base/monotonic_clock.h"
 
 #define LOOK_MS       25 /* between two looks into the database */
 /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
@@ -99,8 +97,8 @@ static enum mr_status look(struct watch *watch, struct error *error)
     return status;
 }
 
-/* Until a signal, or the end of the time. */
-static enum mr_status run(struct watch *watch, double for_s, struct error *error)
+/* Until a signal. */
+static enum mr_status run(struct watch *watch, struct error *error)
 {
     sigset_t set;
     sigemptyset(&set);
@@ -109,9 +107,8 @@ static enum mr_status run(struct watch *watch, double for_s, struct error *error
     sigprocmask(SIG_BLOCK, &set, NULL);
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};
-    int64_t until_ms = isinf(for_s) ? INT64_MAX : monotonic_ms() + (int64_t)(1e3 * for_s);
     enum mr_status status = MR_OK;
-    while (status == MR_OK && monotonic_ms() < until_ms) {
+    while (status == MR_OK) {
         status = look(watch, error);
         if (status == MR_OK && poll(&signals, 1, LOOK_MS) > 0)
             break;
@@ -161,7 +158,6 @@ static int print_snapshot(struct watch *watch, struct error *error)
 
 struct request {
     const char *port, *base;
-    double for_s;
 };
 
 static int live_command(int argc, char **argv, const struct cli *cli)
@@ -182,7 +178,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && cli->json)
         exit_code = print_snapshot(&watch, &error);
     else if (status == MR_OK)
-        status = run(&watch, r.for_s, &error);
+        status = run(&watch, &error);
     live_server_close(watch.server);
     live_hub_close(watch.hub);
     store_close(watch.store);
@@ -197,8 +193,6 @@ static const struct command_part parts[] = {
                 "port that is free"),
     OPTION_TEXT("--base", "B", base,
                 "of several boards that are logged the one at this base (0x190); else the lowest"),
-    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
-                  "stop after S seconds; else on Ctrl-C"),
     HELP_NOTE("With --json: the newest of each message, as one object. The page only watches: arm "
               "and disarm on that of matrig log --live,\n"
               "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and "
@@ -211,7 +205,7 @@ static const struct command_part parts[] = {
 const struct command command_live = {
     "live",
     live_command,
-    "DB [--port PORT] [--base B] [--for S]",
+    "DB [--port PORT] [--base B]",
     "watch a board on a page in the browser",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

@@ -40,7 +40,7 @@ run_line() {
     local allowed="0" expected= typed=/dev/null board= status
     case $command in
     log | live | board) line=${line//campaign.db/day.db} ;;& # a campaign of their own: the other one keeps its five landings
-    live) [[ $line != "matrig live "* ]] || line="${line/8474/0} --for 0.5" ;;&
+    live) [[ $line != "matrig live "* ]] || line="timeout 0.5 ${line/8474/0}" allowed="0 124" ;;&
     log | live) [[ $line != *serial:/* ]] || { board --speed max --rig tests/runs/landing5.run; board=$!; } ;;
     flash) board --boot0 && board=$! && line="$line --boot0 --baud 460800" ;;
     ready) allowed="0 1" ;; # the board at rest is another than the one that landed

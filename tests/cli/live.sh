@@ -132,7 +132,7 @@ state_as_json() {
     [ "$(wc -l <"$tmp/state.json")" -eq 1 ] && grep -Eq '"m": ?"landing".*"state_text": ?"idle"' "$tmp/state.json" && grep -Eq '"m": ?"hello"' "$tmp/state.json"
 }
 followers_only_watch() {
-    build/matrig live "$work/x.db" --port 0 --for 20 2>"$work/follow.err" &
+    build/matrig live "$work/x.db" --port 0 2>"$work/follow.err" &
     local follow=$! whole other
     pids+=($follow)
     other=$(address_in "$work/follow.err") || return 1
@@ -201,7 +201,7 @@ check "who follows a database gives no commands" followers_only_watch
 check "joined on serial: every channel is asked for" joined_on_serial
 check "the log loses nothing and ends with viewers that do not read" ends_with_viewers
 check "a port that is taken" fails_with 3 'cannot serve the live page at .*another port' build/matrig live "$work/x.db" --port "$(
-    build/matrig live "$work/x.db" --port 0 --for 3 2>"$work/taken.err" >/dev/null &
+    timeout 3 build/matrig live "$work/x.db" --port 0 2>"$work/taken.err" >/dev/null &
     address_in "$work/taken.err" | sed 's|.*:\([0-9]*\)/.*|\1|')"
 check "no database named" fails_with 2 'DB' build/matrig live
 check "a database that is not there" fails_with 3 'no such database' build/matrig live "$tmp/none.db" --port 0
