@@ -52,13 +52,6 @@ void progress_at(struct progress *u, const char *format, ...)
     va_end(arguments);
 }
 
-void progress_printed(struct progress *u)
-{
-    pthread_mutex_lock(&u->lock);
-    u->next_s = monotonic_s() + PROGRESS_EVERY_S;
-    pthread_mutex_unlock(&u->lock);
-}
-
 void progress_end(struct progress *u)
 {
     if (u->runs) {

@@ -24,8 +24,6 @@ void progress_begin(struct progress *underway, const char *who, const char *quic
 /* How far it is, from any thread. */
 void progress_at(struct progress *underway, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-/* Something was said in another way just now: the next line is due in 30 s. */
-void progress_printed(struct progress *underway);
 /* After that nothing more is said. */
 void progress_end(struct progress *underway);
 

@@ -1,4 +1,5 @@
 #include "host/commands/study_start.h"
+#include "host/base/xmalloc.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -53,10 +54,8 @@ static int fail(const char *command, const char *why)
 int study_start(int argc, char **argv, const struct cli *cli)
 {
     char matrig[PATH_MAX], path[PATH_MAX], why[PATH_MAX + 100];
-    char **words = calloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
+    char **words = xcalloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
     size_t count = 0;
-    if (!words)
-        return fail(argv[0], "out of memory");
     data_dir_program(matrig, sizeof matrig);
     if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);

@@ -54,14 +54,10 @@ static double profile_ft_s2(const struct series_landing *landing, double drawn_f
     return k[count - 1].deceleration_ft_s2;
 }
 
-static enum mr_status add_row(struct draw_path *path, struct sim_path_row row, struct error *error)
+static void add_row(struct draw_path *path, struct sim_path_row row)
 {
-    if (!list_grow(&path->rows, path->count, sizeof row))
-        return error_set(error, MR_FULL,
-                         "out of memory: a path beyond %zu rows; give a shorter landing",
-                         path->count);
+    xlist_grow(&path->rows, path->count, sizeof row);
     path->rows[path->count++] = row;
-    return MR_OK;
 }
 
 enum mr_status draw_landing(const struct landing_series *series,
@@ -86,9 +82,8 @@ enum mr_status draw_landing(const struct landing_series *series,
         if (!(landing->tow_lb > 0.0))
             a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
         force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
-        if (k % ROW_NODES == 0 &&
-            add_row(path, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
-            return error->status;
+        if (k % ROW_NODES == 0)
+            add_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
         if (t_s > MOST_S)
             return error_set(
                 error, MR_USAGE,
@@ -104,9 +99,9 @@ enum mr_status draw_landing(const struct landing_series *series,
     path->stop_ft = at_ft;
     path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) /
                        (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
-    if (add_row(path, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
-        return error->status;
-    return add_row(path, (struct sim_path_row){t_s, at_ft, 0.0}, error);
+    add_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
+    add_row(path, (struct sim_path_row){t_s, at_ft, 0.0});
+    return MR_OK;
 }
 
 void draw_path_free(struct draw_path *path)
@@ -259,16 +254,14 @@ static void *work_on(void *argument)
     }
 }
 
-enum mr_status series_ensemble(const struct landing_series *series, int jobs, bool all,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
-                               struct series_run *runs, struct error *error)
+void series_ensemble(const struct landing_series *series, int jobs, bool all,
+                     void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                     struct series_run *runs)
 {
     struct work work = {
         .series = series, .all = all, .runs = runs, .progress = progress, .ctx = ctx};
     size_t threads = (size_t)jobs < series->seeds ? (size_t)jobs : series->seeds, started = 0;
-    pthread_t *thread = calloc(threads + 1, sizeof *thread);
-    if (!thread)
-        return error_set(error, MR_FULL, "out of memory: %zu threads; give a smaller -j", threads);
+    pthread_t *thread = xcalloc(threads + 1, sizeof *thread);
     pthread_mutex_init(&work.lock, NULL);
     while (started + 1 < threads && pthread_create(&thread[started], NULL, work_on, &work) == 0)
         started++;
@@ -277,7 +270,6 @@ enum mr_status series_ensemble(const struct landing_series *series, int jobs, bo
         pthread_join(thread[i], NULL);
     pthread_mutex_destroy(&work.lock);
     free(thread);
-    return MR_OK;
 }
 
 /* ---- play ---- */
@@ -301,15 +293,11 @@ struct runway {
     struct sim_mods mods; /* as the last landing left them; lists are its own */
 };
 
-static enum mr_status lay(struct runway *r, const struct landing_series *series, uint64_t seed,
-                          struct error *error)
+static void lay(struct runway *r, const struct landing_series *series, uint64_t seed)
 {
     *r = (struct runway){.series = series, .mats = series->landings[0].scene.mats};
     r->joints = (size_t)r->mats + 1;
-    r->storage = calloc(5 * (r->joints + 1), sizeof *r->storage);
-    if (!r->storage)
-        return error_set(error, MR_FULL, "out of memory: a runway of %d mats; use a smaller N",
-                         r->mats);
+    r->storage = xcalloc(5 * (r->joints + 1), sizeof *r->storage);
     r->gap_ft = r->storage;
     r->closing_lb = r->gap_ft + r->joints;
     r->ground_ft = r->closing_lb + r->joints;
@@ -325,7 +313,6 @@ static enum mr_status lay(struct runway *r, const struct landing_series *series,
         r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, series->irregularity_in) /
                                           IN_PER_FT;
     }
-    return MR_OK;
 }
 
 /* High spots of the ground stay where they are while nodes move over them; those of the mats move
@@ -736,16 +723,6 @@ static enum mr_status push_back(struct runway *r, const struct series_landing *l
     return error->status;
 }
 
-static enum mr_status lay_runway(struct runway *r, const struct landing_series *series,
-                                 struct series_run *run)
-{
-    run->outcomes = calloc(series->landing_count, sizeof *run->outcomes);
-    if (!run->outcomes)
-        return error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer",
-                         series->landing_count);
-    return lay(r, series, run->seed, &run->error);
-}
-
 static void clear(struct runway *r)
 {
     mods_free_lists(&r->mods);
@@ -758,7 +735,8 @@ void series_play(const struct landing_series *series, uint64_t seed, bool all,
     struct runway runway = {0};
     struct draw_path path = {0};
     *run = (struct series_run){.seed = seed};
-    lay_runway(&runway, series, run);
+    run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
+    lay(&runway, series, seed);
     for (size_t i = 0; i < series->landing_count && run->error.status == MR_OK && run->buckled == 0;
          i++) {
         const struct series_landing *landing = &series->landings[i];

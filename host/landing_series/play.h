@@ -68,10 +68,10 @@ void series_play(const struct landing_series *series, uint64_t seed, bool all,
 void series_run_free(struct series_run *run);
 
 /* Play all seeds on `jobs` threads. `progress` is called after each, one call at a time; NULL: not.
- * MR_FULL. A runway that fails keeps its error; the others are played. */
-enum mr_status series_ensemble(const struct landing_series *series, int jobs, bool all,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
-                               struct series_run *runs, struct error *error);
+ * A runway that fails keeps its error; the others are played. */
+void series_ensemble(const struct landing_series *series, int jobs, bool all,
+                     void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                     struct series_run *runs);
 
 /* Draw: what a seed makes of a series' ranges, and the path of a landing. Streams are
  * independent: another landing or another range does not change what else is drawn. */
@@ -97,7 +97,7 @@ struct draw_path {
 
 /* Path of landing `index` (from 0) on the runway of a seed: brakes from touchdown, with an onset of
  * onset_s; thrust W/axles a/g; or is towed to the runway's end. `path` is all zero or of an earlier
- * call. MR_FULL; MR_USAGE when it does not stop within 600 s. */
+ * call. MR_USAGE when it does not stop within 600 s. */
 enum mr_status draw_landing(const struct landing_series *series,
                             const struct series_landing *landing, uint64_t seed, size_t index,
                             struct draw_path *path, struct error *error);

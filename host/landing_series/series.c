@@ -1,5 +1,6 @@
 /* Reading a study file. */
 #include "host/landing_series/series.h"
+#include "host/base/xmalloc.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -386,10 +387,8 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     const json_t *list = json_object_get(root, "landings"), *entry;
     json_t *now = json_deep_copy(scene);
     size_t i;
-    c->landings = calloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
-    if (!c->landings || !now)
-        error_set(r->error, MR_FULL, "out of memory: %s", r->path);
-    else if (!json_is_array(list) || json_array_size(list) == 0)
+    c->landings = xcalloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
+    if (!json_is_array(list) || json_array_size(list) == 0)
         keys_wrong(r, "", "landings", "a list of at least one landing");
     /* the heights and paths that the engines add make a scene whole */
     json_object_set_new(now, "model", json_string("consistent"));

@@ -1,4 +1,5 @@
 #include "host/landing_series/summary.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -382,10 +383,8 @@ static json_t *run_json(const struct series_run *run)
 static double largest(const struct landing_series *c, const struct series_run *runs,
                       double (*value)(const struct series_outcome *))
 {
-    double *values = calloc(c->seeds, sizeof *values);
+    double *values = xcalloc(c->seeds, sizeof *values);
     size_t count = 0;
-    if (!values)
-        return (double)NAN;
     for (size_t i = 0; i < c->seeds; i++) {
         double most = (double)NAN;
         for (size_t k = 0; k < runs[i].played; k++) {
@@ -627,19 +626,14 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
     }
 }
 
-enum mr_status series_summarise(struct series_summary *s, const struct landing_series *series,
-                                const struct series_run *runs, struct error *error)
+void series_summarise(struct series_summary *s, const struct landing_series *series,
+                      const struct series_run *runs)
 {
     struct gather g = {.series = series, .runs = runs};
     size_t buckled = 0, before = 0, seeds = series->seeds;
     *s = (struct series_summary){0};
-    s->landing = calloc(series->landing_count, sizeof *s->landing);
-    g.values = calloc(4 * seeds, sizeof *g.values);
-    if (!s->landing || !g.values) {
-        free(g.values);
-        series_summary_free(s);
-        return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", series->seeds);
-    }
+    s->landing = xcalloc(series->landing_count, sizeof *s->landing);
+    g.values = xcalloc(4 * seeds, sizeof *g.values);
     for (size_t i = 0; i < seeds; i++) {
         s->failed += runs[i].error.status != MR_OK;
         s->runways += runs[i].error.status == MR_OK;
@@ -669,7 +663,6 @@ enum mr_status series_summarise(struct series_summary *s, const struct landing_s
     for (size_t i = 0; i < series->fact_count; i++)
         s->fact[i] = facts_summarise(series, &series->facts[i], runs, g.values);
     free(g.values);
-    return MR_OK;
 }
 
 void series_summary_free(struct series_summary *summary)

@@ -43,9 +43,9 @@ struct series_summary {
     double ms_chain, ms_planar;
 };
 
-/* MR_FULL. The caller frees. */
-enum mr_status series_summarise(struct series_summary *summary, const struct landing_series *series,
-                                const struct series_run *runs, struct error *error);
+/* The caller frees. */
+void series_summarise(struct series_summary *summary, const struct landing_series *series,
+                      const struct series_run *runs);
 void series_summary_free(struct series_summary *summary);
 
 /* Runways that agree with what was observed (landing, within); of those that were played to their

@@ -1,4 +1,5 @@
 #include "host/push/fit.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -423,10 +424,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
                          "too few readings: %s: test %s under %.4g lb has %zu; read at %u forces "
                          "or more, up and down",
                          series->path, series->name, series->load_lb, series->count, PUSH_LEAST);
-    struct work *w = calloc(1, sizeof *w);
-    if (!w)
-        return error_set(error, MR_FULL, "out of memory: %s: test %s; close other programs",
-                         series->path, series->name);
+    struct work *w = xcalloc(1, sizeof *w);
     w->series = series;
     w->gages = gages;
     if (!push_path_make(&w->path, series, gages.force_lb))
@@ -443,11 +441,11 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
 void push_fit_curve(const struct push_series *series, struct push_gages gages,
                     const struct push_fit *fit, double *moved_in)
 {
-    struct push_path *path = malloc(sizeof *path);
+    struct push_path *path = xmalloc(sizeof *path);
     bool told = !isnan(fit->k_lb_in.value);
     double a = 1.0 / (told ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
            b = isnan(fit->unloading.value) ? a : fit->unloading.value * a;
-    bool made = path && push_path_make(path, series, gages.force_lb);
+    bool made = push_path_make(path, series, gages.force_lb);
     for (size_t i = 0; i < series->count; i++) {
         double sum = 0.0;
         for (size_t m = 0; made && m <= i; m++)

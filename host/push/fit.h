@@ -56,7 +56,7 @@ struct push_fit {
 /* `expected_lb_in`: K is taken to lie within PUSH_DECADES of it either side, evenly in its
  * logarithm, before the test is seen; the odds alone use it. `stretch`: by how much readings
  * scatter more than the gages are said to, at least 1. MR_TOO_FEW: fewer than PUSH_LEAST readings,
- * or no force beyond the gage's error; MR_FULL. */
+ * or no force beyond the gage's error. */
 enum mr_status push_fit(const struct push_series *series, struct push_gages gages,
                         double expected_lb_in, double stretch, struct push_fit *fit,
                         struct error *error);

@@ -1,4 +1,5 @@
 #include "host/push/ground.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -437,9 +438,7 @@ enum mr_status push_ground_find(const struct push_readings *readings,
 {
     double load_lb = HUGE_VAL;
     *ground = (struct push_ground){.spread = (double)NAN};
-    ground->fit = calloc(readings->count, sizeof *ground->fit);
-    if (!ground->fit)
-        return error_set(error, MR_FULL, "out of memory: push tests; close other programs");
+    ground->fit = xcalloc(readings->count, sizeof *ground->fit);
     for (size_t i = 0; i < readings->count; i++)
         load_lb = fmin(load_lb, readings->series[i].load_lb);
     ground->axle_load_lb = setting->axle_load_lb > 0.0 ? setting->axle_load_lb : load_lb;

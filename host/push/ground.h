@@ -57,7 +57,7 @@ struct push_ground {
     struct push_fit *fit; /* of each test; allocated */
 };
 
-/* MR_TOO_FEW as push_fit; MR_NUMERICS; MR_FULL. The caller frees it, also when it fails. */
+/* MR_TOO_FEW as push_fit; MR_NUMERICS. The caller frees it, also when it fails. */
 enum mr_status push_ground_find(const struct push_readings *readings,
                                 const struct push_setting *setting, struct push_ground *ground,
                                 struct error *error);

@@ -155,8 +155,7 @@ static enum mr_status series_of(struct table *t, struct push_series **series)
                          "more than %u tests: %s, line %u; divide the file, or let the rows of a "
                          "test stand together",
                          PUSH_SERIES_MAX, t->path, t->line);
-    if (!list_grow(&all->series, all->count, sizeof *all->series))
-        return error_set(t->error, MR_FULL, "out of memory: %s; close other programs", t->path);
+    xlist_grow(&all->series, all->count, sizeof *all->series);
     *series = &all->series[all->count++];
     **series = (struct push_series){.path = t->path, .load_lb = t->load_lb};
     snprintf((*series)->name, sizeof(*series)->name, "%s", t->test);

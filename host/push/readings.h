@@ -39,7 +39,7 @@ struct push_readings {
 };
 
 /* Frees what was read when it fails, too. MR_IO; MR_MALFORMED, naming file, line and column;
- * MR_TOO_LONG; MR_FULL. */
+ * MR_TOO_LONG. */
 enum mr_status push_readings_load(const char *path, struct push_readings *readings,
                                   struct error *error);
 void push_readings_free(struct push_readings *readings);

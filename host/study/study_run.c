@@ -95,8 +95,7 @@ static int finish(const struct landing_series *c, const struct study_request *re
 {
     struct series_summary summary;
     int code = 0;
-    if (series_summarise(&summary, c, runs, error) != MR_OK)
-        return cli_fail(error);
+    series_summarise(&summary, c, runs);
     if (request->plot)
         write_plot(request->plot, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
@@ -125,10 +124,9 @@ int study_command(int argc, char **argv, const struct cli *cli)
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
     progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
     progress_at(&progress, "none of %zu runways is done", series.seeds);
-    series_ensemble(&series, (int)request.jobs, false, show_progress, &progress, runs, &error);
+    series_ensemble(&series, (int)request.jobs, false, show_progress, &progress, runs);
     progress_end(&progress);
-    int code = error.status == MR_OK ? finish(&series, &request, runs, cli, &error)
-                                     : cli_fail(&error);
+    int code = finish(&series, &request, runs, cli, &error);
     for (size_t i = 0; i < series.seeds; i++)
         series_run_free(&runs[i]);
     free(runs);

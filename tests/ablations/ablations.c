@@ -85,9 +85,10 @@ static int play(const char *path, size_t landing, const json_t *part)
     else if (landing < 1 || landing > c.landing_count)
         error_set(&error, MR_USAGE, "no landing %zu: %s; give one of %zu", landing, path,
                   c.landing_count);
-    else if (series_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, &error) ==
-             MR_OK)
-        series_summarise(&summary, &c, runs, &error);
+    else {
+        series_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs);
+        series_summarise(&summary, &c, runs);
+    }
     if (error.status == MR_OK) {
         printf(" | ");
         print_movements(&summary, landing - 1);

@@ -160,9 +160,10 @@ static int play(struct played *p, const char *path, const char *ground)
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!p->runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds", c->seeds);
-    else if (series_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, p->runs, &error) ==
-             MR_OK)
-        series_summarise(&p->summary, c, p->runs, &error);
+    else {
+        series_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, p->runs);
+        series_summarise(&p->summary, c, p->runs);
+    }
     p->cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s;
     fprintf(stderr, "%s, %s: %zu runways from seed %llu, %.1f s, %.1f s of processor time\n",
             c->name, ground, c->seeds, (unsigned long long)c->first_seed,

@@ -33,7 +33,7 @@ enum mr_status figure_play(struct figure_run *run, const struct figure *figure, 
     if (!run->runs)
         return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    series_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, run->runs, error);
+    series_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, run->runs);
     for (size_t i = 0; i < seeds && error->status == MR_OK; i++) {
         if (run->runs[i].error.status != MR_OK)
             *error = run->runs[i].error;

@@ -1,4 +1,5 @@
 #include "host/study/fit/beside.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -61,9 +62,7 @@ static bool start(struct playing *p)
     const float *gap[CHAINS_LANES], *grit[CHAINS_LANES];
     enum mr_status status;
     double limit_s = (double)INFINITY;
-    float *values = calloc(2 * CHAINS_LANES * joints, sizeof *values);
-    if (!values)
-        return false;
+    float *values = xcalloc(2 * CHAINS_LANES * joints, sizeof *values);
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         float *gap_ft = values + 2 * k * joints, *grit_lb = gap_ft + joints;
         params[k] = params_of(p->scene, &p->lane[k]);

@@ -25,7 +25,7 @@ struct beside_lane {
 bool beside_can(const struct sim_scene *scene);
 /* Rows of samples, one every dt from 0 on. */
 size_t beside_samples(const struct sim_scene *scene, double dt_s);
-/* False: no memory, or a parameter without sense. sample_dt_s is a whole number of milliseconds. */
+/* False: a parameter without sense. sample_dt_s is a whole number of milliseconds. */
 bool beside_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                 double sample_dt_s, struct beside_lane lane[CHAINS_LANES]);
 

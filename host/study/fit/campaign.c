@@ -1,4 +1,5 @@
 #include "host/study/fit/campaign.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -32,12 +33,9 @@ static enum mr_status take_boards(struct store *store, int64_t run, struct fit_s
 static enum mr_status take_gages(struct store *store, int64_t id, struct fit_surveyed *surveyed,
                                  struct error *error)
 {
-    struct survey *survey = malloc(sizeof *survey);
+    struct survey *survey = xmalloc(sizeof *survey);
     struct survey_slack slack;
     double squares = 0.0;
-    if (!survey)
-        return error_set(error, MR_FULL, "no memory: survey %lld; close other programs",
-                         (long long)id);
     enum mr_status status = survey_get(store, id, survey, error);
     if (status == MR_OK)
         survey_slack(&survey->readings, survey->row.closed_in, &slack);
@@ -252,12 +250,9 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
     if (status == MR_OK)
         status = set_landing(store, &measured, scene_path, list, &landing, error);
     if (status == MR_OK) {
-        double *values = calloc(measured.samples * MR_TRANSDUCERS + 1, sizeof *values);
-        size_t count = values ? take_series(&measured, series, values) : 0;
-        status = values ? fit_landings_add(list, &landing, series, count, error)
-                        : error_set(error, MR_FULL,
-                                    "no memory: series of RUN %lld; close other programs",
-                                    (long long)run);
+        double *values = xcalloc(measured.samples * MR_TRANSDUCERS + 1, sizeof *values);
+        size_t count = take_series(&measured, series, values);
+        status = fit_landings_add(list, &landing, series, count, error);
         free(values);
         if (status != MR_OK)
             sim_scene_free(&landing.scene);

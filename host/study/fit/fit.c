@@ -1,4 +1,5 @@
 #include "host/study/fit/fit.h"
+#include "host/base/xmalloc.h"
 
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_cdf.h>
@@ -111,14 +112,21 @@ static void simulate_all(struct work *work)
         pthread_join(thread[--running], NULL);
 }
 
+/* As xmalloc: an allocation that fails ends the process. */
+static gsl_matrix *new_matrix(size_t rows, size_t columns)
+{
+    gsl_matrix *matrix = gsl_matrix_alloc(rows, columns);
+    if (!matrix)
+        xmalloc(SIZE_MAX / 2);
+    return matrix;
+}
+
 /* Sobol's points, shifted by a draw of the round and taken modulo 1: even, and different from round
  * to round. */
-static bool spread_evenly(const struct work *work)
+static void spread_evenly(const struct work *work)
 {
     struct ensemble *ensemble = work->ensemble;
     gsl_qrng *sequence = gsl_qrng_alloc(gsl_qrng_sobol, (unsigned)ensemble->parameters);
-    if (!sequence)
-        return false;
     for (size_t i = 0; i < ensemble->draws; i++) {
         double *w = ensemble->w + i * ensemble->parameters;
         gsl_qrng_get(sequence, w);
@@ -130,7 +138,6 @@ static bool spread_evenly(const struct work *work)
         }
     }
     gsl_qrng_free(sequence);
-    return true;
 }
 
 /* Leaves out what failed or is no number. */
@@ -158,10 +165,10 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
 {
     *ensemble = (struct ensemble){
         .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
-    ensemble->w = calloc(ensemble->draws * ensemble->parameters, sizeof(double));
-    ensemble->statistic = calloc(ensemble->draws * ensemble->statistics, sizeof(double));
-    ensemble->draw = calloc(ensemble->draws, sizeof *ensemble->draw);
-    bool *good = calloc(ensemble->draws, sizeof *good);
+    ensemble->w = xcalloc(ensemble->draws * ensemble->parameters, sizeof(double));
+    ensemble->statistic = xcalloc(ensemble->draws * ensemble->statistics, sizeof(double));
+    ensemble->draw = xcalloc(ensemble->draws, sizeof *ensemble->draw);
+    bool *good = xcalloc(ensemble->draws, sizeof *good);
     struct work work = {.model = model,
                         .place = place,
                         .options = options,
@@ -169,11 +176,7 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
                         .round = round,
                         .until_s = until_s,
                         .good = good};
-    if (!good || !ensemble->w || !ensemble->statistic || !ensemble->draw || !spread_evenly(&work)) {
-        free(good);
-        return error_set(error, MR_FULL, "no memory: %zu draws of %zu statistics; use fewer draws",
-                         options->draws, model->statistics);
-    }
+    spread_evenly(&work);
     simulate_all(&work);
     if (atomic_load(&work.stop)) {
         error_set(error, MR_TIMEOUT,
@@ -304,27 +307,22 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
             error, MR_TOO_FEW,
             "too few simulated data sets: %zu for a surface of %zu terms; use more than %zu draws",
             n, k, 2 * k);
-    surface->factor = gsl_matrix_alloc(k, p);
-    surface->departure = gsl_matrix_alloc(n, p);
-    surface->covariance = gsl_matrix_alloc(p, p);
-    surface->spread = gsl_matrix_alloc(k, k);
-    gsl_matrix *design = gsl_matrix_alloc(n, k), *moment = gsl_matrix_alloc(k, p);
-    if (!surface->factor || !surface->departure || !surface->covariance || !surface->spread ||
-        !design || !moment) {
-        error_set(error, MR_FULL, "no memory: surface of %zu statistics; use fewer landings", p);
+    surface->factor = new_matrix(k, p);
+    surface->departure = new_matrix(n, p);
+    surface->covariance = new_matrix(p, p);
+    surface->spread = new_matrix(k, k);
+    gsl_matrix *design = new_matrix(n, k), *moment = new_matrix(k, p);
+    gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, n, p);
+    for (size_t i = 0; i < n; i++)
+        set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
+    if (!invert_normal(design, surface->spread)) {
+        error_set(error, MR_NUMERICS, "the surface is not determined: %zu draws; use more draws",
+                  n);
     } else {
-        gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, n, p);
-        for (size_t i = 0; i < n; i++)
-            set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
-        if (!invert_normal(design, surface->spread)) {
-            error_set(error, MR_NUMERICS,
-                      "the surface is not determined: %zu draws; use more draws", n);
-        } else {
-            gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
-            gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0,
-                           surface->factor);
-            set_departures(ensemble, design, surface);
-        }
+        gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
+        gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0,
+                       surface->factor);
+        set_departures(ensemble, design, surface);
     }
     gsl_matrix_free(design);
     gsl_matrix_free(moment);
@@ -371,22 +369,19 @@ double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance)
     return weight;
 }
 
-enum mr_status surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
-                               struct ensemble *combined, struct error *error)
+void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
+                     struct ensemble *combined)
 {
     size_t q = ensemble->parameters, n = ensemble->draws, to = weight->size2;
     *combined = (struct ensemble){
         .draws = n, .parameters = q, .statistics = to, .failed = ensemble->failed};
-    combined->w = calloc(n * q, sizeof(double));
-    combined->statistic = calloc(n * to, sizeof(double));
-    if (!combined->w || !combined->statistic)
-        return error_set(error, MR_FULL, "no memory: scores of %zu data sets; use fewer draws", n);
+    combined->w = xcalloc(n * q, sizeof(double));
+    combined->statistic = xcalloc(n * to, sizeof(double));
     memcpy(combined->w, ensemble->w, n * q * sizeof(double));
     gsl_matrix_const_view from = gsl_matrix_const_view_array(ensemble->statistic, n,
                                                              ensemble->statistics);
     gsl_matrix_view to_view = gsl_matrix_view_array(combined->statistic, n, to);
     gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &from.matrix, weight, 0.0, &to_view.matrix);
-    return MR_OK;
 }
 
 /* ---- solve ---- */
@@ -679,8 +674,8 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
                                struct error *error)
 {
     struct ensemble combined;
-    if (surface_combine(ensemble, fitting->weight, &combined, error) == MR_OK)
-        surface_make(&combined, scores, error);
+    surface_combine(ensemble, fitting->weight, &combined);
+    surface_make(&combined, scores, error);
     ensemble_free(&combined);
     if (error->status != MR_OK)
         return error->status;
@@ -768,8 +763,6 @@ static size_t refit(const struct fitting *fitting, const struct solve *solve, co
         z[FIT_PARAMETERS_MAX], again_z[FIT_PARAMETERS_MAX];
     double scale = sqrt(1.0 + surface_leverage(surface, w));
     gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
-    if (!random)
-        return 0;
     gsl_rng_set(random, (unsigned long)(fitting->options.seed + 1));
     surface_at(surface, w, score, slope);
     ensemble_at(solve->place, w, z);
@@ -798,10 +791,10 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
 {
     struct fit_answer *answer = fitting->answer;
     size_t q = answer->parameters, rows = (REFITS + solve->surface->draws) * q;
-    double *error_z = calloc(rows, sizeof *error_z);
+    double *error_z = xcalloc(rows, sizeof *error_z);
     double within = gsl_cdf_tdist_Pinv(0.975,
                                        (double)(solve->surface->draws - solve->surface->terms));
-    size_t count = error_z ? refit(fitting, solve, w, error_z) : 0;
+    size_t count = refit(fitting, solve, w, error_z);
     if (count < FIT_DRAWS_LEAST)
         error_set(error, MR_NUMERICS,
                   "no intervals: %zu of the bootstrap's refits converged; narrow the priors, or "
@@ -928,16 +921,12 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
     fitting.place.parameters = q;
     for (size_t i = 0; i < q; i++)
         fitting.place.spread[i][i] = 1.0;
-    fitting.weight = gsl_matrix_alloc(p, q);
-    fitting.metric = gsl_matrix_alloc(p, p);
-    fitting.scale = calloc(p, sizeof *fitting.scale);
-    answer->expected = calloc(p, sizeof *answer->expected);
-    answer->scatter = calloc(p, sizeof *answer->scatter);
-    if (!fitting.weight || !fitting.metric || !fitting.scale || !answer->expected ||
-        !answer->scatter)
-        error_set(error, MR_FULL, "no memory: %zu statistics; use fewer landings", p);
-    else
-        run_rounds(&fitting, error);
+    fitting.weight = new_matrix(p, q);
+    fitting.metric = new_matrix(p, p);
+    fitting.scale = xcalloc(p, sizeof *fitting.scale);
+    answer->expected = xcalloc(p, sizeof *answer->expected);
+    answer->scatter = xcalloc(p, sizeof *answer->scatter);
+    run_rounds(&fitting, error);
     gsl_matrix_free(fitting.weight);
     gsl_matrix_free(fitting.metric);
     free(fitting.scale);

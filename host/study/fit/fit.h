@@ -123,7 +123,7 @@ struct ensemble {
 };
 
 /* `round` keeps the draws of one ensemble apart from those of the next. `until_s`: by
- * monotonic_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed), MR_FULL.
+ * monotonic_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed).
  * Released with ensemble_free, also after an error. */
 enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
                              const struct fit_options *options, unsigned round, double until_s,
@@ -168,8 +168,8 @@ double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance);
 
 /* The ensemble with each data set's statistics replaced by their combinations, the columns of
  * `weight`. */
-enum mr_status surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
-                               struct ensemble *combined, struct error *error);
+void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
+                     struct ensemble *combined);
 
 /* Solve: the parameters at which a surface of scores and the priors come closest to what was
  * measured. Nonlinear least squares by GSL's multifit_nlinear (Levenberg-Marquardt, analytic

@@ -279,16 +279,14 @@ static bool run_beside(struct drawing *drawing, size_t count, const struct fit_l
     return good;
 }
 
-static bool simulate_landing(struct drawing *drawing, size_t count,
+static void simulate_landing(struct drawing *drawing, size_t count,
                              const struct fit_landing *landing, double *statistic)
 {
     struct outcome outcome[CHAINS_LANES];
     double station_ft[MR_TRANSDUCERS], thrust[CHAINS_LANES];
     size_t samples = beside_samples(&landing->scene, SAMPLE_S),
            joints = (size_t)landing->scene.mats + 1, each = samples * landing->channels;
-    double *room = calloc(CHAINS_LANES * (each + joints), sizeof *room);
-    if (!room)
-        return false;
+    double *room = xcalloc(CHAINS_LANES * (each + joints), sizeof *room);
     for (size_t c = 0; c < landing->channels; c++)
         station_ft[c] = landing->channel[c].station_ft;
     for (size_t k = 0; k < CHAINS_LANES; k++)
@@ -312,11 +310,10 @@ static bool simulate_landing(struct drawing *drawing, size_t count,
                             statistic + k * drawing->list->statistics + landing->first);
     }
     free(room);
-    return true;
 }
 
 /* Closing resistances and room for the rest; end_drawing in any case. */
-static bool begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
+static void begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
                           uint64_t draw)
 {
     size_t joints = 0, rows = 0;
@@ -327,16 +324,13 @@ static bool begin_drawing(struct drawing *drawing, const struct fit_landings *li
                    : (size_t)list->landing[l].scene.mats + 1;
         rows = rows > list->landing[l].scene.path_count ? rows : list->landing[l].scene.path_count;
     }
-    drawing->gap_ft = calloc(joints, sizeof(double));
-    drawing->grit_lb = calloc(joints, sizeof(double));
-    drawing->path = calloc(rows, sizeof *drawing->path);
-    if (!drawing->random || !drawing->gap_ft || !drawing->grit_lb || !drawing->path)
-        return false;
+    drawing->gap_ft = xcalloc(joints, sizeof(double));
+    drawing->grit_lb = xcalloc(joints, sizeof(double));
+    drawing->path = xcalloc(rows, sizeof *drawing->path);
     gsl_rng_set(drawing->random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
     fit_landings_values(list, z, drawing->value);
     for (size_t j = 0; j < joints; j++)
         drawing->grit_lb[j] = 2.0 * drawing->value[FIT_GRIT] * gsl_rng_uniform(drawing->random);
-    return true;
 }
 
 static void end_drawing(struct drawing *drawing)
@@ -344,8 +338,7 @@ static void end_drawing(struct drawing *drawing)
     free(drawing->gap_ft);
     free(drawing->grit_lb);
     free(drawing->path);
-    if (drawing->random)
-        gsl_rng_free(drawing->random);
+    gsl_rng_free(drawing->random);
 }
 
 static void simulate_some(const void *context, size_t count, const double *z, const uint64_t *draw,
@@ -355,13 +348,12 @@ static void simulate_some(const void *context, size_t count, const double *z, co
     struct drawing drawing[FIT_SOME];
     enum fit_key key[FIT_KEYS];
     size_t fitted = fit_landings_fitted(list, key);
-    bool ready = true;
     for (size_t k = 0; k < count; k++)
-        ready = begin_drawing(&drawing[k], list, z + k * fitted, draw[k]) && ready;
-    for (size_t l = 0; l < list->count && ready; l++)
-        ready = simulate_landing(drawing, count, &list->landing[l], statistic);
+        begin_drawing(&drawing[k], list, z + k * fitted, draw[k]);
+    for (size_t l = 0; l < list->count; l++)
+        simulate_landing(drawing, count, &list->landing[l], statistic);
     for (size_t k = 0; k < count; k++) {
-        good[k] = ready && drawing[k].good;
+        good[k] = drawing[k].good;
         end_drawing(&drawing[k]);
     }
 }
@@ -378,15 +370,11 @@ bool fit_landings_joints(const struct fit_landings *list, const double *z, uint6
 {
     struct drawing drawing;
     size_t joints = (size_t)scene->mats + 1;
-    bool good = begin_drawing(&drawing, list, z, draw);
-    if (good) {
-        *share = draw_thrust(&drawing, &list->landing[0]);
-        draw_gaps(&drawing, &list->landing[0]);
-        good = sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints, error) == MR_OK &&
-               sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints, error) == MR_OK;
-    } else {
-        error_set(error, MR_FULL, "no memory: joints of %zu mats; fit fewer landings", joints);
-    }
+    begin_drawing(&drawing, list, z, draw);
+    *share = draw_thrust(&drawing, &list->landing[0]);
+    draw_gaps(&drawing, &list->landing[0]);
+    bool good = sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints, error) == MR_OK &&
+                sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints, error) == MR_OK;
     end_drawing(&drawing);
     return good;
 }
@@ -542,15 +530,11 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
                          "no transducer has enough valid samples: RUN %lld; fit other landings",
                          (long long)landing->run);
     add_segments(landing, measured);
-    double *values = realloc(list->measured,
-                             (list->statistics + landing->windows) * sizeof *values);
-    if (values)
-        list->measured = values;
-    if (!values || !list_grow(&list->landing, list->count, sizeof *list->landing))
-        return error_set(error, MR_FULL, "no memory: RUN %lld; fit fewer landings",
-                         (long long)landing->run);
+    list->measured = xrealloc(list->measured,
+                              (list->statistics + landing->windows) * sizeof *list->measured);
+    xlist_grow(&list->landing, list->count, sizeof *list->landing);
     landing->first = list->statistics;
-    memcpy(values + list->statistics, measured, landing->windows * sizeof *values);
+    memcpy(list->measured + list->statistics, measured, landing->windows * sizeof *measured);
     list->statistics += landing->windows;
     list->landing[list->count++] = *landing;
     return MR_OK;
