@@ -1,6 +1,6 @@
 /* The live page, served over HTTP on a loopback address, and on no other.
  *
- *     GET  /          the page; /live.js, /live.css, /charts.js, /dygraph.js, /dygraph.css, /licences.txt
+ *     GET  /          the page; its scripts and styles (host/base/assets.c), /licences.txt
  *     GET  /events    server-sent events (host/live/hub.h)
  *     GET  /state     the snapshot as JSON
  *     POST /command   {"command": "arm" or "disarm", "landing": N, "until_us": T}, with the token

@@ -14,7 +14,7 @@ finds() {
 }
 # as an editor would ask for it
 tells_how_each_is_compiled() {
-    make -Bnk all 2>/dev/null | python3 tests/house/compile_commands.py "$PWD" >"$tmp/compile_commands.json" &&
+    make -Bnk V=1 all 2>/dev/null | python3 tests/house/compile_commands.py "$PWD" >"$tmp/compile_commands.json" &&
         python3 - "$tmp/compile_commands.json" <<'P'
 import json, subprocess, sys
 told = {c['file'] for c in json.load(open(sys.argv[1]))}

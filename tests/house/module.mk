@@ -7,7 +7,7 @@ format: $(B)/.test-packages ## every day | lay out the C files as .clang-format 
 
 .PHONY: compile-commands
 compile-commands: $(B)/.test-packages ## every day | how each C file is compiled, for editors and analysers: compile_commands.json, in the source tree
-	@$(MAKE) -Bnk all $(tests) 2>/dev/null | python3 tests/house/compile_commands.py "$(CURDIR)" >compile_commands.json
+	@$(MAKE) -Bnk V=1 all $(tests) 2>/dev/null | python3 tests/house/compile_commands.py "$(CURDIR)" >compile_commands.json
 
 # What is compiled for this computer: the programs, their tests and studies. Not the board's: drivers, boot ROM, test images.
 for_this_computer = $(filter-out firmware/main.c firmware/f407/% firmware/bringup/% hil/rom/% tests/hil/images/% tests/conformance/images/%,$(filter %.c,$(c_files)))
