@@ -70,7 +70,6 @@ struct estimate params_mean(const double *readings, size_t count, double each)
 #define LEAST_BEYOND 3
 /* chance that scatter about 0 looks as much like a spring as the readings do */
 #define NO_SPRING    0.01
-#define STANDS_OUT   3.0  /* times the scatter */
 #define SAME         1e-9 /* of the squares: two divisions fit alike */
 
 /* The straight line through the readings with x above a limit. */
@@ -166,31 +165,7 @@ static void read_spring(const double *x, const double *y, size_t count, double l
     /* free = x - y/k with x and y in the middle; the errors of y and k are independent */
     travel->free = (struct estimate){
         l.free, sqrt(variance / n + lever * lever * k_error * k_error) / fabs(l.slope)};
-    travel->kind = l.slope > student(l.count - 2) * k_error ? PARAMS_TRAVEL_OK
-                                                            : PARAMS_TRAVEL_UNCLEAR;
-}
-
-/* Too few lie beyond for a line: those count that stand out of the scatter within. */
-static void bound_travel(const double *x, const double *y, size_t count, double limit,
-                         struct params_travel *travel)
-{
-    double within = 0.0, squares = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        within += x[i] <= limit;
-        squares += x[i] <= limit ? y[i] * y[i] : 0.0;
-    }
-    *travel = (struct params_travel){.kind = PARAMS_TRAVEL_FEW,
-                                     .last_in = -(double)INFINITY,
-                                     .first_out = (double)INFINITY,
-                                     .scatter = within > 0.0 ? sqrt(squares / within) : 0.0};
-    for (size_t i = 0; i < count; i++) {
-        bool beyond = x[i] > limit && y[i] > STANDS_OUT * travel->scatter;
-        travel->beyond += beyond;
-        if (beyond)
-            travel->first_out = fmin(travel->first_out, x[i]);
-        else
-            travel->last_in = fmax(travel->last_in, x[i]);
-    }
+    travel->known = l.slope > student(l.count - 2) * k_error;
 }
 
 enum mr_status params_travel(const double *x, const double *y, size_t count,
@@ -214,27 +189,14 @@ enum mr_status params_travel(const double *x, const double *y, size_t count,
     }
     struct line l = line_above(x, y, count, limit);
     *travel = (struct params_travel){.beyond = l.count,
-                                     .last_in = limit,
-                                     .first_out = l.least_x,
                                      .scatter = sqrt(best / (double)(count - 2))};
     /* the law has two parameters more than `always 0`: F with 2 and n - 2 degrees of freedom, whose
      * tail is a power */
     double chance = nothing > 0.0 ? pow(fmin(1.0, best / nothing), 0.5 * (double)(count - 2)) : 1.0;
-    if (all.slope.value < 0.0 && -all.slope.value > student(count - 2) * all.slope.error)
-        travel->kind = PARAMS_TRAVEL_FALLS;
-    else if (chance > NO_SPRING)
-        travel->kind = PARAMS_TRAVEL_INSIDE;
-    else if (l.count < LEAST_BEYOND || !(l.xx > 0.0))
-        bound_travel(x, y, count, limit, travel);
-    else
+    bool falls = all.slope.value < 0.0 && -all.slope.value > student(count - 2) * all.slope.error;
+    if (chance > NO_SPRING)
+        travel->beyond = 0;
+    else if (!falls && l.count >= LEAST_BEYOND && l.xx > 0.0)
         read_spring(x, y, count, limit, best, travel);
-    if (travel->kind == PARAMS_TRAVEL_INSIDE) {
-        *travel = (struct params_travel){.kind = PARAMS_TRAVEL_INSIDE,
-                                         .last_in = x[0],
-                                         .first_out = (double)INFINITY,
-                                         .scatter = sqrt(nothing / (double)count)};
-        for (size_t i = 0; i < count; i++)
-            travel->last_in = fmax(travel->last_in, x[i]);
-    }
     return MR_OK;
 }

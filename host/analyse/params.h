@@ -26,21 +26,13 @@ struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct es
 
 /* Readings y against x of something that yields freely up to some x and is a spring beyond: y = k
  * max(0, x - free). */
-enum params_travel_kind {
-    PARAMS_TRAVEL_OK,
-    PARAMS_TRAVEL_FALLS,   /* y falls with x: a sign is wrong */
-    PARAMS_TRAVEL_INSIDE,  /* y is scatter about 0: nothing reaches beyond the free travel */
-    PARAMS_TRAVEL_FEW,     /* fewer than three readings lie beyond */
-    PARAMS_TRAVEL_UNCLEAR, /* the slope is not told from none (Student's t, one in 200) */
-};
-
 struct params_travel {
-    enum params_travel_kind kind;
-    size_t beyond; /* readings beyond the free travel; the rest is taken to lie within */
-    /* largest x within (-INFINITY: none), smallest beyond (INFINITY: none) */
-    double last_in, first_out;
+    /* false: y falls with x, is scatter about 0, fewer than three readings lie beyond, or the slope
+     * is not told from none (Student's t, one in 200) */
+    bool known;
+    size_t beyond;           /* readings beyond the free travel; the rest is taken to lie within */
     double scatter;          /* of y about its law */
-    struct estimate k, free; /* of those beyond; PARAMS_TRAVEL_OK and PARAMS_TRAVEL_UNCLEAR only */
+    struct estimate k, free; /* of those beyond; known only */
 };
 
 /* The least squares of that law: every place where the readings can be divided is tried. k and free

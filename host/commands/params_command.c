@@ -362,42 +362,14 @@ static enum mr_status read_inertia(struct params_reader *reader)
     return MR_OK;
 }
 
-/* One line on why readings of a spring behind a free travel say nothing of it. x comes in units of
- * `per_unit`. */
 static enum mr_status refuse_travel(struct params_reader *reader, const char *group,
                                     const struct params_travel *travel, size_t count,
-                                    double per_unit, const char *unit, const char *y_unit)
+                                    const char *y_unit)
 {
-    double in = travel->last_in / per_unit, out = travel->first_out / per_unit;
-    char between[80] = "";
-    switch (travel->kind) {
-    case PARAMS_TRAVEL_FALLS:
-        return error_set(reader->error, MR_MALFORMED,
-                         "falls instead of rising: %s: %s; check the signs of both lists",
-                         reader->path, group);
-    case PARAMS_TRAVEL_INSIDE:
-        return error_set(reader->error, MR_TOO_FEW,
-                         "no reading beyond the free travel: %s: %s: up to %.6g %s there is "
-                         "nothing but scatter (%.2g %s): the "
-                         "free travel is at least %.6g %s, the stiffness cannot be told; give "
-                         "three or more readings beyond",
-                         reader->path, group, in, unit, travel->scatter, y_unit, in, unit);
-    case PARAMS_TRAVEL_FEW:
-        if (isfinite(in))
-            snprintf(between, sizeof between, ": the free travel ends between %.6g and %.6g %s", in,
-                     out, unit);
-        return error_set(reader->error, MR_TOO_FEW,
-                         "too few readings beyond the free travel: %s: %s: %zu of %zu%s; give "
-                         "three or more beyond",
-                         reader->path, group, travel->beyond, count, between);
-    default:
-        return error_set(reader->error, MR_TOO_FEW,
-                         "no spring to be told from the scatter: %s: %s: slope %.3g +- %.2g %s per "
-                         "%s over %zu readings; give "
-                         "more readings, farther beyond the free travel",
-                         reader->path, group, travel->k.value * per_unit,
-                         travel->k.error * per_unit, y_unit, unit, travel->beyond);
-    }
+    return error_set(reader->error, MR_TOO_FEW,
+                     "no spring beyond a free travel: %s: %s: %zu of %zu readings lie beyond it, "
+                     "scatter %.2g %s; check the signs, and give three or more beyond",
+                     reader->path, group, travel->beyond, count, travel->scatter, y_unit);
 }
 
 /* "WHAT", or "WHAT, 4 of 7 readings beyond the free travel". */
@@ -433,8 +405,8 @@ static enum mr_status read_tension(struct params_reader *reader)
             same_length(reader, "tension", forces, stretches) != MR_OK ||
             params_travel(stretch, force, forces, &travel, reader->error) != MR_OK)
             return reader->error->status;
-        if (travel.kind != PARAMS_TRAVEL_OK)
-            return refuse_travel(reader, "tension", &travel, forces, 1.0, "in", "lb");
+        if (!travel.known)
+            return refuse_travel(reader, "tension", &travel, forces, "lb");
         slope = params_friction(travel.k, strip); /* a quotient */
         from = from_travel(reader, from, &travel, forces);
     }
@@ -467,8 +439,8 @@ static enum mr_status read_hinge(struct params_reader *reader)
     }
     if (params_travel(angle, moment, angles, &travel, reader->error) != MR_OK)
         return reader->error->status;
-    if (travel.kind != PARAMS_TRAVEL_OK)
-        return refuse_travel(reader, "hinge", &travel, angles, RAD_PER_DEG, "degrees", "ft lb");
+    if (!travel.known)
+        return refuse_travel(reader, "hinge", &travel, angles, "ft lb");
     struct estimate tad = {travel.free.value / RAD_PER_DEG, travel.free.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         return error_set(reader->error, MR_MALFORMED,
@@ -600,13 +572,6 @@ static json_t *scene_of(const struct params_reader *reader)
     return scene;
 }
 
-/* "95 %: 6559 to 7689", or nothing. */
-static void print_interval(const struct params_found *p)
-{
-    if (!isnan(p->low))
-        printf("; 95 %%: %.4g to %.4g", p->low, p->high);
-}
-
 static json_t *found_json(const struct params_found *p)
 {
     bool known = p->estimate.error > 0.0; /* one that nobody stated is not 0 */
@@ -622,14 +587,15 @@ static json_t *found_json(const struct params_found *p)
 
 static void print_found(const struct params_found *p)
 {
-    printf("%-14s %12.6g ", p->key, p->estimate.value);
-    if (p->estimate.error > 0.0)
-        printf("+- %-10.2g", p->estimate.error);
-    else
-        printf("%-13s", p->given ? "" : "error unknown");
-    printf(" %-10s %s", p->unit, p->from);
-    print_interval(p);
-    putchar('\n');
+    char error[32] = "error unknown", interval[60] = "";
+    if (p->given)
+        error[0] = '\0';
+    else if (p->estimate.error > 0.0)
+        snprintf(error, sizeof error, "+- %-10.2g", p->estimate.error);
+    if (!isnan(p->low))
+        snprintf(interval, sizeof interval, "; 95 %%: %.4g to %.4g", p->low, p->high);
+    printf("%-14s %12.6g %-13s %-10s %s%s\n", p->key, p->estimate.value, error, p->unit, p->from,
+           interval);
 }
 
 static enum mr_status write_scene(const struct params_request *r, json_t *scene,
