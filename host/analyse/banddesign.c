@@ -96,15 +96,13 @@ static double spread(int i)
     return x - floor(x);
 }
 
-static enum mr_status lay_mats(struct sim_scene *scene, struct error *error)
+static void lay_mats(struct sim_scene *scene)
 {
     double *gaps = xcalloc((size_t)scene->mats + 1, sizeof *gaps);
     for (int j = 0; j <= scene->mats; j++)
         gaps[j] = PLAY_FT * spread(j);
-    enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gaps, (size_t)scene->mats + 1,
-                                               error);
+    sim_scene_set_list(&scene->gap0_ft, gaps, (size_t)scene->mats + 1);
     free(gaps);
-    return status;
 }
 
 static enum mr_status make_scene(const struct band_design *d, struct sim_scene *scene,
@@ -146,10 +144,10 @@ static enum mr_status make_scene(const struct band_design *d, struct sim_scene *
                                         {build_s, from_ft + build_ft, d->r_lb},
                                         {run_s - build_s, to_ft - build_ft, d->r_lb},
                                         {run_s, to_ft, 0.0}};
-    if (sim_scene_set_list(&scene->mods.band[0].t0_lb, &d->t0_lb, 1, error) != MR_OK ||
-        sim_scene_set_path(scene, path, 4, error) != MR_OK)
-        return error->status;
-    return lay_mats(scene, error);
+    sim_scene_set_list(&scene->mods.band[0].t0_lb, &d->t0_lb, 1);
+    sim_scene_set_path(scene, path, 4);
+    lay_mats(scene);
+    return MR_OK;
 }
 
 /* Middle of segment i of the band. */
@@ -217,9 +215,8 @@ enum mr_status band_check(const struct band_design *d, struct band_check *check,
     for (int pass = 1; pass <= d->passes && error->status == MR_OK; pass++) {
         if (sim_run(&scene, &options, &result, error) == MR_OK) {
             take(d, &scene, &result, pass, check);
-            if (sim_scene_set_list(&scene.gap0_ft, result.gap_ft + 1, (size_t)scene.mats + 1,
-                                   error) == MR_OK)
-                mods_carry(&scene, &result, error);
+            sim_scene_set_list(&scene.gap0_ft, result.gap_ft + 1, (size_t)scene.mats + 1);
+            mods_carry(&scene, &result);
         } else if (result.status == SIM_INTERRUPTED) {
             *error = (struct error){0}; /* say it in the words of this command */
             error_set(error, MR_NUMERICS,

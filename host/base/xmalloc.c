@@ -6,12 +6,16 @@
 
 #include "common/status.h"
 
+_Noreturn void xmalloc_failed(size_t bytes)
+{
+    fprintf(stderr, "matrig: out of memory: %zu bytes more\n", bytes);
+    exit(mr_status_exit_code(MR_FULL));
+}
+
 static void *must_have(void *memory, size_t bytes)
 {
-    if (!memory) {
-        fprintf(stderr, "matrig: out of memory: %zu bytes more\n", bytes);
-        exit(mr_status_exit_code(MR_FULL));
-    }
+    if (!memory)
+        xmalloc_failed(bytes);
     return memory;
 }
 
@@ -28,6 +32,11 @@ void *xcalloc(size_t count, size_t bytes)
 void *xrealloc(void *old, size_t bytes)
 {
     return must_have(realloc(old, bytes ? bytes : 1), bytes);
+}
+
+void *xaligned_alloc(size_t alignment, size_t bytes)
+{
+    return must_have(aligned_alloc(alignment, bytes), bytes);
 }
 
 char *xstrdup(const char *text)

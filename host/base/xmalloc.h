@@ -15,8 +15,12 @@ void *xcalloc(size_t count, size_t bytes) __attribute__((malloc, returns_nonnull
 void *xrealloc(void *old, size_t bytes) __attribute__((returns_nonnull));
 char *xstrdup(const char *text) __attribute__((malloc, returns_nonnull));
 FILE *xopen_memstream(char **text, size_t *length) __attribute__((returns_nonnull));
+void *xaligned_alloc(size_t alignment, size_t bytes) __attribute__((malloc, returns_nonnull));
 char *xasprintf(const char *format, ...)
     __attribute__((format(printf, 1, 2), malloc, returns_nonnull));
+
+/* What else cannot be had for want of memory ends the process alike. */
+_Noreturn void xmalloc_failed(size_t bytes);
 
 /* Lists that grow one by one. */
 

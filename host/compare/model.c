@@ -37,10 +37,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
                          "stops %g s after touchdown: RUN %lld; check its switches", stop_s,
                          (long long)measured->landing.id);
     size_t steps = (size_t)ceil(last_s / COMPARE_PATH_STEP_S);
-    struct sim_path_row *rows = calloc(steps + 2, sizeof *rows);
-    if (!rows)
-        return error_set(error, MR_FULL, "no memory: path of RUN %lld; close other programs",
-                         (long long)measured->landing.id);
+    struct sim_path_row *rows = xcalloc(steps + 2, sizeof *rows);
     for (size_t i = 0; i <= steps; i++) {
         double t_s = i < steps ? (double)i * COMPARE_PATH_STEP_S : last_s;
         double thrust_lb = COMPARE_AIRCRAFT_LB / COMPARE_STRIPS *
@@ -48,20 +45,16 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
         rows[i] = (struct sim_path_row){t_s, measured_station_ft(measured, t_s), thrust_lb};
     }
     rows[steps + 1] = (struct sim_path_row){stop_s, measured->summary.stop_station_ft.value, 0.0};
-    enum mr_status status = sim_scene_set_path(scene, rows, steps + 2, error);
+    sim_scene_set_path(scene, rows, steps + 2);
     free(rows);
-    return status;
+    return MR_OK;
 }
 
 /* Each joint of a surveyed segment gets its share of the slack; the others keep the scene's. */
-static enum mr_status set_gaps(const struct zones_closure *survey, struct sim_scene *scene,
-                               struct error *error)
+static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene)
 {
     size_t count = (size_t)scene->mats + 1;
-    double *gap_ft = calloc(count, sizeof *gap_ft);
-    if (!gap_ft)
-        return error_set(error, MR_FULL, "no memory: gaps of %zu joints; close other programs",
-                         count);
+    double *gap_ft = xcalloc(count, sizeof *gap_ft);
     for (size_t j = 0; j < count; j++) {
         double station_ft = (double)j * scene->length_ft;
         /* A joint belongs to the segment it lies in or begins; half a mat keeps rounding out of
@@ -72,9 +65,8 @@ static enum mr_status set_gaps(const struct zones_closure *survey, struct sim_sc
         if (segment < MR_SEGMENTS && !isnan(survey->slack_in[segment]))
             gap_ft[j] = (double)survey->slack_in[segment] / MR_MATS_PER_SEGMENT / IN_PER_FT;
     }
-    enum mr_status status = sim_scene_set_list(&scene->gap0_ft, gap_ft, count, error);
+    sim_scene_set_list(&scene->gap0_ft, gap_ft, count);
     free(gap_ft);
-    return status;
 }
 
 enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
@@ -97,8 +89,8 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
     snprintf(scene->name, sizeof scene->name, "RUN %lld", (long long)measured->landing.id);
     scene->t_end_s = 0.0;
     scene->t_dwell_s = fmax(DWELL_LEAST_S, end_s - measured->summary.stop_t_s.value);
-    enum mr_status status = set_path(measured, scene, error);
-    return status == MR_OK ? set_gaps(survey, scene, error) : status;
+    set_gaps(survey, scene);
+    return set_path(measured, scene, error);
 }
 
 enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error)
@@ -261,11 +253,14 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     size_t rows = scene->path_count;
     scene->path = NULL;
     scene->path_count = 0;
-    if (model->as_is)
-        return path ? sim_scene_set_path(scene, path, rows, error)
-                    : error_set(error, MR_USAGE,
-                                "no motion: %s has no path; give it one, or leave --as-is out",
-                                model->name);
+    if (model->as_is && !path)
+        return error_set(error, MR_USAGE,
+                         "no motion: %s has no path; give it one, or leave --as-is out",
+                         model->name);
+    if (model->as_is) {
+        sim_scene_set_path(scene, path, rows);
+        return MR_OK;
+    }
     if (model->ensemble)
         scene->model = SIM_CHAIN;
     enum mr_status status = compare_scene(measured, &none, scene, error);
@@ -349,9 +344,8 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
     options.go_on = sim_going_on;
     options.go_on_ctx = &going;
     sim_going_begin(&going, &options, &s->scene);
-    sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints, error);
-    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints,
-                       error);
+    sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints);
+    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints);
     if (error->status == MR_OK && sim_run(&s->scene, &options, &result, error) == MR_OK &&
         error->status == MR_OK) {
         make_room(s, &result);

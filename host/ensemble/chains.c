@@ -1,4 +1,5 @@
 #include "host/ensemble/chains.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -86,18 +87,16 @@ struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
                           const float *const gap_ft[CHAINS_LANES],
                           const float *const grit_lb[CHAINS_LANES], enum mr_status *status)
 {
-    struct mr_chain *one = malloc(sizeof *one);
-    struct chains *c = aligned_alloc(64, (sizeof *c + 63u) / 64u * 64u);
-    *status = one && c ? MR_OK : MR_FULL;
-    if (*status == MR_OK) {
-        memset(c, 0, sizeof *c);
-        c->mats = params[0].mats;
-        c->bays = (c->mats + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
-        c->low = MR_CHAIN_BAYS + 1u;
+    struct mr_chain *one = xmalloc(sizeof *one);
+    struct chains *c = xaligned_alloc(64, (sizeof *c + 63u) / 64u * 64u);
+    *status = MR_OK;
+    memset(c, 0, sizeof *c);
+    c->mats = params[0].mats;
+    c->bays = (c->mats + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
+    c->low = MR_CHAIN_BAYS + 1u;
 #if HAS_AVX2
-        c->avx2 = __builtin_cpu_supports("avx2");
+    c->avx2 = __builtin_cpu_supports("avx2");
 #endif
-    }
     for (unsigned k = 0; k < CHAINS_LANES && *status == MR_OK; k++) {
         struct mr_chain_params p = params[k];
         p.mats = params[0].mats;

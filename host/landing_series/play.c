@@ -339,16 +339,15 @@ static double strength_lb(const struct runway *r)
     return c->strength_lb_in * c->strip_ft * IN_PER_FT;
 }
 
-static enum mr_status own_list(struct sim_list *list, struct error *error)
+static void own_list(struct sim_list *list)
 {
     struct sim_list copy = {0};
-    enum mr_status status = sim_scene_set_list(&copy, list->values, list->count, error);
+    sim_scene_set_list(&copy, list->values, list->count);
     *list = copy;
-    return status;
 }
 
 /* Modifications as the file has them before a landing; torn joints stay torn. */
-static enum mr_status modify(struct runway *r, const struct sim_scene *scene, struct error *error)
+static void modify(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
     r->mods.torn = (struct sim_list){0};
@@ -361,27 +360,24 @@ static enum mr_status modify(struct runway *r, const struct sim_scene *scene, st
     struct sim_list *lists[MODS_LISTS];
     mods_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
-        own_list(lists[i], error); /* every one, so that none stays the series' */
+        own_list(lists[i]); /* every one, so that none stays the series' */
     if (torn.count > 0) {
         free(r->mods.torn.values);
         r->mods.torn = torn;
     }
-    return error->status;
 }
 
-static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed,
-                            const struct sim_result *result, struct error *error)
+static void carry(struct runway *r, const struct sim_scene *as_landed,
+                  const struct sim_result *result)
 {
     struct sim_scene scene = *as_landed;
     scene.mods = r->mods;
-    mods_carry(&scene, result, error);
+    mods_carry(&scene, result);
     r->mods = scene.mods;
-    return error->status;
 }
 
-static enum mr_status set_scene(const struct runway *r, const struct sim_scene *made,
-                                enum sim_model model, const struct sim_path_row *rows, size_t count,
-                                struct sim_scene *scene, struct error *error)
+static void set_scene(const struct runway *r, const struct sim_scene *made, enum sim_model model,
+                      const struct sim_path_row *rows, size_t count, struct sim_scene *scene)
 {
     *scene = *made; /* lists that this one replaces are the series': copies follow */
     scene->model = model;
@@ -390,12 +386,11 @@ static enum mr_status set_scene(const struct runway *r, const struct sim_scene *
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->series->dwell_s;
-    if (sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints, error) != MR_OK ||
-        sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints, error) != MR_OK ||
-        (model == SIM_CONSISTENT &&
-         sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints, error) != MR_OK))
-        return error->status;
-    return sim_scene_set_path(scene, rows, count, error);
+    sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints);
+    sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints);
+    if (model == SIM_CONSISTENT)
+        sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints);
+    sim_scene_set_path(scene, rows, count);
 }
 
 static void drop_scene(struct sim_scene *scene)
@@ -420,8 +415,8 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     };
     struct sim_scene scene = {0};
     *result = (struct sim_result){0};
-    if (set_scene(r, &landing->scene, model, rows, count, &scene, error) == MR_OK)
-        sim_run(&scene, &options, result, error);
+    set_scene(r, &landing->scene, model, rows, count, &scene);
+    sim_run(&scene, &options, result, error);
     drop_scene(&scene);
     if (result->status == SIM_FOLDED) /* an outcome, not a failure */
         *error = (struct error){0};
@@ -649,9 +644,8 @@ static void press_flat(struct runway *r, const struct sim_scene *scene)
 }
 
 /* What the mats have come to in a landing. */
-static enum mr_status settle(struct runway *r, const struct sim_scene *scene,
-                             const struct draw_path *path, const struct sim_result *moved,
-                             struct series_outcome *out, struct error *error)
+static void settle(struct runway *r, const struct sim_scene *scene, const struct draw_path *path,
+                   const struct sim_result *moved, struct series_outcome *out)
 {
     note_movement(r, scene, moved, out);
     open_gaps(r, moved->u_ft);
@@ -661,7 +655,7 @@ static enum mr_status settle(struct runway *r, const struct sim_scene *scene,
     note_joints(r, moved, out);
     note_zone(r, scene, out);
     note_bands(&r->mods, scene, path, moved->mods, out);
-    return carry(r, scene, moved, error);
+    carry(r, scene, moved);
 }
 
 static enum mr_status land(struct runway *r, const struct series_landing *landing,
@@ -688,20 +682,20 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
             moved = &planar;
     }
     if (error->status == MR_OK && moved->u_ft)
-        settle(r, scene, path, moved, out, error);
+        settle(r, scene, path, moved, out);
     sim_result_free(&chain);
     sim_result_free(&planar);
     return error->status;
 }
 
 static void move_back(struct runway *r, const struct sim_scene *scene,
-                      const struct sim_result *result, struct error *error)
+                      const struct sim_result *result)
 {
     for (int n = 1; n <= r->mats; n++)
         r->u_ft[n] += result->u_ft[n];
     open_gaps(r, result->u_ft);
     follow_ground(r);
-    carry(r, scene, result, error);
+    carry(r, scene, result);
 }
 
 /* Pushed back over the bare mat the wheels drag it upfield. */
@@ -718,7 +712,7 @@ static enum mr_status push_back(struct runway *r, const struct series_landing *l
                                         {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
     struct sim_result result = {0};
     if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK)
-        move_back(r, &landing->scene, &result, error);
+        move_back(r, &landing->scene, &result);
     sim_result_free(&result);
     return error->status;
 }
@@ -741,8 +735,8 @@ void series_play(const struct landing_series *series, uint64_t seed, bool all,
          i++) {
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];
-        if ((i == 0 || landing->modified) && modify(&runway, &landing->scene, &run->error) != MR_OK)
-            break;
+        if (i == 0 || landing->modified)
+            modify(&runway, &landing->scene);
         if (draw_landing(series, landing, seed, i, &path, &run->error) != MR_OK)
             break;
         out->stop_ft = path.stop_ft;

@@ -52,7 +52,7 @@ bool bench_load(struct sim_scene *scene, const char *file, bool own_times)
         for (int i = 0; i < BENCH_EVEN_TIMES; i++)
             times[own + (size_t)i] = sim_scene_end_s(scene) * (i + 1) / BENCH_EVEN_TIMES;
         qsort(times, BENCH_EVEN_TIMES + own, sizeof *times, by_value);
-        ok = sim_scene_set_list(&scene->t_out_s, times, BENCH_EVEN_TIMES + own, &error) == MR_OK;
+        sim_scene_set_list(&scene->t_out_s, times, BENCH_EVEN_TIMES + own);
     }
     free(times);
     if (!ok)

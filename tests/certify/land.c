@@ -139,11 +139,11 @@ static bool land(const char *name, const char *keys, const struct braked *braked
                                         .station_ft = stations_ft,
                                         .station_count = SCORE_STATIONS,
                                         .single = true};
-    bool good = parse(&scene, keys, &error) &&
-                sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS, &error) == MR_OK &&
-                sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS, &error) == MR_OK &&
-                sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks, &error) == MR_OK &&
-                sim_scene_set_path(&scene, path, rows, &error) == MR_OK;
+    bool good = parse(&scene, keys, &error);
+    sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS);
+    sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS);
+    sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks);
+    sim_scene_set_path(&scene, path, rows);
     scene.t_dwell_s = 0.3;
     good = good && sim_run(&scene, &options, &result, &error) == MR_OK;
     if (!good) {

@@ -120,13 +120,10 @@ static enum mr_status run_chain(const struct runway *runway, const struct gear *
                                         .sample_dt_s = NODE_S,
                                         .station_ft = stations_ft,
                                         .station_count = STATIONS};
-    enum mr_status status = sim_scene_set_list(&scene.gap0_ft, runway->gap_ft, JOINTS, error);
-    if (status == MR_OK)
-        status = sim_scene_set_list(&scene.grit_lb, runway->grit_lb, JOINTS, error);
-    if (status == MR_OK)
-        status = sim_scene_set_path(&scene, rows, count, error);
-    if (status == MR_OK)
-        status = sim_run(&scene, &options, result, error);
+    sim_scene_set_list(&scene.gap0_ft, runway->gap_ft, JOINTS);
+    sim_scene_set_list(&scene.grit_lb, runway->grit_lb, JOINTS);
+    sim_scene_set_path(&scene, rows, count);
+    enum mr_status status = sim_run(&scene, &options, result, error);
     sim_scene_free(&scene);
     return status;
 }

@@ -43,7 +43,7 @@ void cheap_priors(struct fit_parameter parameter[FIT_KEYS])
 }
 
 /* Distance and force of the whole aircraft over time; the force ends with the motion. */
-static bool set_path(struct sim_scene *scene, struct error *error)
+static void set_path(struct sim_scene *scene)
 {
     struct sim_path_row row[PATH_ROWS];
     double stop_s = SPEED_FT_S / BRAKE_FT_S2;
@@ -54,11 +54,11 @@ static bool set_path(struct sim_scene *scene, struct error *error)
             AIRCRAFT_LB * BRAKE_FT_S2 / GRAVITY_FT_S2};
     }
     row[PATH_ROWS - 1] = (struct sim_path_row){stop_s + 0.001, row[PATH_ROWS - 2].x_ft, 0.0};
-    return sim_scene_set_path(scene, row, PATH_ROWS, error) == MR_OK;
+    sim_scene_set_path(scene, row, PATH_ROWS);
 }
 
-static bool set_scene(struct sim_scene *scene, const double value[FIT_KEYS], double *gap_ft,
-                      double *grit_lb, struct cheap_random *random, struct error *error)
+static void set_scene(struct sim_scene *scene, const double value[FIT_KEYS], double *gap_ft,
+                      double *grit_lb, struct cheap_random *random)
 {
     sim_scene_defaults(scene);
     scene->model = SIM_CHAIN;
@@ -82,9 +82,9 @@ static bool set_scene(struct sim_scene *scene, const double value[FIT_KEYS], dou
         gap_ft[j] = fmin(2.0 * half_ft * cheap_uniform(random), SLACK_FT);
         grit_lb[j] = 2.0 * value[FIT_GRIT] * cheap_uniform(random);
     }
-    return set_path(scene, error) &&
-           sim_scene_set_list(&scene->gap0_ft, gap_ft, MATS + 1, error) == MR_OK &&
-           sim_scene_set_list(&scene->grit_lb, grit_lb, MATS + 1, error) == MR_OK;
+    set_path(scene);
+    sim_scene_set_list(&scene->gap0_ft, gap_ft, MATS + 1);
+    sim_scene_set_list(&scene->grit_lb, grit_lb, MATS + 1);
 }
 
 /* What the transducers show, with noise. */
@@ -142,8 +142,8 @@ bool cheap_landing(const double z[FIT_KEYS], uint64_t seed, bool surveyed,
                    exp(prior[k].spread * (surveyed && k == FIT_GAP ? cheap_normal(&random) : z[k]));
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         landing.survey_in[s] = landing.after_in[s] = (double)NAN;
-    bool good = set_scene(&landing.scene, value, gap_ft, grit_lb, &random, error) &&
-                run_scene(&landing.scene, value[FIT_SHARE], station_ft, value_in, &samples, &random,
+    set_scene(&landing.scene, value, gap_ft, grit_lb, &random);
+    bool good = run_scene(&landing.scene, value[FIT_SHARE], station_ft, value_in, &samples, &random,
                           error);
     if (good && surveyed)
         prior[FIT_GAP] = (struct fit_parameter){

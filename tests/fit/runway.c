@@ -97,7 +97,7 @@ static void read_survey(struct truth *truth, double sum_in[MR_SEGMENTS])
 }
 
 /* The gear's way and the whole aircraft's force as they are told. */
-static bool set_path(struct sim_scene *scene, double speed_ft_s, double way_ft, struct error *error)
+static void set_path(struct sim_scene *scene, double speed_ft_s, double way_ft)
 {
     struct sim_path_row row[PATH_ROWS];
     double brake = speed_ft_s * speed_ft_s / (2.0 * way_ft), stop_s = speed_ft_s / brake;
@@ -108,11 +108,10 @@ static bool set_path(struct sim_scene *scene, double speed_ft_s, double way_ft, 
                                        AIRCRAFT_LB * brake / GRAVITY_FT_S2};
     }
     row[PATH_ROWS - 1] = (struct sim_path_row){stop_s + 0.001, row[PATH_ROWS - 2].x_ft, 0.0};
-    return sim_scene_set_path(scene, row, PATH_ROWS, error) == MR_OK;
+    sim_scene_set_path(scene, row, PATH_ROWS);
 }
 
-static bool set_scene(struct sim_scene *scene, struct truth *truth, size_t number,
-                      struct error *error)
+static void set_scene(struct sim_scene *scene, struct truth *truth, size_t number)
 {
     double speed_ft_s = between(&truth->random, plan[number].slow_ft_s, plan[number].fast_ft_s),
            way_ft = between(&truth->random, plan[number].short_ft, plan[number].long_ft);
@@ -130,9 +129,9 @@ static bool set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
     scene->friction = truth->value[FIT_FRICTION];
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = DWELL_S;
-    return set_path(scene, speed_ft_s * sqrt(scale), way_ft * scale, error) &&
-           sim_scene_set_list(&scene->gap0_ft, truth->gap_ft, joints, error) == MR_OK &&
-           sim_scene_set_list(&scene->grit_lb, truth->grit_lb, joints, error) == MR_OK;
+    set_path(scene, speed_ft_s * sqrt(scale), way_ft * scale);
+    sim_scene_set_list(&scene->gap0_ft, truth->gap_ft, joints);
+    sim_scene_set_list(&scene->grit_lb, truth->grit_lb, joints);
 }
 
 /* The force that there is, for the force that is told. */
@@ -197,8 +196,8 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
     for (size_t c = 0; c < MR_TRANSDUCERS; c++)
         station_ft[c] = (110.0 - 10.0 * (double)(MR_TRANSDUCERS - 1 - c)) * truth->mats /
                         (double)WHOLE_MATS;
-    bool good = set_scene(&landing.scene, truth, number, error) &&
-                land(truth, &landing.scene, station_ft, &value_in, &samples, error);
+    set_scene(&landing.scene, truth, number);
+    bool good = land(truth, &landing.scene, station_ft, &value_in, &samples, error);
     if (good && surveyed && last)
         read_survey(truth, landing.after_in);
     for (size_t c = 0; c < MR_TRANSDUCERS && good; c++)

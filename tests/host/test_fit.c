@@ -316,7 +316,7 @@ static void windows_follow_the_wheel(void **state)
         value[i] = 0.001 * i;
     sim_scene_defaults(&landing.scene);
     landing.scene.t_dwell_s = 0.5;
-    assert_int_equal(sim_scene_set_path(&landing.scene, path, 2, &error), MR_OK);
+    sim_scene_set_path(&landing.scene, path, 2);
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         landing.survey_in[s] = landing.after_in[s] = (double)NAN;
     fit_landings_begin(&list, &landing.scene);
@@ -356,7 +356,7 @@ static void gaps_given_their_sum(void **state)
     list.landing[0].survey_in[0] = 0.03;
     for (uint64_t n = 0; n < DRAWS; n++) {
         double sum_in = 0.0;
-        assert_true(fit_landings_joints(&list, z, 500 + n, &scene, &share, &error));
+        fit_landings_joints(&list, z, 500 + n, &scene, &share);
         for (int j = 1; j <= 10; j++) {
             double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, j);
             sum_in += gap_in;
@@ -370,7 +370,7 @@ static void gaps_given_their_sum(void **state)
     list.parameter[FIT_GAP].value = 0.024;
     list.landing[0].survey_in[0] = (double)NAN;
     for (uint64_t n = 0; n < DRAWS; n++) {
-        assert_true(fit_landings_joints(&list, z, 500 + n, &scene, &share, &error));
+        fit_landings_joints(&list, z, 500 + n, &scene, &share);
         double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, 5);
         hooked += (gap_in > 0.03 - 1e-12) / (double)DRAWS;
         mean_in += gap_in / DRAWS;

@@ -66,9 +66,9 @@ static void fine(struct sim_result *result, struct sim_scene *scene)
     scene->left = scene->right = SIM_FIXED;
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = 0.3;
-    assert_int_equal(sim_scene_set_list(&scene->gap0_ft, gaps_ft, MATS + 1, &error), MR_OK);
-    assert_int_equal(sim_scene_set_list(&scene->grit_lb, grits_lb, MATS + 1, &error), MR_OK);
-    assert_int_equal(sim_scene_set_path(scene, rows, row_count, &error), MR_OK);
+    sim_scene_set_list(&scene->gap0_ft, gaps_ft, MATS + 1);
+    sim_scene_set_list(&scene->grit_lb, grits_lb, MATS + 1);
+    sim_scene_set_path(scene, rows, row_count);
     for (int i = 0; i < STATIONS; i++)
         stations_ft[i] = 40.0 + 10.0 * i;
     const struct sim_options options = {

@@ -59,9 +59,9 @@ static double rise_in(const char *deg, double spot_ft, double thrust_lb)
     const struct sim_options options = {.single = true};
     size_t nodes = (size_t)scene.mats + 1, middle = nodes / 2;
     ground[middle] = spot_ft;
-    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &closed, 1, &error), MR_OK);
-    assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, nodes, &error), MR_OK);
-    assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
+    sim_scene_set_list(&scene.gap0_ft, &closed, 1);
+    sim_scene_set_list(&scene.ground_ft, ground, nodes);
+    sim_scene_set_path(&scene, rows, 3);
     /* one that rises ends by folding */
     if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft)
         fail_msg("%s", error.text);

@@ -92,8 +92,8 @@ static void a_small_zigzag_grows_at_its_rate(void **state)
         scene.bump_first = 1;
         scene.t_end_s = 0.02;
         double pressed_ft = -12000.0 / 8e6;
-        assert_int_equal(sim_scene_set_list(&scene.bump_ft, heights, 5, &error), MR_OK);
-        assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &pressed_ft, 1, &error), MR_OK);
+        sim_scene_set_list(&scene.bump_ft, heights, 5);
+        sim_scene_set_list(&scene.gap0_ft, &pressed_ft, 1);
         struct sim_result result = good(&scene, solvers[variant / 2], NULL);
         /* of the highest node; the report model's nodes are a sum */
         double grown = (result.max_lift_ft - 0.1) / 1e-4;

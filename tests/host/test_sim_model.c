@@ -28,7 +28,7 @@ static void near(double value, double expected, double tolerance)
 
 static void set_list(struct sim_list *list, const double *values, size_t count)
 {
-    assert_int_equal(sim_scene_set_list(list, values, count, &error), MR_OK);
+    sim_scene_set_list(list, values, count);
 }
 
 static struct sim_scene scene_of(enum sim_model kind, int mats)
@@ -307,7 +307,7 @@ static struct pass_outcome run(struct model *model, double rtol, const struct st
     struct pass_outcome out;
     struct pass_request request = {kind, rtol, 0.0, 1000000, 0, 0.0};
     struct sim_options options = {0};
-    assert_int_equal(pass_run(&out, model, &request, &options, &error), MR_OK);
+    pass_run(&out, model, &request, &options);
     assert_int_equal(out.status, SIM_OK);
     return out;
 }

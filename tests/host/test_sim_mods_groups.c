@@ -29,14 +29,14 @@ static struct sim_scene one_group(void)
     scene.slack_ft = 10.0;
     scene.force_lb = scene.vac_ft_s = scene.v0_ft_s = 0.0;
     scene.friction_law = SIM_NONE;
-    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap, 1, &error), MR_OK);
+    sim_scene_set_list(&scene.gap0_ft, &gap, 1);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         scene.mods.band[g].count = g == 0 ? 1.0 : 0.0;
         scene.mods.band[g].area_ft2 = 1.0;
         scene.mods.band[g].e_lb_ft2 = 1000.0;
         scene.mods.band[g].every = 10;
         scene.mods.band[g].first = scene.mods.band[g].last = 5;
-        assert_int_equal(sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1, &error), MR_OK);
+        sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1);
     }
     return scene;
 }
@@ -61,7 +61,7 @@ static void both_hold_the_same_mat(void **state)
     scene.mods.band[0].count = 2.0;
     scene.mods.band[1].count = 3.0;
     scene.mods.band[1].e_lb_ft2 = 2000.0;
-    assert_int_equal(sim_scene_set_list(&scene.mods.band[1].t0_lb, &other_t0, 1, &error), MR_OK);
+    sim_scene_set_list(&scene.mods.band[1].t0_lb, &other_t0, 1);
     scene.v0_ft_s = 1.0;
     scene.v0_mat = 5;
     double rate = sqrt(8.0 * (left + right));
@@ -129,7 +129,7 @@ static void halves_are_the_whole(void **state)
             scene.mods.band[g].k_lb_ft = 2000.0;
             scene.mods.band[g].grip_lb = 60.0;
             scene.mods.band[g].over = over ? SIM_OVER_RIVETS : SIM_OVER_JOINTS;
-            assert_int_equal(sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1, &error), MR_OK);
+            sim_scene_set_list(&scene.mods.band[g].t0_lb, &t0, 1);
         }
         for (int i = 0; i < 2; i++) {
             /* a power of two: halving rounds nothing */

@@ -32,7 +32,7 @@ static struct sim_scene mats(int count, const double *times, size_t number)
     scene.vac_ft_s = scene.v0_ft_s = scene.force_lb = 0.0;
     scene.s0_ft = 1.0;
     scene.t_end_s = times[number - 1];
-    assert_int_equal(sim_scene_set_list(&scene.t_out_s, times, number, &error), MR_OK);
+    sim_scene_set_list(&scene.t_out_s, times, number);
     return scene;
 }
 
@@ -107,7 +107,7 @@ static void a_mat_bounces_as_the_closed_form_says(void **state)
         scene.kv_lb_ft = kv;
         scene.cv_lb_s_ft = damping[i];
         scene.bump_first = 1;
-        assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 2, &error), MR_OK);
+        sim_scene_set_list(&scene.bump_ft, bump, 2);
         solve(&scene, "moreau", 2e-6, &result);
         near("bounce", result.outputs[0].lift_ft, lift, result.error_lift_ft + 1e-9);
         assert_true(lift > 1e-3 && result.error_lift_ft < 0.01 * lift);
@@ -148,7 +148,7 @@ static struct sim_scene standard(const char *path)
         fail_msg("%s", error.text);
     scene.mats = 12;
     scene.mats_crossed = 1.0;
-    assert_int_equal(sim_scene_set_list(&scene.t_out_s, NULL, 0, &error), MR_OK);
+    sim_scene_set_list(&scene.t_out_s, NULL, 0);
     return scene;
 }
 

@@ -26,7 +26,7 @@ static struct sim_scene two_mats(enum sim_model model)
     scene.ct_lb_ft_s_rad = 0.0;
     scene.wheel_load_lb = 0.0;
     scene.t_end_s = 0.02;
-    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &none, 1, &error), MR_OK);
+    sim_scene_set_list(&scene.gap0_ft, &none, 1);
     return scene;
 }
 
@@ -103,7 +103,7 @@ static void lift(struct sim_scene *scene, double middle_ft)
     double ends_ft = HIGH_FT - fmax(0.0, middle_ft);
     const double heights[] = {ends_ft, ends_ft + middle_ft, ends_ft};
     scene->bump_first = 1;
-    assert_int_equal(sim_scene_set_list(&scene->bump_ft, heights, 3, &error), MR_OK);
+    sim_scene_set_list(&scene->bump_ft, heights, 3);
 }
 
 /* Two mats in free fall, turned upwards by 2 x 10 degrees. About their middles I q'' = -2 KT q
@@ -179,7 +179,7 @@ static void one_that_is_pushed_over_at_the_end_presses_nothing(void **state)
     scene.slack_ft = 10.0;
     scene.v0_ft_s = SPEED;
     scene.v0_mat = 2;
-    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gaps, 3, &error), MR_OK);
+    sim_scene_set_list(&scene.gap0_ft, gaps, 3);
     struct sim_result a = run_fixed(&scene, 1e-5, 0.06);
     assert_true(a.push_lb[3] == 0.0);
     near(a.u_ft[2], SPEED * (0.5 * PI + 85.0 / 10.0) / (10.0 * RATE), 2.0 * SPEED * 1e-5);
@@ -229,9 +229,9 @@ static struct sim_scene standing(double unhinge_deg)
     scene.tad_deg = 80.0;
     scene.mods.unhinge_deg = unhinge_deg;
     scene.bump_first = 31;
-    assert_int_equal(sim_scene_set_list(&scene.bump_ft, &bump, 1, &error), MR_OK);
-    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gaps, 61, &error), MR_OK);
-    assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, 61, &error), MR_OK);
+    sim_scene_set_list(&scene.bump_ft, &bump, 1);
+    sim_scene_set_list(&scene.gap0_ft, gaps, 61);
+    sim_scene_set_list(&scene.ground_ft, ground, 61);
     return scene;
 }
 
@@ -294,7 +294,7 @@ static void ends_that_are_not_level_pass_over_each_other(void **state)
     struct parting *p;
     scene.mods.unhinge_deg = 30.0;
     scene.mods.unhinge_lap_ft = 0.02;
-    assert_int_equal(parting_make(&p, &scene, &error), MR_OK);
+    p = parting_make(&scene);
     parting_part(p, 1, 0.0, 0.0);
     assert_true(parting_abuts(p, 1, -0.01, -0.019));
     assert_true(parting_abuts(p, 1, 0.01, -0.5)); /* open */
@@ -304,7 +304,7 @@ static void ends_that_are_not_level_pass_over_each_other(void **state)
     assert_true(parting_abuts(p, 1, -0.001, 0.0));
     parting_free(p);
     scene.mods.unhinge_deg = HUGE_VAL;
-    assert_int_equal(parting_make(&p, &scene, &error), MR_OK);
+    p = parting_make(&scene);
     assert_null(p);
     sim_scene_free(&scene);
 }

@@ -252,7 +252,7 @@ static void roll(struct score_landing *landing, const struct gear *gear,
 
 /* Mats that heave and turn, joints that transmit moment and shear, over-damped soil, on ground that
  * is uneven under the nodes: the same in all landings of a series. */
-static bool make_planar(struct sim_scene *scene, uint32_t number, struct error *error)
+static void make_planar(struct sim_scene *scene, uint32_t number)
 {
     static double heights_ft[SCORE_JOINTS];
     uint64_t state = 0x640d0000u + number;
@@ -265,13 +265,13 @@ static bool make_planar(struct sim_scene *scene, uint32_t number, struct error *
     scene->kt_lb_ft_rad = 41.6;
     scene->ct_lb_ft_s_rad = 1.6e-4;
     scene->tad_deg = 7.0;
-    return sim_scene_set_list(&scene->ground_ft, heights_ft, SCORE_JOINTS, error) == MR_OK;
+    sim_scene_set_list(&scene->ground_ft, heights_ft, SCORE_JOINTS);
 }
 
 /* Ground and gear of another rig than the one that host/landing_series's elastic ground was fitted to:
  * stiffness within 1.5 times of that, what springs back, the length that an axle presses and where
  * the lines stand are drawn. */
-static bool make_elastic(struct sim_scene *scene, uint32_t number, struct error *error)
+static void make_elastic(struct sim_scene *scene, uint32_t number)
 {
     uint64_t state = 0xe1a50000u + number;
     static const double axles[] = {1.0, 2.0, 1.0, 2.0};
@@ -283,8 +283,8 @@ static bool make_elastic(struct sim_scene *scene, uint32_t number, struct error 
     scene->gear.unloading = between(&state, 0.5, 1.0);
     scene->gear.axle_law = between(&state, 0.5, 1.0);
     scene->gear.foot_ft = between(&state, 0.2, 0.4);
-    return sim_scene_set_list(&scene->gear.lines_ft, lines_ft, 4, error) == MR_OK &&
-           sim_scene_set_list(&scene->gear.axles, axles, 4, error) == MR_OK;
+    sim_scene_set_list(&scene->gear.lines_ft, lines_ft, 4);
+    sim_scene_set_list(&scene->gear.axles, axles, 4);
 }
 
 /* Runs a scene. A wave that grows until a mat stands upright ends a run without numbers: then the
@@ -305,8 +305,7 @@ static bool march(struct sim_scene *scene, const struct sim_options *options,
         *error = (struct error){0};
         while (landing->looks > 1 && looks_s[landing->looks - 1] > scene->t_end_s)
             landing->looks--;
-        if (sim_scene_set_list(&scene->t_out_s, looks_s, landing->looks, error) != MR_OK)
-            return false;
+        sim_scene_set_list(&scene->t_out_s, looks_s, landing->looks);
     }
     return false;
 }
@@ -357,8 +356,10 @@ static bool land(const struct score_series *series, struct score_landing *landin
         looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
-    bool good = (!planar || make_planar(&scene, series->number, &error)) &&
-                (!elastic || make_elastic(&scene, series->number, &error));
+    if (planar)
+        make_planar(&scene, series->number);
+    if (elastic)
+        make_elastic(&scene, series->number);
     const struct sim_options options = {.dt_s = planar  ? PLANAR_STEP_S
                                               : elastic ? ELASTIC_STEP_S
                                                         : STEP_S,
@@ -367,11 +368,11 @@ static bool land(const struct score_series *series, struct score_landing *landin
                                         .station_ft = stations_ft,
                                         .station_count = SCORE_STATIONS,
                                         .single = planar};
-    good = good && sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS, &error) == MR_OK &&
-           sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS, &error) == MR_OK &&
-           sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks, &error) == MR_OK &&
-           sim_scene_set_path(&scene, rows, count, &error) == MR_OK &&
-           march(&scene, &options, landing, looks_s, &result, &error);
+    sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS);
+    sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS);
+    sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks);
+    sim_scene_set_path(&scene, rows, count);
+    bool good = march(&scene, &options, landing, looks_s, &result, &error);
     if (!good && planar && error.status == MR_NUMERICS) {
         fprintf(stderr, "score: series %u ends before landing %u: %s\n", series->number,
                 landing->number, error.text);

@@ -107,13 +107,13 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
         times[i] = scene->t_end_s * (i + 1) / DRAW_OUTPUTS;
     const double heights[] = {0.495 * bump, bump, 0.495 * bump};
     if (bump > 0.0)
-        sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * below(&state, 2), error);
-    return error->status == MR_OK ? sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS, error)
-                                  : error->status;
+        sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * below(&state, 2));
+    sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS);
+    return error->status;
 }
 
 /* Half the landings roll off a path: braking, standing, backwards, on and off the runway. */
-static enum mr_status draw_path(struct sim_scene *scene, uint64_t *state, struct error *error)
+static void draw_path(struct sim_scene *scene, uint64_t *state)
 {
     double end_s = scene->t_end_s, runway_ft = scene->mats * scene->length_ft;
     double from_ft = (1.2 * uniform(state) - 0.1) * runway_ft;
@@ -126,7 +126,7 @@ static enum mr_status draw_path(struct sim_scene *scene, uint64_t *state, struct
         {brake_s, brake_ft, f_lb},
         {brake_s, brake_ft, after_lb},
         {end_s, brake_ft + 0.5 * speed_ft_s * (end_s - brake_s), 0.5 * after_lb}};
-    return sim_scene_set_path(scene, rows, 4, error);
+    sim_scene_set_path(scene, rows, 4);
 }
 
 enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS],
@@ -142,5 +142,7 @@ enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW
     scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 0.1, 1.0, 10.0) * scene->weight_lb;
     if (below(&state, 3) == 0)
         scene->bump_first = 1 + (int)below(&state, (size_t)scene->mats - 2);
-    return below(&state, 2) == 0 ? MR_OK : draw_path(scene, &state, error);
+    if (below(&state, 2) != 0)
+        draw_path(scene, &state);
+    return MR_OK;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 #include "host/sim/elements/span.h"
 #include "host/sim/scene/scene_keys.h"
 
@@ -375,10 +376,8 @@ static enum mr_status make(struct march *g, const struct sim_scene *scene, struc
                              "no second method: %s: %s in a chain with grit; leave one of them out",
                              scene->name[0] ? scene->name : "scene", sim_element_keys[i]->name);
     }
-    g->storage = calloc(count * length, sizeof *g->storage);
-    g->modes = calloc(2 * length, sizeof *g->modes);
-    if (!g->storage || !g->modes)
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
+    g->storage = xcalloc(count * length, sizeof *g->storage);
+    g->modes = xcalloc(2 * length, sizeof *g->modes);
     for (size_t i = 0; i < count; i++)
         *arrays[i] = g->storage + i * length;
     g->joint = g->modes;
@@ -395,8 +394,8 @@ enum mr_status march_run(struct sim_record *record, struct march_cost *cost,
     double begin_s = monotonic_s();
     *record = (struct sim_record){0};
     *cost = (struct march_cost){0};
-    if (make(&g, scene, error) == MR_OK && span_list_make(&spans, scene, error) == MR_OK &&
-        sim_record_make(record, scene, &options, error) == MR_OK) {
+    if (make(&g, scene, error) == MR_OK && span_list_make(&spans, scene, error) == MR_OK) {
+        sim_record_make(record, scene, &options);
         start(&g, spans.count > 0 && spans.spans[0].mat >= 0 ? spans.spans[0].mat + 1 : 1);
         run(&g, &spans, record, cost, dt_s);
         cost->rhs = g.rhs;

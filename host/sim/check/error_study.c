@@ -101,20 +101,18 @@ static struct error_run *add_run(struct error_study *study)
 
 /* A result's outputs as a record. The scene's t_out are the even times and then what was asked for;
  * the record brings its own even times, which are the same. */
-static enum mr_status as_record(struct sim_record *record, const struct sim_result *result,
-                                const struct sim_scene *scene, struct error *error)
+static void as_record(struct sim_record *record, const struct sim_result *result,
+                      const struct sim_scene *scene)
 {
     const struct sim_options options = {0};
     size_t row = (size_t)scene->mats + 1;
     int even = 0;
-    if (sim_record_make(record, scene, &options, error) != MR_OK)
-        return error->status;
+    sim_record_make(record, scene, &options);
     for (size_t i = 0; i < record->snapshot_count; i++) {
         struct sim_snapshot *snapshot = &record->snapshots[i];
         int output = snapshot->output >= 0 ? snapshot->output : even++;
         memcpy(snapshot->u_ft, result->outputs[output].u_ft, row * sizeof *snapshot->u_ft);
     }
-    return MR_OK;
 }
 
 /* The chain's solver has no pass of its own to call. A run that fails its check is no error:
@@ -134,7 +132,7 @@ static enum mr_status chain_pass(struct pass_outcome *outcome, const struct sim_
     outcome->steps = outcome->rhs = result.steps;
     outcome->ms = result.pass_ms;
     if (error->status == MR_OK && result.status == SIM_OK)
-        as_record(&outcome->record, &result, scene, error);
+        as_record(&outcome->record, &result, scene);
     sim_result_free(&result);
     return error->status;
 }
@@ -151,7 +149,7 @@ static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_sc
     if (model_make(&model, scene, false, error) != MR_OK)
         return error->status;
     double begin_ms = processor_ms();
-    pass_run(outcome, &model, request, &options, error);
+    pass_run(outcome, &model, request, &options);
     outcome->ms = processor_ms() - begin_ms;
     model_free(&model);
     return error->status;
@@ -181,13 +179,9 @@ static enum mr_status fastest_rate(const struct sim_scene *scene, double *rate, 
     struct model model;
     if (model_make(&model, scene, false, error) != MR_OK)
         return error->status;
-    double *z = calloc(2 * (size_t)model.size, sizeof *z);
-    if (!z) {
-        error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
-    } else {
-        model_start(&model, z);
-        *rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
-    }
+    double *z = xcalloc(2 * (size_t)model.size, sizeof *z);
+    model_start(&model, z);
+    *rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
     free(z);
     model_free(&model);
     return error->status;

@@ -1,4 +1,5 @@
 #include "host/sim/elements/gear.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,24 +12,16 @@ static double value_of(const struct sim_scene *scene)
     return scene->element[ELEMENT_gear_ground];
 }
 
-enum mr_status gear_make(struct gear **made, const struct sim_scene *scene, struct error *error)
+struct gear *gear_make(const struct sim_scene *scene)
 {
     const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
     size_t mats = (size_t)scene->mats + 2;
-    *made = NULL;
     if (!(value_of(scene) > 0.0))
-        return MR_OK;
-    struct gear *gear = calloc(1, sizeof *gear);
-    double *storage = calloc(3 * mats, sizeof *storage);
+        return NULL;
+    struct gear *gear = xmalloc(sizeof *gear);
+    double *storage = xcalloc(3 * mats, sizeof *storage);
     size_t count = lines->count > 0 ? lines->count : 1;
-    struct sim_path_row *rows = calloc(count * (scene->path_count + 1), sizeof *rows);
-    if (!gear || !storage || !rows) {
-        free(gear);
-        free(storage);
-        free(rows);
-        return error_set(error, MR_FULL, "out of memory: the gear on %d mats; use a smaller N",
-                         scene->mats);
-    }
+    struct sim_path_row *rows = xcalloc(count * (scene->path_count + 1), sizeof *rows);
     struct element_set all = element_set_of(scene);
     *gear = (struct gear){.scene = scene,
                           .k_lb_ft = value_of(scene),
@@ -42,8 +35,7 @@ enum mr_status gear_make(struct gear **made, const struct sim_scene *scene, stru
                           .hold_lb = storage + 2 * mats};
     for (size_t i = 0; i < count; i++)
         gear->axles[i] = axles->count > 0 ? axles->values[i] : 1.0;
-    *made = gear;
-    return MR_OK;
+    return gear;
 }
 
 void gear_free(struct gear *gear)

@@ -47,8 +47,8 @@ struct gear {
     double *storage;
 };
 
-/* *gear is NULL when the scene has none. MR_FULL. */
-enum mr_status gear_make(struct gear **gear, const struct sim_scene *scene, struct error *error);
+/* NULL when the scene has none. */
+struct gear *gear_make(const struct sim_scene *scene);
 void gear_free(struct gear *gear);
 
 /* Back to t = 0: a run in which mats drift for drift_s after each kick. The wheel's spans are then

@@ -1,4 +1,5 @@
 #include "host/sim/elements/mods.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -38,9 +39,7 @@ static struct mods_state *make_state(const struct sim_scene *scene)
         segments += of_group > 0 ? of_group + 1 : 0;
     }
     size_t count = 3 * segments + 4 * connections + 2 * cleats + 3 * (joints + 1);
-    struct mods_state *s = calloc(1, sizeof *s + count * sizeof s->values[0]);
-    if (!s)
-        return NULL;
+    struct mods_state *s = xcalloc(1, sizeof *s + count * sizeof s->values[0]);
     s->segments = segments;
     s->connections = connections;
     s->cleats = cleats;
@@ -59,9 +58,7 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
         from->band_lb[i] = m->band_lb[i];
     for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
         from->stiff_gap_ft[j] = m->spring_gap_ft[j];
-    struct mods_state *copy = malloc(size);
-    if (!copy)
-        return NULL;
+    struct mods_state *copy = xmalloc(size);
     memcpy(copy, from, size);
     place_state(copy);
     return copy;
@@ -89,39 +86,29 @@ static void lay_out(struct mods *m)
         mods_place_bands(m, at);
 }
 
-enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, struct error *error)
+struct mods *mods_make(const struct sim_scene *scene)
 {
     const struct sim_mods *s = &scene->mods;
-    *mods = NULL;
     if (!mods_any(scene))
-        return MR_OK;
-    struct mods *m = calloc(1, sizeof *m);
-    if (m) {
-        *m = (struct mods){
-            .scene = scene,
-            .banded = s->band[0].count > 0.0 || s->band[1].count > 0.0,
-            .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
-            .stiffened = s->stiff_span > 1,
-            .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
-            .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0 || s->unhinge_deg < HUGE_VAL,
-            .mats = scene->mats,
-            .cleats = mods_cleats(scene),
-            .state = make_state(scene),
-        };
-        m->jointed = m->stiffened || m->laid || m->tears;
-    }
-    if (m && m->state) {
-        size_t bands = 3 * m->state->segments + 5 * m->state->connections;
-        m->storage = calloc(bands + 8 * ((size_t)m->mats + 2), sizeof(double));
-    }
-    if (!m || !m->state || !m->storage) {
-        mods_free(m);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
-    }
+        return NULL;
+    struct mods *m = xmalloc(sizeof *m);
+    *m = (struct mods){
+        .scene = scene,
+        .banded = s->band[0].count > 0.0 || s->band[1].count > 0.0,
+        .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
+        .stiffened = s->stiff_span > 1,
+        .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
+        .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0 || s->unhinge_deg < HUGE_VAL,
+        .mats = scene->mats,
+        .cleats = mods_cleats(scene),
+        .state = make_state(scene),
+    };
+    m->jointed = m->stiffened || m->laid || m->tears;
+    size_t bands = 3 * m->state->segments + 5 * m->state->connections;
+    m->storage = xcalloc(bands + 8 * ((size_t)m->mats + 2), sizeof(double));
     lay_out(m);
     mods_reset(m);
-    *mods = m;
-    return MR_OK;
+    return m;
 }
 
 void mods_free(struct mods *m)
@@ -736,52 +723,42 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
 /* What a landing leaves of the modifications, as the next one's scene. */
 
 /* The numbers of those flagged. */
-static enum mr_status set_flagged(struct sim_list *list, const double *flags, const double *numbers,
-                                  size_t count, struct error *error)
+static void set_flagged(struct sim_list *list, const double *flags, const double *numbers,
+                        size_t count)
 {
-    double *found = calloc(count + 1, sizeof *found);
+    double *found = xcalloc(count + 1, sizeof *found);
     size_t n = 0;
-    if (!found)
-        return error_set(error, MR_FULL, "out of memory: %zu values; use a smaller scene", count);
     for (size_t i = 0; i < count; i++) {
         if (flags[i] != 0.0)
             found[n++] = numbers ? numbers[i] : (double)i;
     }
-    enum mr_status status = sim_scene_set_list(list, found, n, error);
+    sim_scene_set_list(list, found, n);
     free(found);
-    return status;
 }
 
-enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *result,
-                          struct error *error)
+void mods_carry(struct sim_scene *scene, const struct sim_result *result)
 {
     const struct mods_state *s = result->mods;
     struct sim_mods *m = &scene->mods;
     size_t segment = 0, connection = 0;
     if (!s)
-        return MR_OK;
+        return;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         struct sim_bands *b = &m->band[g];
         size_t count = (size_t)mods_connections(scene, g);
         if (count == 0)
             continue;
-        if (sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1, error) != MR_OK ||
-            sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count, error) !=
-                MR_OK ||
-            set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count,
-                        error) != MR_OK)
-            return error->status;
+        sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1);
+        sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count);
+        set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count);
         b->dt_f = 0.0;
         segment += count + 1;
         connection += count;
     }
-    if (m->cleat_every > 0 &&
-        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats, error) != MR_OK)
-        return error->status;
-    if (m->stiff_span > 1 && sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1,
-                                                (size_t)scene->mats + 1, error) != MR_OK)
-        return error->status;
-    return m->tear_lb < HUGE_VAL || m->unhinge_deg < HUGE_VAL
-             ? set_flagged(&m->torn, s->torn, NULL, s->joints + 1, error)
-             : MR_OK;
+    if (m->cleat_every > 0)
+        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats);
+    if (m->stiff_span > 1)
+        sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1, (size_t)scene->mats + 1);
+    if (m->tear_lb < HUGE_VAL || m->unhinge_deg < HUGE_VAL)
+        set_flagged(&m->torn, s->torn, NULL, s->joints + 1);
 }

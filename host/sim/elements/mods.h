@@ -87,8 +87,8 @@ struct mods {
     void *storage;
 };
 
-/* *mods NULL when the scene has none. MR_FULL when memory is short. */
-enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, struct error *error);
+/* NULL when the scene has none. */
+struct mods *mods_make(const struct sim_scene *scene);
 void mods_reset(struct mods *mods); /* back to t = 0 */
 void mods_free(struct mods *mods);
 
@@ -154,9 +154,8 @@ void mods_describe(const struct mods *mods, struct sim_result *result);
 
 /* Make the state that a landing left the start of the next one in `scene`: tensions, slips and
  * rivets of the bands, cleats, stiffeners, torn joints; band_dT becomes 0, as the tensions hold it.
- * Gaps are the caller's. Nothing happens when the result has none. MR_FULL when memory is short. */
-enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *result,
-                          struct error *error);
+ * Gaps are the caller's. Nothing happens when the result has none. */
+void mods_carry(struct sim_scene *scene, const struct sim_result *result);
 
 /* The ground, mats 0 and N+1, does not move. */
 static inline double view_u_ft(const struct mods_view *view, int mats, int mat)

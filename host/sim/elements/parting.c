@@ -1,4 +1,5 @@
 #include "host/sim/elements/parting.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,26 +7,18 @@
 
 #define RADIANS (3.14159265358979323846 / 180.0)
 
-enum mr_status parting_make(struct parting **parting, const struct sim_scene *scene,
-                            struct error *error)
+struct parting *parting_make(const struct sim_scene *scene)
 {
     size_t joints = (size_t)scene->mats + 2;
-    *parting = NULL;
     if (!(scene->mods.unhinge_deg < HUGE_VAL))
-        return MR_OK;
-    struct parting *p = calloc(1, sizeof *p);
-    if (p) {
-        *p = (struct parting){.joints = joints,
-                              .unhinge_rad = scene->mods.unhinge_deg * RADIANS,
-                              .lap_ft = scene->mods.unhinge_lap_ft,
-                              .joint = calloc(joints, sizeof *p->joint),
-                              .apart = calloc(4 * joints, sizeof *p->apart),
-                              .storage = calloc(4 * joints, sizeof *p->storage)};
-    }
-    if (!p || !p->joint || !p->apart || !p->storage) {
-        parting_free(p);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
-    }
+        return NULL;
+    struct parting *p = xmalloc(sizeof *p);
+    *p = (struct parting){.joints = joints,
+                          .unhinge_rad = scene->mods.unhinge_deg * RADIANS,
+                          .lap_ft = scene->mods.unhinge_lap_ft,
+                          .joint = xcalloc(joints, sizeof *p->joint),
+                          .apart = xcalloc(4 * joints, sizeof *p->apart),
+                          .storage = xcalloc(4 * joints, sizeof *p->storage)};
     p->lapped = p->apart + joints;
     p->contact = p->lapped + joints;
     p->gone = p->contact + joints;
@@ -33,8 +26,7 @@ enum mr_status parting_make(struct parting **parting, const struct sim_scene *sc
     p->v_ft_s = p->y_ft + joints;
     p->accel = p->v_ft_s + joints;
     p->down_lb = p->accel + joints;
-    *parting = p;
-    return MR_OK;
+    return p;
 }
 
 void parting_free(struct parting *p)

@@ -32,9 +32,8 @@ struct parting {
     double *storage;
 };
 
-/* *parting NULL when the scene's joints do not turn apart. MR_FULL when memory is short. */
-enum mr_status parting_make(struct parting **parting, const struct sim_scene *scene,
-                            struct error *error);
+/* NULL when the joints of the scene do not turn apart. */
+struct parting *parting_make(const struct sim_scene *scene);
 void parting_free(struct parting *parting);
 
 /* Nothing is apart. */

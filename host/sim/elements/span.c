@@ -16,9 +16,7 @@ static enum mr_status push(struct span_list *list, const struct span *span, stru
         return error_set(
             error, MR_USAGE,
             "too many hops: the aircraft crosses more than %u mats; give an earlier tend", MOST);
-    if (!list_grow(&list->spans, list->count, sizeof *list->spans))
-        return error_set(error, MR_FULL, "out of memory: %zu hops; give an earlier tend",
-                         list->count);
+    xlist_grow(&list->spans, list->count, sizeof *list->spans);
     list->spans[list->count++] = *span;
     return MR_OK;
 }

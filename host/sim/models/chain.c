@@ -1,4 +1,5 @@
 #include "host/sim/models/chain.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,14 +20,10 @@
 #define CHAIN_CLONES
 #define VECTORS
 #endif
-enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat,
-                          struct error *error)
+void chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat)
 {
     size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
-    double *storage = aligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
-    if (!storage)
-        return error_set(error, MR_FULL, "out of memory: a chain of %d mats; use a smaller N",
-                         scene->mats);
+    double *storage = xaligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
     double *first = storage + PADDING; /* mat 0 */
     *chain = (struct chain){
         .mats = scene->mats,
@@ -62,13 +59,9 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
     chain->joints = joint_law(scene->slack_ft, grit);
     chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0;
-    if (mods_make(&chain->mods, scene, error) != MR_OK ||
-        gear_make(&chain->gear, scene, error) != MR_OK) {
-        chain_free(chain);
-        return error->status;
-    }
+    chain->mods = mods_make(scene);
+    chain->gear = gear_make(scene);
     chain_reset(chain, scene);
-    return MR_OK;
 }
 
 /* Coulomb limit of a mat without the wheel. */

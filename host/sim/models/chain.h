@@ -53,9 +53,8 @@ struct chain {
     struct gear *gear; /* NULL: the wheel has one axle, and its ground slides or holds */
 };
 
-/* MR_FULL when memory is short. first_mat: under the wheel at t = 0. */
-enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat,
-                          struct error *error);
+/* first_mat: under the wheel at t = 0. */
+void chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat);
 
 /* Back to t = 0. */
 void chain_reset(struct chain *chain, const struct sim_scene *scene);

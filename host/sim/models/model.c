@@ -1,4 +1,5 @@
 #include "host/sim/models/model.h"
+#include "host/base/xmalloc.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -138,12 +139,8 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
     if (check(s, grit, error) != MR_OK)
         return error->status;
     m->tail = tail_mats(m);
-    m->storage = calloc(5 * (nodes + 1), sizeof *m->storage);
-    m->contact = calloc(5 * (nodes + 1), sizeof *m->contact);
-    if (!m->storage || !m->contact) {
-        model_free(m);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->mats);
-    }
+    m->storage = xcalloc(5 * (nodes + 1), sizeof *m->storage);
+    m->contact = xcalloc(5 * (nodes + 1), sizeof *m->contact);
     m->mass_upper = m->storage;
     m->rest_u_ft = m->storage + nodes + 1;
     m->spare = m->storage + 2 * (nodes + 1);
@@ -291,16 +288,10 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
 {
     int mats = m->mats < RATE_MATS ? m->mats : RATE_MATS, last = m->last;
     size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
-    double *work = calloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
-    int *pivot = calloc(size, sizeof *pivot);
-    signed char *kept = malloc(2 * ((size_t)mats + 1)); /* contact and torsion */
+    double *work = xcalloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
+    int *pivot = xcalloc(size, sizeof *pivot);
+    signed char *kept = xmalloc(2 * ((size_t)mats + 1)); /* contact and torsion */
     double rate = 0.0;
-    if (!work || !pivot || !kept) {
-        free(work);
-        free(pivot);
-        free(kept);
-        return (double)INFINITY;
-    }
     double *mass = work, *by_p = mass + size * MODEL_ROW, *by_v = by_p + size * MODEL_ROW;
     double *lu = by_v + size * MODEL_ROW, *drift = lu + size * BAND_WIDTH;
     double *x = drift + size, *accel = x + 4 * size, *y = x + 2 * size;

@@ -105,7 +105,7 @@ struct model {
     uint64_t rhs;
 };
 
-/* MR_FULL when memory is short; MR_USAGE when the scene asks for something this model does not
+/* MR_USAGE when the scene asks for something this model does not
  * have. Grit is a law with a memory, for fixed steps only: `grit` says that it will be used so. */
 enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit,
                           struct error *error);

@@ -1,4 +1,5 @@
 #include "host/sim/scene/scene.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -59,42 +60,27 @@ void sim_scene_free(struct sim_scene *scene)
     sim_scene_defaults(scene);
 }
 
-static enum mr_status copy_array(void **to, const void *from, size_t count, size_t size,
-                                 struct error *error)
+static void copy_array(void *to, const void *from, size_t count, size_t size)
 {
-    void *copy = NULL;
+    void **array = to, *copy = NULL;
     if (count > 0) {
-        copy = calloc(count, size);
-        if (!copy)
-            return error_set(error, MR_FULL,
-                             "out of memory: a list of %zu values; use a smaller scene", count);
+        copy = xcalloc(count, size);
         memcpy(copy, from, count * size);
     }
-    free(*to);
-    *to = copy;
-    return MR_OK;
+    free(*array);
+    *array = copy;
 }
 
-enum mr_status sim_scene_set_list(struct sim_list *list, const double *values, size_t count,
-                                  struct error *error)
+void sim_scene_set_list(struct sim_list *list, const double *values, size_t count)
 {
-    void *array = list->values;
-    enum mr_status status = copy_array(&array, values, count, sizeof *values, error);
-    if (status == MR_OK)
-        *list = (struct sim_list){array, count};
-    return status;
+    copy_array(&list->values, values, count, sizeof *values);
+    list->count = count;
 }
 
-enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows,
-                                  size_t count, struct error *error)
+void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count)
 {
-    void *array = scene->path;
-    enum mr_status status = copy_array(&array, rows, count, sizeof *rows, error);
-    if (status == MR_OK) {
-        scene->path = array;
-        scene->path_count = count;
-    }
-    return status;
+    copy_array(&scene->path, rows, count, sizeof *rows);
+    scene->path_count = count;
 }
 
 double sim_scene_joint(const struct sim_list *list, int joint)

@@ -188,11 +188,9 @@ enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, s
 enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
                                struct error *error);
 
-/* Replace a list of the scene by a copy. MR_FULL when memory is short. */
-enum mr_status sim_scene_set_list(struct sim_list *list, const double *values, size_t count,
-                                  struct error *error);
-enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows,
-                                  size_t count, struct error *error);
+/* Replace a list of the scene by a copy. */
+void sim_scene_set_list(struct sim_list *list, const double *values, size_t count);
+void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count);
 
 /* When the run ends: tend; else, with t_dwell, that long after the aircraft stops or leaves; else
  * the path's last row, or mats_crossed at Vac. INFINITY when nothing ends it. */

@@ -1,4 +1,5 @@
 #include "host/sim/scene/scene_keys.h"
+#include "host/base/xmalloc.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -309,11 +310,8 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
                                 const json_t *value, struct error *error)
 {
     size_t count = json_array_size(value);
-    double *values = calloc(count + 1, sizeof *values);
+    double *values = xcalloc(count + 1, sizeof *values);
     struct quantity_wrong wrong;
-    if (!values)
-        return error_set(error, MR_FULL, "out of memory: %s: %s; use a smaller scene", path,
-                         key->name);
     for (size_t i = 0; i < count; i++) {
         const json_t *entry = json_array_get(value, i);
         if (!sim_unit_read(key, entry, &values[i], &wrong)) {
@@ -329,9 +327,7 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
                                 struct error *error)
 {
     size_t count = json_array_size(value);
-    scene->path = calloc(count + 1, sizeof *scene->path);
-    if (!scene->path)
-        return error_set(error, MR_FULL, "out of memory: %s: path; use a smaller scene", path);
+    scene->path = xcalloc(count + 1, sizeof *scene->path);
     scene->path_count = count;
     for (size_t i = 0; i < count; i++) {
         const json_t *row = json_array_get(value, i);
@@ -400,7 +396,9 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         if (json_is_number(value) || json_is_string(value)) {
             double one;
             enum mr_status status = read_real(&one, key, path, value, error);
-            return status == MR_OK ? sim_scene_set_list(field, &one, 1, error) : status;
+            if (status == MR_OK)
+                sim_scene_set_list(field, &one, 1);
+            return status;
         }
         if (!json_is_array(value))
             return wrong_type(path, key->name, value,

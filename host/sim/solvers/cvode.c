@@ -18,6 +18,7 @@
 #include <sunlinsol/sunlinsol_band.h>
 #include <sunmatrix/sunmatrix_band.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/models/band.h"
 #include "host/sim/solvers/stepper.h"
 
@@ -186,7 +187,7 @@ static bool make_library(struct stepper *s)
            CVodeSetMaxConvFails(w->cvode, 40) == CV_SUCCESS;
 }
 
-static enum mr_status make(struct stepper *s, double *more, struct error *error)
+static void make(struct stepper *s, double *more)
 {
     struct work *w = s->work;
     size_t size = (size_t)s->model->size;
@@ -195,10 +196,8 @@ static enum mr_status make(struct stepper *s, double *more, struct error *error)
     w->mass = w->drift + size;
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
-    if (make_library(s))
-        return MR_OK;
-    return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N",
-                     s->model->mats);
+    if (!make_library(s))
+        xmalloc_failed(size * sizeof *more);
 }
 
 static void restart(struct stepper *s)

@@ -58,23 +58,20 @@ static struct model nudged(const struct model *m, int run)
     return other;
 }
 
-enum mr_status divergence_nudged(const struct model *m, const struct pass_request *request,
-                                 const struct sim_options *options, int run,
-                                 struct pass_outcome *pass, struct sim_result *result,
-                                 struct error *error)
+void divergence_nudged(const struct model *m, const struct pass_request *request,
+                       const struct sim_options *options, int run, struct pass_outcome *pass,
+                       struct sim_result *result)
 {
     struct model near = nudged(m, run);
     struct pass_request again = *request;
     again.number = ++result->passes;
-    if (pass_run(pass, &near, &again, options, error) == MR_OK)
-        result->rhs += pass->rhs;
-    return error->status;
+    pass_run(pass, &near, &again, options);
+    result->rhs += pass->rhs;
 }
 
-enum mr_status divergence_state(const struct model *m, const struct pass_request *request,
-                                const struct sim_options *options, const struct pass_outcome *given,
-                                const struct pass_outcome *other, struct sim_result *result,
-                                struct error *error)
+void divergence_state(const struct model *m, const struct pass_request *request,
+                      const struct sim_options *options, const struct pass_outcome *given,
+                      const struct pass_outcome *other, struct sim_result *result)
 {
     double threshold = pass_bow_threshold_ft(m->scene);
     double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&given->record).u_ft,
@@ -84,11 +81,8 @@ enum mr_status divergence_state(const struct model *m, const struct pass_request
     result->spread_waves = given->max_lift_ft > threshold;
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
-        if (run >= 0 &&
-            divergence_nudged(m, request, options, run, &pass, result, error) != MR_OK) {
-            pass_free(&pass);
-            return error->status;
-        }
+        if (run >= 0)
+            divergence_nudged(m, request, options, run, &pass, result);
         const struct pass_outcome *next = run < 0 ? other : &pass;
         if (next->status == SIM_OK) {
             result->spread_runs++;
@@ -99,7 +93,6 @@ enum mr_status divergence_state(const struct model *m, const struct pass_request
         }
         pass_free(&pass);
     }
-    return MR_OK;
 }
 
 /* ---- the estimate ---- */
@@ -150,37 +143,34 @@ static bool samples(const struct stepper_kind *kind)
 }
 
 /* Another run, complete or not. */
-static enum mr_status again(struct pass_outcome *pass, struct model *m,
-                            const struct pass_request *request, const struct sim_options *options,
-                            struct sim_result *result, struct error *error)
+static void again(struct pass_outcome *pass, struct model *m, const struct pass_request *request,
+                  const struct sim_options *options, struct sim_result *result)
 {
     struct pass_request numbered = *request;
     numbered.number = ++result->passes;
-    if (pass_run(pass, m, &numbered, options, error) == MR_OK)
-        cost_add(result, pass);
-    return error->status;
+    pass_run(pass, m, &numbered, options);
+    cost_add(result, pass);
 }
 
 /* Two passes can be as close as they like by chance where their switches are sampled or are not the
  * same: then a third says how far they can be apart. With a fixed step it has a longer one, where
  * that is stable; else a tolerance between the two. One that fails says nothing. */
-static enum mr_status doubt(struct model *m, const struct sim_options *options,
-                            struct error_pair *runs, struct sim_result *result, struct error *error)
+static void doubt(struct model *m, const struct sim_options *options, struct error_pair *runs,
+                  struct sim_result *result)
 {
     const struct stepper_kind *kind = runs->request.kind;
     struct pass_request request = runs->request;
     if (!samples(kind) && runs->coarse.switched == runs->fine.switched)
-        return MR_OK;
+        return;
     request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
     request.first_part = ESTIMATE_FIRST_PART * ESTIMATE_FIRST_PART;
     request.dt_s = ESTIMATE_GRID_RATIO * runs->check.dt_s;
     bool longer = request.dt_s <= result->dt_limit_s;
     if (!longer)
         request.dt_s = runs->request.dt_s / ESTIMATE_GRID_RATIO;
-    if (again(&runs->third, m, &request, options, result, error) != MR_OK)
-        return error->status;
+    again(&runs->third, m, &request, options, result);
     if (runs->third.status != SIM_OK)
-        return MR_OK;
+        return;
     double share = CAUTION;
     widen(result, pass_difference(&runs->coarse, &runs->fine), share);
     struct pass_difference coarse = pass_difference(&runs->coarse, &runs->third),
@@ -194,7 +184,6 @@ static enum mr_status doubt(struct model *m, const struct sim_options *options,
     } else if (passes_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
         widen(result, coarse, share / ESTIMATE_GRID_RATIO);
     }
-    return MR_OK;
 }
 
 /* Steps that event may have for a check: so many as cost what the runs have cost. 0: it is of no
@@ -220,7 +209,7 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
 /* Runs of one solver share its mistakes: a run of event, which locates every switch, joins. Whether
  * it came to an end. */
 static bool cross(struct model *m, const struct sim_options *options, struct error_pair *runs,
-                  struct sim_result *result, struct error *error)
+                  struct sim_result *result)
 {
     struct pass_outcome pass = {0};
     struct pass_request request = {
@@ -230,7 +219,8 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
     };
     if (request.most_steps == 0)
         return false;
-    bool done = again(&pass, m, &request, options, result, error) == MR_OK && pass.status == SIM_OK;
+    again(&pass, m, &request, options, result);
+    bool done = pass.status == SIM_OK;
     if (done) {
         sim_result_note(result, "a run of solver event, which locates its switches, is in the "
                                 "error estimate");
@@ -244,28 +234,27 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
 /* Switches that are sampled, and no other method to say where they are: something hovers, and each
  * step follows it in a way of its own, as runs do that are alike by chance. More runs say how far
  * that goes. */
-static enum mr_status linger(struct model *m, const struct sim_options *options,
-                             const struct error_pair *runs, struct sim_result *result,
-                             struct error *error)
+static void linger(struct model *m, const struct sim_options *options,
+                   const struct error_pair *runs, struct sim_result *result)
 {
     struct pass_request request = runs->request;
     if (!samples(request.kind))
-        return MR_OK;
+        return;
     sim_result_note(result, "switches are sampled, and no run of another method says where they "
                             "are: two more runs are in the error estimate");
-    for (int i = 0; i < MORE_RUNS && error->status == MR_OK; i++) {
+    for (int i = 0; i < MORE_RUNS; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= MORE_GRID;
         request.rtol *= MORE_RTOL;
         request.first_part = (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
-        if (again(&pass, m, &request, options, result, error) == MR_OK && pass.status == SIM_OK) {
+        again(&pass, m, &request, options, result);
+        if (pass.status == SIM_OK) {
             widen(result, pass_difference(&runs->fine, &pass), CAUTION);
             if (runs->coarse_answers)
                 widen(result, pass_difference(&runs->coarse, &pass), CAUTION);
         }
         pass_free(&pass);
     }
-    return error->status;
 }
 
 static bool sensitive(const struct model *m, const struct error_pair *runs,
@@ -279,13 +268,12 @@ static bool sensitive(const struct model *m, const struct error_pair *runs,
 }
 
 /* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
-static enum mr_status feel(struct model *m, const struct sim_options *options,
-                           const struct error_pair *runs, struct sim_result *result,
-                           struct error *error)
+static void feel(struct model *m, const struct sim_options *options, const struct error_pair *runs,
+                 struct sim_result *result)
 {
     bool fixed = runs->request.kind->fixed;
     if (!sensitive(m, runs, result))
-        return MR_OK;
+        return;
     sim_result_note(result,
                     "sensitive: errors grow %s; a finer run and %d with stiffnesses that differ by "
                     "%g are in the error estimate",
@@ -295,22 +283,21 @@ static enum mr_status feel(struct model *m, const struct sim_options *options,
     struct pass_request finer = runs->request;
     finer.rtol = fmax(ESTIMATE_LEAST_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
     finer.dt_s /= ESTIMATE_GRID_RATIO;
-    for (int run = -1; run < DIVERGENCE_RUNS && error->status == MR_OK; run++) {
+    for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
-            again(&pass, m, &finer, options, result, error);
+            again(&pass, m, &finer, options, result);
         else
-            divergence_nudged(m, &runs->request, options, run, &pass, result, error);
-        if (error->status == MR_OK && pass.status == SIM_OK)
+            divergence_nudged(m, &runs->request, options, run, &pass, result);
+        if (pass.status == SIM_OK)
             widen(result, pass_difference(answer, &pass),
                   run < 0 && !fixed ? FINER_CAUTION : CAUTION);
         pass_free(&pass);
     }
-    return error->status;
 }
 
 bool error_estimate(struct model *m, const struct sim_options *options, struct error_pair *runs,
-                    struct sim_result *result, struct sim_difference *where, struct error *error)
+                    struct sim_result *result, struct sim_difference *where)
 {
     const struct stepper_kind *kind = runs->request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
@@ -322,12 +309,10 @@ bool error_estimate(struct model *m, const struct sim_options *options, struct e
     widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
     if (!passes_agree(m->scene, a, b, apart))
         return false;
-    if (doubt(m, options, runs, result, error) != MR_OK)
-        return false;
-    if (!cross(m, options, runs, result, error) && error->status == MR_OK)
-        linger(m, options, runs, result, error);
-    if (error->status != MR_OK || feel(m, options, runs, result, error) != MR_OK)
-        return false;
+    doubt(m, options, runs, result);
+    if (!cross(m, options, runs, result))
+        linger(m, options, runs, result);
+    feel(m, options, runs, result);
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
         result->error_u_ft = fmax(result->error_u_ft, least_ft);
     if (fmin(a->max_lift_ft, b->max_lift_ft) > 0.0)

@@ -37,17 +37,14 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
                      const struct sim_record *other, double most_u_ft, double most_lift_ft);
 
 /* One pass of the scene, known a little otherwise: run 0 to DIVERGENCE_RUNS - 1. */
-enum mr_status divergence_nudged(const struct model *model, const struct pass_request *request,
-                                 const struct sim_options *options, int run,
-                                 struct pass_outcome *pass, struct sim_result *result,
-                                 struct error *error);
+void divergence_nudged(const struct model *model, const struct pass_request *request,
+                       const struct sim_options *options, int run, struct pass_outcome *pass,
+                       struct sim_result *result);
 
-/* Passes that contradict each other, both complete: `given` is the one whose numbers are taken.
- * MR_FULL. */
-enum mr_status divergence_state(const struct model *model, const struct pass_request *request,
-                                const struct sim_options *options, const struct pass_outcome *given,
-                                const struct pass_outcome *other, struct sim_result *result,
-                                struct error *error);
+/* Passes that contradict each other, both complete: `given` is the one whose numbers are taken. */
+void divergence_state(const struct model *model, const struct pass_request *request,
+                      const struct sim_options *options, const struct pass_outcome *given,
+                      const struct pass_outcome *other, struct sim_result *result);
 
 /* Between the tolerances of two passes. */
 #define ESTIMATE_CHECK_FACTOR   30.0
@@ -79,8 +76,8 @@ double explicit_steps(const struct model *model, const struct sim_result *result
 void cost_add(struct sim_result *result, const struct pass_outcome *pass);
 
 /* The error estimate of the result, with more runs where it needs them; false when the two passes
- * contradict each other, or for want of memory (error). `where`: their largest difference. */
+ * contradict each other. `where`: their largest difference. */
 bool error_estimate(struct model *model, const struct sim_options *options, struct error_pair *runs,
-                    struct sim_result *result, struct sim_difference *where, struct error *error);
+                    struct sim_result *result, struct sim_difference *where);
 
 #endif

@@ -45,11 +45,10 @@ struct work {
     double swing_s; /* 1 over the fastest rate of the springs; 0: not known yet */
 };
 
-static enum mr_status make(struct stepper *s, double *more, struct error *error)
+static void make(struct stepper *s, double *more)
 {
     struct work *w = s->work;
     size_t size = (size_t)s->model->size;
-    (void)error;
     w->mass = more;
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
@@ -59,7 +58,6 @@ static enum mr_status make(struct stepper *s, double *more, struct error *error)
     w->right = w->drift + size;
     w->pivot = (int *)(w->right + size);
     w->mass_pivot = w->pivot + size;
-    return MR_OK;
 }
 
 /* A step that is many swings of a spring long takes the swing for done, and its error estimate,

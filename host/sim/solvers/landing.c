@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/solvers/error_estimate.h"
@@ -467,37 +468,27 @@ static void leave(struct march *march)
     march->mods = NULL;
 }
 
-static enum mr_status start_march(struct planar_engine *l, struct march *march,
-                                  const struct sim_options *options, uint64_t steps,
-                                  struct sim_result *result, struct error *error)
+static void start_march(struct planar_engine *l, struct march *march,
+                        const struct sim_options *options, uint64_t steps,
+                        struct sim_result *result)
 {
     *march = (struct march){.steps = steps,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
                             .number = ++result->passes};
-    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
-        return error->status;
+    sim_record_make(&march->record, l->scene, options);
     engine_march(l, march, options);
-    if (l->mods && !march->mods)
-        return error_set(error, MR_FULL,
-                         "out of memory: the modifications of %d mats; use a smaller N",
-                         l->model.mats);
     result->rhs += march->done;
-    return MR_OK;
 }
 
-static enum mr_status keep_most(double **to, const double *from, size_t count, struct error *error)
+static double *copy_of(const double *from, size_t count)
 {
-    *to = calloc(count + 1, sizeof **to);
-    if (!*to)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
-                         count);
-    memcpy(*to + 1, from, count * sizeof **to);
-    return MR_OK;
+    double *copy = xcalloc(count + 1, sizeof *copy);
+    memcpy(copy + 1, from, count * sizeof *copy);
+    return copy;
 }
 
-static enum mr_status answer(struct planar_engine *l, struct march *fine,
-                             const struct march *coarse, struct sim_result *result,
-                             struct error *error)
+static void answer(struct planar_engine *l, struct march *fine, const struct march *coarse,
+                   struct sim_result *result)
 {
     result->dt_s = fine->h_s;
     result->checked_dt_s = coarse->h_s;
@@ -516,16 +507,14 @@ static enum mr_status answer(struct planar_engine *l, struct march *fine,
     result->first_crest_wheel = fine->first_crest_wheel;
     memcpy(result->overrun, fine->overrun, sizeof result->overrun);
     size_t joints = (size_t)l->model.mats + 1;
-    if (keep_most(&result->push_lb, l->push_lb, joints, error) != MR_OK ||
-        keep_most(&result->pull_lb, l->pull_lb, joints, error) != MR_OK ||
-        keep_most(&result->rise_ft, l->rise_ft, joints, error) != MR_OK)
-        return error->status;
+    result->push_lb = copy_of(l->push_lb, joints);
+    result->pull_lb = copy_of(l->pull_lb, joints);
+    result->rise_ft = copy_of(l->rise_ft, joints);
     if (fine->mods && coarse->mods)
         fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
-    return pass_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
-                        result, error);
+    pass_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result);
 }
 
 /* How far two marches are apart. */
@@ -583,32 +572,29 @@ static void state_error(const struct planar_engine *l, const struct march *rough
 }
 
 /* A march more. What the march before left in `l` is the answer's, and stays. */
-static enum mr_status march_aside(struct planar_engine *l, struct march *march,
-                                  const struct sim_options *options, uint64_t steps,
-                                  struct sim_result *result, struct error *error)
+static void march_aside(struct planar_engine *l, struct march *march,
+                        const struct sim_options *options, uint64_t steps,
+                        struct sim_result *result)
 {
-    double *kept = malloc(l->stored * sizeof *kept);
-    if (!kept)
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", l->model.mats);
+    double *kept = xmalloc(l->stored * sizeof *kept);
     memcpy(kept, l->z, l->stored * sizeof *kept);
-    start_march(l, march, options, steps, result, error);
+    start_march(l, march, options, steps, result);
     memcpy(l->z, kept, l->stored * sizeof *kept);
     free(kept);
-    return error->status;
 }
 
 /* Three marches that are close by chance still happen, one time in a hundred: a fourth between
  * them, and the worst pair of all four that say the same. */
-static enum mr_status weigh_pairs(struct planar_engine *l, const struct sim_options *options,
-                                  const struct march *rough, const struct march *coarse,
-                                  const struct march *fine, struct sim_result *result,
-                                  struct error *error)
+static void weigh_pairs(struct planar_engine *l, const struct sim_options *options,
+                        const struct march *rough, const struct march *coarse,
+                        const struct march *fine, struct sim_result *result)
 {
     struct march between = {0};
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BETWEEN_RATIO);
     if (sim_scene_end_s(l->scene) / (double)steps > result->dt_limit_s)
-        return MR_OK;
-    if (march_aside(l, &between, options, steps, result, error) == MR_OK && complete(&between)) {
+        return;
+    march_aside(l, &between, options, steps, result);
+    if (complete(&between)) {
         const struct march *const others[] = {fine, coarse, rough};
         for (int i = 0; i < 3; i++) {
             struct difference apart = {0};
@@ -623,27 +609,25 @@ static enum mr_status weigh_pairs(struct planar_engine *l, const struct sim_opti
         }
     }
     drop(&between);
-    return error->status;
 }
 
 /* Where the estimate is not small beside what moves, switches decide much, and a march more, at
  * another step, says how much. */
-static enum mr_status doubt(struct planar_engine *l, const struct sim_options *options,
-                            const struct march *fine, struct sim_result *result,
-                            struct error *error)
+static void doubt(struct planar_engine *l, const struct sim_options *options,
+                  const struct march *fine, struct sim_result *result)
 {
     struct march beside = {0};
     if (result->error_u_ft <= SENSITIVE * sim_record_peak(&fine->record).u_ft &&
         result->error_lift_ft <= SENSITIVE * fine->max_lift_ft)
-        return MR_OK;
+        return;
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
-    if (march_aside(l, &beside, options, steps, result, error) == MR_OK && complete(&beside)) {
+    march_aside(l, &beside, options, steps, result);
+    if (complete(&beside)) {
         struct difference apart = difference_of(&beside, fine);
         result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
         result->error_lift_ft = DOUBT * fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
     }
     drop(&beside);
-    return error->status;
 }
 
 /* No shorter step decides: the marches are the runs of the spread. */
@@ -676,14 +660,12 @@ static uint64_t fewer(uint64_t steps)
 
 /* Marches at a step and at a longer one, with shorter ones until two say the same. `rough` has been
  * run before them, or is empty. */
-static enum mr_status run_pairs(struct planar_engine *l, const struct sim_options *options,
-                                uint64_t steps, struct march *rough, struct sim_result *result,
-                                struct error *error)
+static void run_pairs(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
+                      struct march *rough, struct sim_result *result)
 {
     struct march coarse = {0}, fine = {0};
     struct difference apart = {0};
-    if (start_march(l, &coarse, options, fewer(steps), result, error) != MR_OK)
-        return error->status;
+    start_march(l, &coarse, options, fewer(steps), result);
     for (int shortened = 0;; shortened++) {
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_end(result, coarse.status, coarse.mat, coarse.t_s);
@@ -691,8 +673,7 @@ static enum mr_status run_pairs(struct planar_engine *l, const struct sim_option
             leave(&coarse);
             break;
         }
-        if (start_march(l, &fine, options, steps, result, error) != MR_OK)
-            break;
+        start_march(l, &fine, options, steps, result);
         if (fine.status == SIM_INTERRUPTED) {
             sim_result_end(result, fine.status, fine.mat, fine.t_s);
             break;
@@ -707,8 +688,8 @@ static enum mr_status run_pairs(struct planar_engine *l, const struct sim_option
         apart = failed ? apart : difference_of(&coarse, &fine);
         if (!failed && agree(l, &coarse, &fine)) {
             state_error(l, rough, &coarse, &fine, apart, result);
-            if (weigh_pairs(l, options, rough, &coarse, &fine, result, error) == MR_OK)
-                doubt(l, options, &fine, result, error);
+            weigh_pairs(l, options, rough, &coarse, &fine, result);
+            doubt(l, options, &fine, result);
             break;
         }
         if (options->dt_s > 0.0 || shortened == MOST_SHORTENED ||
@@ -727,30 +708,27 @@ static enum mr_status run_pairs(struct planar_engine *l, const struct sim_option
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
         leave(&fine);
     }
-    if (error->status == MR_OK)
-        answer(l, &fine, &coarse, result, error);
+    answer(l, &fine, &coarse, result);
     drop(&coarse);
     drop(&fine);
-    return error->status;
 }
 
 /* The step and two longer ones; the longest only where that is stable. */
-static enum mr_status run_checked(struct planar_engine *l, const struct sim_options *options,
-                                  uint64_t steps, struct sim_result *result, struct error *error)
+static void run_checked(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
+                        struct sim_result *result)
 {
     struct march rough = {0};
     uint64_t fewest = fewer(fewer(steps));
     bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
-    if (!stable || start_march(l, &rough, options, fewest, result, error) == MR_OK) {
-        if (rough.status == SIM_INTERRUPTED) {
-            sim_result_end(result, rough.status, rough.mat, rough.t_s);
-            answer(l, &rough, &rough, result, error);
-        } else {
-            run_pairs(l, options, steps, &rough, result, error);
-        }
+    if (stable)
+        start_march(l, &rough, options, fewest, result);
+    if (rough.status == SIM_INTERRUPTED) {
+        sim_result_end(result, rough.status, rough.mat, rough.t_s);
+        answer(l, &rough, &rough, result);
+    } else {
+        run_pairs(l, options, steps, &rough, result);
     }
     drop(&rough);
-    return error->status;
 }
 
 static double step_limit_s(struct planar_engine *l, double hop_s)
@@ -790,19 +768,19 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
             l->scene->name[0] ? l->scene->name : "scene", end_s, h);
     if (options->single) {
         struct march only = {0};
-        if (start_march(l, &only, options, (uint64_t)steps, result, error) != MR_OK)
-            return error->status;
+        start_march(l, &only, options, (uint64_t)steps, result);
         result->first_crest = only.first_crest;
         result->first_crest_wheel = only.first_crest_wheel;
         if (only.status != SIM_OK)
             sim_result_end(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
-        answer(l, &only, &only, result, error);
+        answer(l, &only, &only, result);
         drop(&only);
         return error->status;
     }
     bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
-    return run_checked(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
+    run_checked(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result);
+    return MR_OK;
 }
 
 enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options,

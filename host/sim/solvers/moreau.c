@@ -58,11 +58,10 @@ static size_t modes_length(const struct model *m)
     return (size_t)(m->lift - m->contact) + (size_t)m->mats + 2;
 }
 
-static enum mr_status make(struct stepper *s, double *more, struct error *error)
+static void make(struct stepper *s, double *more)
 {
     struct work *w = s->work;
     size_t size = (size_t)s->model->size;
-    (void)error;
     w->mass = more;
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
@@ -76,7 +75,6 @@ static enum mr_status make(struct stepper *s, double *more, struct error *error)
     w->pivot = (int *)(w->step + size);
     w->was = (signed char *)(w->pivot + 2 * size);
     w->flips = w->was + 4 * sizeof(double) * size;
-    return MR_OK;
 }
 
 static void restart(struct stepper *s)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 
 #define FOLDED_DEG           85.0
 #define FOUND_MAX            64
@@ -461,20 +462,15 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
     p->out->speed_end_ft_s = speed;
 }
 
-enum mr_status pass_run(struct pass_outcome *out, struct model *m,
-                        const struct pass_request *request, const struct sim_options *options,
-                        struct error *error)
+void pass_run(struct pass_outcome *out, struct model *m, const struct pass_request *request,
+              const struct sim_options *options)
 {
     size_t length = 2 * (size_t)m->size;
     double end_s = sim_scene_end_s(m->scene), begin_s = monotonic_s();
     struct pass p = {.model = m, .out = out};
     *out = (struct pass_outcome){0};
-    p.storage = calloc(4 * length + 4 * ((size_t)m->mats + 1), sizeof *p.storage);
-    out->z = calloc(length, sizeof *out->z);
-    if (!p.storage || !out->z) {
-        free(p.storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
-    }
+    p.storage = xcalloc(4 * length + 4 * ((size_t)m->mats + 1), sizeof *p.storage);
+    out->z = xcalloc(length, sizeof *out->z);
     p.z_event = p.storage + 2 * length;
     p.z_until = p.z_event + length;
     p.u = p.z_until + length;
@@ -497,26 +493,24 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m,
         .z = p.storage,
         .z_new = p.storage + length,
     };
-    if (sim_record_make(&out->record, m->scene, options, error) == MR_OK &&
-        stepper_make(&p.stepper, error) == MR_OK) {
-        int node;
-        m->rhs = 0;
-        m->prunes = request->kind->prunes && !options->no_prune;
-        model_start(m, p.stepper.z);
-        out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
-        if (out->record.next_s <= 0.0)
-            keep(&p, 0.0, p.stepper.z);
-        follow_spans(&p, request, options);
-        model_fill(m, p.stepper.z);
-        memcpy(out->z, p.stepper.z, length * sizeof *out->z);
-        out->rhs = m->rhs;
-        out->rejected = p.stepper.rejected;
-        out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
-    }
+    sim_record_make(&out->record, m->scene, options);
+    stepper_make(&p.stepper);
+    int node;
+    m->rhs = 0;
+    m->prunes = request->kind->prunes && !options->no_prune;
+    model_start(m, p.stepper.z);
+    out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
+    if (out->record.next_s <= 0.0)
+        keep(&p, 0.0, p.stepper.z);
+    follow_spans(&p, request, options);
+    model_fill(m, p.stepper.z);
+    memcpy(out->z, p.stepper.z, length * sizeof *out->z);
+    out->rhs = m->rhs;
+    out->rejected = p.stepper.rejected;
+    out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
     stepper_free(&p.stepper);
     out->ms = 1e3 * (monotonic_s() - begin_s);
     free(p.storage);
-    return error->status;
 }
 
 void pass_free(struct pass_outcome *out)
@@ -559,32 +553,27 @@ static void final_shape(const struct model *m, const double *z, struct sim_resul
     }
 }
 
-enum mr_status pass_deliver(const struct model *m, const double *z, struct sim_record *record,
-                            double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
-                            struct error *error)
+void pass_deliver(const struct model *m, const double *z, struct sim_record *record,
+                  double max_lift_ft, double speed_end_ft_s, struct sim_result *result)
 {
     size_t mats = (size_t)m->mats;
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
         result->status != SIM_UNPREDICTABLE)
-        return MR_OK;
+        return;
     struct sim_difference peak = sim_record_peak(record);
     result->peak_u_ft = peak.u_ft;
     result->peak_mat = peak.mat;
     result->speed_end_ft_s = speed_end_ft_s;
     result->max_lift_ft = max_lift_ft;
     result->bow_wave = max_lift_ft > pass_bow_threshold_ft(m->scene);
-    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    if (!result->u_ft || !result->gap_ft)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
-                         mats);
+    result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
     final_shape(m, z, result);
-    return sim_record_deliver(record, result, error);
+    sim_record_deliver(record, result);
 }
 
-enum mr_status pass_answer(const struct model *m, struct pass_outcome *pass,
-                           const struct pass_outcome *other, struct sim_result *result,
-                           struct error *error)
+void pass_answer(const struct model *m, struct pass_outcome *pass, const struct pass_outcome *other,
+                 struct sim_result *result)
 {
     result->pass_ms = pass->ms;
     result->steps = pass->steps;
@@ -593,6 +582,5 @@ enum mr_status pass_answer(const struct model *m, struct pass_outcome *pass,
     result->checked_dt_s = other->longest_s;
     result->mats_max = pass->mats_max;
     result->mats_mean = pass->mats_mean;
-    return pass_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result,
-                        error);
+    pass_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result);
 }

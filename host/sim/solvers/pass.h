@@ -34,11 +34,10 @@ struct pass_outcome {
     double *z; /* at the end, 2 size values */
 };
 
-/* MR_OK: look at outcome->status. The caller frees the outcome in every case. The model is started
+/* The caller frees the outcome in every case. The model is started
  * anew. */
-enum mr_status pass_run(struct pass_outcome *outcome, struct model *model,
-                        const struct pass_request *request, const struct sim_options *options,
-                        struct error *error);
+void pass_run(struct pass_outcome *outcome, struct model *model, const struct pass_request *request,
+              const struct sim_options *options);
 void pass_free(struct pass_outcome *outcome);
 
 #define PASS_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
@@ -47,14 +46,12 @@ void pass_free(struct pass_outcome *outcome);
 double pass_bow_threshold_ft(const struct sim_scene *scene);
 
 /* What a run has come to, whatever moved it: peaks, bow wave, displacements and openings at the end
- * (state z), and the record, which the result owns then. MR_FULL when memory is short. */
-enum mr_status pass_deliver(const struct model *model, const double *z, struct sim_record *record,
-                            double max_lift_ft, double speed_end_ft_s, struct sim_result *result,
-                            struct error *error);
+ * (state z), and the record, which the result owns then. */
+void pass_deliver(const struct model *model, const double *z, struct sim_record *record,
+                  double max_lift_ft, double speed_end_ft_s, struct sim_result *result);
 
 /* The same of a pass, with what another, shorter or longer one cost. */
-enum mr_status pass_answer(const struct model *model, struct pass_outcome *pass,
-                           const struct pass_outcome *other, struct sim_result *result,
-                           struct error *error);
+void pass_answer(const struct model *model, struct pass_outcome *pass,
+                 const struct pass_outcome *other, struct sim_result *result);
 
 #endif

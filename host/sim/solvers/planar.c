@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 #include "host/sim/solvers/deadline.h"
 #include "host/sim/solvers/error_estimate.h"
 #include "host/sim/solvers/landing.h"
@@ -94,21 +95,21 @@ static bool close_enough(const struct ladder *l, const struct sim_scene *scene,
            result->error_lift_ft <= CLOSE * lift_ft;
 }
 
-static enum mr_status say(struct model *m, const struct sim_options *options,
-                          const struct pass_request *request, struct ladder *l, bool given,
-                          struct sim_result *result, struct error *error)
+static void say(struct model *m, const struct sim_options *options,
+                const struct pass_request *request, struct ladder *l, bool given,
+                struct sim_result *result)
 {
     struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
     if (!agrees(l, m->scene)) {
         sim_result_end(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
-        if (!given && divergence_state(m, request, options, best, other, result, error) != MR_OK)
-            return error->status;
+        if (!given)
+            divergence_state(m, request, options, best, other, result);
     }
-    return pass_answer(m, best, other, result, error);
+    pass_answer(m, best, other, result);
 }
 
-static enum mr_status moreau_run(const struct model *model, const struct sim_options *options,
-                                 struct sim_result *result, struct error *error)
+static void moreau_run(const struct model *model, const struct sim_options *options,
+                       struct sim_result *result)
 {
     struct model m = *model;
     struct ladder ladder = {0};
@@ -127,18 +128,17 @@ static enum mr_status moreau_run(const struct model *model, const struct sim_opt
         struct pass_outcome run = {0};
         request.number = ++result->passes;
         request.most_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
-        enum mr_status status = pass_run(&run, &m, &request, options, error);
+        pass_run(&run, &m, &request, options);
         double done = (double)run.rhs * m.mats;
         result->rhs += run.rhs;
         result->rejected += run.rejected;
         work += done;
-        if (status != MR_OK || run.status == SIM_INTERRUPTED) {
+        if (run.status == SIM_INTERRUPTED) {
             sim_result_end(result, run.status, run.mat, run.t_s);
-            if (status == MR_OK)
-                status = pass_answer(&m, &run, &run, result, error);
+            pass_answer(&m, &run, &run, result);
             pass_free(&run);
             restart(&ladder);
-            return status;
+            return;
         }
         bool more = given ? i + 1 < RUNS : i + 1 < RUNS_MOST && work + RATIO * done < MOREAU_WORK;
         if (run.status == SIM_OK) {
@@ -155,12 +155,11 @@ static enum mr_status moreau_run(const struct model *model, const struct sim_opt
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
-        say(&m, options, &request, &ladder, given, result, error);
+        say(&m, options, &request, &ladder, given, result);
     } else if (ladder.count == 1) {
         sim_result_end(result, SIM_UNSTABLE, 1, end_s);
     }
     restart(&ladder);
-    return error->status;
 }
 
 /* ---- auto and the rest ---- */
@@ -210,9 +209,9 @@ static void refuse(struct sim_result *result, enum sim_status status, int mat, d
 
 /* Run coarse and fine; the answer is `coarse` when coarse_answers. With `last`, what contradicts
  * itself is unpredictable. */
-static enum mr_status run_pair(struct model *m, const struct sim_options *options,
-                               struct pass_request request, bool coarse_answers, bool last,
-                               bool *contradicted, struct sim_result *result, struct error *error)
+static void run_pair(struct model *m, const struct sim_options *options,
+                     struct pass_request request, bool coarse_answers, bool last,
+                     bool *contradicted, struct sim_result *result)
 {
     struct error_pair runs = {
         .check = request, .request = request, .coarse_answers = coarse_answers};
@@ -227,38 +226,33 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
         runs.check.rtol = fmin(1e-2, request.rtol * ESTIMATE_CHECK_FACTOR);
     *contradicted = false;
     runs.check.number = ++result->passes;
-    if (pass_run(coarse, m, &runs.check, options, error) == MR_OK) {
-        cost_add(result, coarse);
-        runs.request.number = result->passes + 1;
-        if (coarse->status == SIM_INTERRUPTED) {
-            refuse(result, coarse->status, coarse->mat, coarse->t_s);
-            pass_answer(m, coarse, coarse, result, error);
-        } else if (result->passes++, pass_run(fine, m, &runs.request, options, error) == MR_OK) {
-            cost_add(result, fine);
-            const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
-                                              : coarse->status != SIM_OK ? coarse
-                                                                         : NULL;
-            if (failed) {
-                refuse(result, failed->status, failed->mat, failed->t_s);
-                *contradicted = fine->status == SIM_OK;
-            } else if (!error_estimate(m, options, &runs, result, &where, error)) {
-                refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
-                *contradicted = true;
-                if (last && error->status == MR_OK)
-                    divergence_state(m, &runs.request, options, fine, coarse, result, error);
-            }
-            if (error->status != MR_OK)
-                ;
-            else if (coarse_answers)
-                pass_answer(m, coarse, fine, result, error);
-            else
-                pass_answer(m, fine, coarse, result, error);
+    pass_run(coarse, m, &runs.check, options);
+    cost_add(result, coarse);
+    runs.request.number = result->passes + 1;
+    if (coarse->status == SIM_INTERRUPTED) {
+        refuse(result, coarse->status, coarse->mat, coarse->t_s);
+        pass_answer(m, coarse, coarse, result);
+    } else {
+        result->passes++;
+        pass_run(fine, m, &runs.request, options);
+        cost_add(result, fine);
+        const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
+                                          : coarse->status != SIM_OK ? coarse
+                                                                     : NULL;
+        if (failed) {
+            refuse(result, failed->status, failed->mat, failed->t_s);
+            *contradicted = fine->status == SIM_OK;
+        } else if (!error_estimate(m, options, &runs, result, &where)) {
+            refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
+            *contradicted = true;
+            if (last)
+                divergence_state(m, &runs.request, options, fine, coarse, result);
         }
+        pass_answer(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
     }
     pass_free(coarse);
     pass_free(fine);
     pass_free(&runs.third);
-    return error->status;
 }
 
 static enum mr_status run_fixed(struct model *m, const struct sim_options *options,
@@ -283,12 +277,12 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
         refuse(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
         return MR_OK;
     }
-    return run_pair(m, options, request, given, false, &contradicted, result, error);
+    run_pair(m, options, request, given, false, &contradicted, result);
+    return MR_OK;
 }
 
-static enum mr_status run_adaptive(struct model *m, const struct sim_options *options,
-                                   const struct stepper_kind *kind, bool last,
-                                   struct sim_result *result, struct error *error)
+static void run_adaptive(struct model *m, const struct sim_options *options,
+                         const struct stepper_kind *kind, bool last, struct sim_result *result)
 {
     bool given = options->rtol > 0.0, contradicted;
     uint64_t most = m->law == SIM_SIGN           ? MOST_SIGN
@@ -300,21 +294,18 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
         "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
-        if (run_pair(m, options, request, false, !given && i == MOST_TIGHTENINGS, &contradicted,
-                     result, error) != MR_OK)
-            break;
+        run_pair(m, options, request, false, !given && i == MOST_TIGHTENINGS, &contradicted,
+                 result);
         if (!contradicted || i == MOST_TIGHTENINGS || given)
             break;
         request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol * TIGHTEN);
         sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
     }
-    return error->status;
 }
 
 /* What is left where both make no progress, as switches pile up: hamming samples them, moreau
  * settles any number of them in a step. */
-static enum mr_status run_left(struct model *m, const struct sim_options *options,
-                               struct sim_result *result, struct error *error)
+static void run_left(struct model *m, const struct sim_options *options, struct sim_result *result)
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
@@ -323,19 +314,15 @@ static enum mr_status run_left(struct model *m, const struct sim_options *option
         result->status = SIM_OK;
         result->solver = kinds[i]->name;
         if (i == 0)
-            run_adaptive(m, options, kinds[i], true, result, error);
+            run_adaptive(m, options, kinds[i], true, result);
         else
-            moreau_run(m, options, result, error);
-        if (error->status != MR_OK)
-            return error->status;
+            moreau_run(m, options, result);
     }
-    return MR_OK;
 }
 
 /* The other solver, and what is left. */
-static enum mr_status run_others(struct model *m, const struct sim_options *options,
-                                 const struct stepper_kind *first, struct sim_result *result,
-                                 struct error *error)
+static void run_others(struct model *m, const struct sim_options *options,
+                       const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
     if (other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST) {
@@ -343,27 +330,27 @@ static enum mr_status run_others(struct model *m, const struct sim_options *opti
         result->solver = other->name;
         sim_result_note(result, "auto: %s came to %.9g s only; %s instead", first->name,
                         result->t_s, other->name);
-        if (run_adaptive(m, options, other, true, result, error) != MR_OK ||
-            result->status != SIM_STEP_UNDERFLOW)
-            return error->status;
+        run_adaptive(m, options, other, true, result);
+        if (result->status != SIM_STEP_UNDERFLOW)
+            return;
     }
-    return options->rtol > 0.0 ? MR_OK : run_left(m, options, result, error);
+    if (options->rtol == 0.0)
+        run_left(m, options, result);
 }
 
 /* Auto: others, where the first makes no progress; together they have PLANAR_OTHERS_S. What is not
  * answered then is refused for what the first one said. */
-static enum mr_status run_auto(struct model *m, const struct sim_options *options,
-                               const struct stepper_kind *kind, struct sim_result *result,
-                               struct error *error)
+static void run_auto(struct model *m, const struct sim_options *options,
+                     const struct stepper_kind *kind, struct sim_result *result)
 {
     struct deadline deadline;
     bool last = kind == &stepper_implicit && explicit_steps(m, result) > EXPLICIT_MOST;
-    if (run_adaptive(m, options, kind, last, result, error) != MR_OK ||
-        result->status != SIM_STEP_UNDERFLOW)
-        return error->status;
+    run_adaptive(m, options, kind, last, result);
+    if (result->status != SIM_STEP_UNDERFLOW)
+        return;
     struct sim_result refused = *result; /* one that holds no arrays */
     deadline_begin(&deadline, options, PLANAR_OTHERS_S);
-    run_others(m, &deadline.options, kind, result, error);
+    run_others(m, &deadline.options, kind, result);
     if (deadline.late) {
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.rhs = result->rhs;
@@ -373,7 +360,6 @@ static enum mr_status run_auto(struct model *m, const struct sim_options *option
         sim_result_free(result);
         *result = refused;
     }
-    return error->status;
 }
 
 /* Run with the solvers that are not `staggered`. */
@@ -383,12 +369,11 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     struct model model;
     double begin_s = monotonic_s();
     if (options->solver && strcmp(options->solver, "staggered") == 0)
-        return error_set(error, MR_USAGE,
-                         "solver not available: staggered for model %s; give rk4, or model consistent",
-                         sim_model_name(scene->model));
-    double *z = calloc(2 * (2 * (size_t)scene->mats + 1), sizeof *z);
-    if (!z)
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
+        return error_set(
+            error, MR_USAGE,
+            "solver not available: staggered for model %s; give rk4, or model consistent",
+            sim_model_name(scene->model));
+    double *z = xcalloc(2 * (2 * (size_t)scene->mats + 1), sizeof *z);
     if (model_make(&model, scene, false, error) != MR_OK) {
         free(z);
         return error->status;
@@ -412,13 +397,13 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
                   "no tolerance: solver %s has a fixed step; give --dt, or another solver",
                   kind->name);
     else if (kind == &stepper_moreau)
-        moreau_run(&model, options, result, error);
+        moreau_run(&model, options, result);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
     else if (solver_is_automatic(options))
-        run_auto(&model, options, kind, result, error);
+        run_auto(&model, options, kind, result);
     else
-        run_adaptive(&model, options, kind, true, result, error);
+        run_adaptive(&model, options, kind, true, result);
     result->run_ms = 1e3 * (monotonic_s() - begin_s);
     model_free(&model);
     free(z);

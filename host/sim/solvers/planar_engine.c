@@ -1,4 +1,5 @@
 #include "host/sim/solvers/planar_engine.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,14 +23,12 @@ static void lay_ground(struct planar_engine *l)
 }
 
 /* Arrays of a landing; the model is made. */
-static enum mr_status lay_out(struct planar_engine *l, struct error *error)
+static void lay_out(struct planar_engine *l)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
     l->stored = 2 * length + 17 * joints;
-    double *storage = calloc(l->stored, sizeof *storage);
-    if (!storage)
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
+    double *storage = xcalloc(l->stored, sizeof *storage);
     l->z = storage;
     l->accel = storage + length;
     l->u = storage + 2 * length;
@@ -66,7 +65,6 @@ static enum mr_status lay_out(struct planar_engine *l, struct error *error)
         gritty = gritty || l->hold_lb[j] < 0.0;
     }
     l->joints = joint_law(l->slack_ft, gritty);
-    return MR_OK;
 }
 
 enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
@@ -84,10 +82,11 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
         return error->status;
     if (result) /* before the landing takes over what it has of its own */
         model_describe(&l->model, result);
-    if (mods_make(&l->mods, scene, error) == MR_OK && gear_make(&l->gear, scene, error) == MR_OK &&
-        parting_make(&l->parting, scene, error) == MR_OK)
-        lay_out(l, error);
-    return error->status;
+    l->mods = mods_make(scene);
+    l->gear = gear_make(scene);
+    l->parting = parting_make(scene);
+    lay_out(l);
+    return MR_OK;
 }
 
 void engine_free(struct planar_engine *l)

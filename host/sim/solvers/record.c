@@ -1,4 +1,5 @@
 #include "host/sim/solvers/record.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,8 +22,8 @@ static void find_next(struct sim_record *record)
         record->next_s = fmin(record->next_s, (double)record->next_sample * record->sample_dt_s);
 }
 
-enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene *scene,
-                               const struct sim_options *options, struct error *error)
+void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
+                     const struct sim_options *options)
 {
     size_t row = (size_t)scene->mats + 1;
     size_t outputs = scene->t_out_s.count > 0 ? scene->t_out_s.count : 1;
@@ -36,20 +37,13 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
         record->sample_count = (size_t)floor(end_s / options->sample_dt_s * (1.0 + 1e-12)) + 1;
         record->station_count = options->station_count;
     }
-    record->snapshots = calloc(record->snapshot_count, sizeof *record->snapshots);
-    record->storage = calloc(record->snapshot_count * row, sizeof *record->storage);
-    record->station_mat = calloc(record->station_count + 1, sizeof *record->station_mat);
+    record->snapshots = xcalloc(record->snapshot_count, sizeof *record->snapshots);
+    record->storage = xcalloc(record->snapshot_count * row, sizeof *record->storage);
+    record->station_mat = xcalloc(record->station_count + 1, sizeof *record->station_mat);
     size_t samples = record->sample_count * record->station_count + 1;
-    record->sample_u_ft = calloc(samples, sizeof *record->sample_u_ft);
+    record->sample_u_ft = xcalloc(samples, sizeof *record->sample_u_ft);
     if (scene->model != SIM_CHAIN)
-        record->sample_y_ft = calloc(samples, sizeof *record->sample_y_ft);
-    if (!record->snapshots || !record->storage || !record->station_mat || !record->sample_u_ft ||
-        (scene->model != SIM_CHAIN && !record->sample_y_ft)) {
-        sim_record_free(record);
-        return error_set(error, MR_FULL,
-                         "out of memory: a record of %zu samples and %zu outputs; ask for fewer",
-                         record->sample_count, outputs);
-    }
+        record->sample_y_ft = xcalloc(samples, sizeof *record->sample_y_ft);
     for (size_t s = 0; s < record->station_count; s++) {
         int mat = (int)floor(options->station_ft[s] / scene->length_ft + 1e-9) + 1;
         record->station_mat[s] = mat > scene->mats ? scene->mats : mat;
@@ -64,7 +58,6 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
     for (size_t i = 0; i < record->snapshot_count; i++)
         record->snapshots[i].u_ft = record->storage + i * row;
     find_next(record);
-    return MR_OK;
 }
 
 void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
@@ -131,16 +124,13 @@ struct sim_difference sim_record_peak(const struct sim_record *record)
     return most;
 }
 
-enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result,
-                                  struct error *error)
+void sim_record_deliver(struct sim_record *record, struct sim_result *result)
 {
     size_t row = (size_t)record->mats + 1;
     size_t outputs = 0;
     for (size_t i = 0; i < record->next_snapshot; i++)
         outputs += record->snapshots[i].output >= 0;
-    result->outputs = calloc(outputs + 1, sizeof *result->outputs);
-    if (!result->outputs)
-        return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", outputs);
+    result->outputs = xcalloc(outputs + 1, sizeof *result->outputs);
     result->output_count = outputs;
     bool complete = record->next_snapshot == record->snapshot_count; /* else in order of time */
     size_t delivered = 0;
@@ -148,9 +138,7 @@ enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *
         const struct sim_snapshot *snapshot = &record->snapshots[i];
         if (snapshot->output < 0)
             continue;
-        double *copy = malloc(row * sizeof *copy);
-        if (!copy)
-            return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", outputs);
+        double *copy = xmalloc(row * sizeof *copy);
         memcpy(copy, snapshot->u_ft, row * sizeof *copy);
         result->outputs[complete ? (size_t)snapshot->output : delivered++] =
             (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
@@ -164,7 +152,6 @@ enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *
         result->sample_dt_s = record->sample_dt_s;
         record->sample_u_ft = NULL;
     }
-    return MR_OK;
 }
 
 void sim_record_free(struct sim_record *record)

@@ -40,9 +40,8 @@ struct sim_record {
     int lift_node;
 };
 
-/* MR_FULL when memory is short; nothing is left to free then. */
-enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene *scene,
-                               const struct sim_options *options, struct error *error);
+void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
+                     const struct sim_options *options);
 
 /* Take everything wanted up to t_s, where the mats are at u, having moved at v. Cheap when next_s
  * is later: test it first. */
@@ -64,8 +63,7 @@ double sim_record_lift_difference(const struct sim_record *a, const struct sim_r
 struct sim_difference sim_record_peak(const struct sim_record *record);
 
 /* Hand outputs and samples over to a result, which owns them from then on. */
-enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result,
-                                  struct error *error);
+void sim_record_deliver(struct sim_record *record, struct sim_result *result);
 
 void sim_record_free(struct sim_record *record);
 

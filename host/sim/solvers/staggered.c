@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 #include "host/sim/models/chain.h"
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
@@ -229,28 +230,20 @@ static void drop_pass(struct pass *pass)
     *pass = (struct pass){0};
 }
 
-static enum mr_status start_pass(struct pass *pass, struct chain *chain,
-                                 const struct sim_scene *scene, const struct sim_options *options,
-                                 uint64_t steps, struct sim_result *result, struct error *error)
+static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
     *pass = (struct pass){
         .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
-    if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
-        return error->status;
+    sim_record_make(&pass->record, scene, options);
     (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
-    if (chain->mods && !pass->mods)
-        return error_set(error, MR_FULL,
-                         "out of memory: the modifications of %d mats; use a smaller N",
-                         chain->mats);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
-    return MR_OK;
 }
 
 /* What a chain has come to. `record` and `mods` are the result's from then on. */
-static enum mr_status deliver(struct chain *chain, struct sim_record *record,
-                              struct mods_state **mods, struct sim_result *result,
-                              struct error *error)
+static void deliver(struct chain *chain, struct sim_record *record, struct mods_state **mods,
+                    struct sim_result *result)
 {
     size_t mats = (size_t)chain->mats;
     result->mods = *mods;
@@ -258,13 +251,10 @@ static enum mr_status deliver(struct chain *chain, struct sim_record *record,
     struct sim_difference peak = sim_record_peak(record);
     result->peak_u_ft = peak.u_ft;
     result->peak_mat = peak.mat;
-    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    result->push_lb = calloc(mats + 2, sizeof *result->push_lb);
-    result->pull_lb = calloc(mats + 2, sizeof *result->pull_lb);
-    if (!result->u_ft || !result->gap_ft || !result->push_lb || !result->pull_lb)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N",
-                         mats);
+    result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
+    result->push_lb = xcalloc(mats + 2, sizeof *result->push_lb);
+    result->pull_lb = xcalloc(mats + 2, sizeof *result->pull_lb);
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, record->snapshots[record->snapshot_count - 1].u_ft,
                (mats + 1) * sizeof *chain->u_ft);
@@ -273,11 +263,11 @@ static enum mr_status deliver(struct chain *chain, struct sim_record *record,
         result->gap_ft[j] = chain_opening_ft(chain, j);
     memcpy(result->push_lb, chain->push_lb, (mats + 2) * sizeof *chain->push_lb);
     memcpy(result->pull_lb, chain->pull_lb, (mats + 2) * sizeof *chain->pull_lb);
-    return sim_record_deliver(record, result, error);
+    sim_record_deliver(record, result);
 }
 
-static enum mr_status answer(struct chain *chain, struct pass *pass, const struct pass *other,
-                             struct sim_result *result, struct error *error)
+static void answer(struct chain *chain, struct pass *pass, const struct pass *other,
+                   struct sim_result *result)
 {
     result->dt_s = pass->h_s;
     result->checked_dt_s = other->h_s;
@@ -289,11 +279,11 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->mats_mean = (double)pass->awake_sum /
                         (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
-        return MR_OK;
+        return;
     if (pass->mods && other->mods)
         pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
     result->speed_end_ft_s = pass->speed_end_ft_s;
-    return deliver(chain, &pass->record, &pass->mods, result, error);
+    deliver(chain, &pass->record, &pass->mods, result);
 }
 
 /* The finer pass is the coarser one of the next pair. */
@@ -304,19 +294,15 @@ static void take_over(struct pass *to, struct pass *from)
     *from = (struct pass){0};
 }
 
-static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene,
-                                 const struct sim_options *options, uint64_t steps,
-                                 struct sim_result *result, struct error *error)
+static void run_single(struct chain *chain, const struct sim_scene *scene,
+                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
     struct pass only = {0};
-    if (start_pass(&only, chain, scene, options, steps, result, error) == MR_OK) {
-        if (only.failed || only.interrupted)
-            sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat,
-                           only.t_s);
-        answer(chain, &only, &only, result, error);
-    }
+    start_pass(&only, chain, scene, options, steps, result);
+    if (only.failed || only.interrupted)
+        sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
+    answer(chain, &only, &only, result);
     drop_pass(&only);
-    return error->status;
 }
 
 /* Whether a joint tears hangs on a peak of tension, which two runs can both see on one side. So a
@@ -328,30 +314,25 @@ static bool tears(const struct sim_scene *scene)
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
  * of the two answers. */
-static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *scene,
-                                const struct sim_options *options, uint64_t steps,
-                                bool coarser_answers, struct sim_result *result,
-                                struct error *error)
+static void run_pairs(struct chain *chain, const struct sim_scene *scene,
+                      const struct sim_options *options, uint64_t steps, bool coarser_answers,
+                      struct sim_result *result)
 {
     struct pass third = {0}, coarse = {0}, fine = {0};
     struct sim_difference apart = {0};
     double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
-    bool asks = tears(scene) &&
-                start_pass(&third, chain, scene, options,
-                           (uint64_t)ceil(THIRD_STEPS * (double)steps), result, error) == MR_OK;
-    if (error->status != MR_OK ||
-        start_pass(&coarse, chain, scene, options, steps, result, error) != MR_OK) {
-        drop_pass(&third);
-        return error->status;
-    }
+    bool asks = tears(scene);
+    if (asks)
+        start_pass(&third, chain, scene, options, (uint64_t)ceil(THIRD_STEPS * (double)steps),
+                   result);
+    start_pass(&coarse, chain, scene, options, steps, result);
     for (int halvings = 0;; halvings++) {
         if (coarse.interrupted) {
             take_over(&fine, &coarse);
             break;
         }
-        if (start_pass(&fine, chain, scene, options, 2 * coarse.steps, result, error) != MR_OK)
-            break;
+        start_pass(&fine, chain, scene, options, 2 * coarse.steps, result);
         if (fine.interrupted)
             break;
         bool near_limit = refine && coarse.h_s > 0.51 * result->dt_limit_s;
@@ -388,12 +369,9 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         result->error_u_ft = fmax(result->error_u_ft, 2.0 * most_ft);
     }
     drop_pass(&third);
-    if (error->status == MR_OK)
-        answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result,
-               error);
+    answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result);
     drop_pass(&coarse);
     drop_pass(&fine);
-    return error->status;
 }
 
 enum mr_status staggered_run(const struct sim_scene *scene, const struct sim_options *options,
@@ -405,8 +383,7 @@ enum mr_status staggered_run(const struct sim_scene *scene, const struct sim_opt
     double begin_s = monotonic_s();
 
     sim_wheel_start(&wheel, scene);
-    if (chain_make(&chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
-        return error->status;
+    chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
     double hop_s =
         /* INFINITY for an aircraft that stands */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
@@ -430,10 +407,10 @@ enum mr_status staggered_run(const struct sim_scene *scene, const struct sim_opt
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
                   scene->name[0] ? scene->name : "scene", end_s, h);
     } else if (options->single) {
-        run_single(&chain, scene, options, (uint64_t)steps, result, error);
+        run_single(&chain, scene, options, (uint64_t)steps, result);
     } else {
         uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
-        run_pairs(&chain, scene, options, first, coarser_answers, result, error);
+        run_pairs(&chain, scene, options, first, coarser_answers, result);
     }
     result->run_ms = 1e3 * (monotonic_s() - begin_s);
     chain_free(&chain);

@@ -1,4 +1,5 @@
 #include "host/sim/solvers/stepper.h"
+#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,22 +17,18 @@ const struct stepper_kind *stepper_find(const char *name)
     return NULL;
 }
 
-enum mr_status stepper_make(struct stepper *s, struct error *error)
+void stepper_make(struct stepper *s)
 {
     size_t size = (size_t)s->model->size;
-    s->work = calloc(1, s->kind->work_bytes);
-    s->storage = calloc((2 * s->kind->rows + s->kind->more) * size, sizeof *s->storage);
-    if (!s->work || !s->storage) {
-        free(s->work);
-        s->work = NULL;
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    s->work = xcalloc(1, s->kind->work_bytes);
+    s->storage = xcalloc((2 * s->kind->rows + s->kind->more) * size, sizeof *s->storage);
     for (size_t i = 0; i < s->kind->rows; i++) {
         double *row = s->storage + 2 * i * size;
         memcpy((char *)s->work + i * sizeof row, &row, sizeof row);
     }
     double *more = s->storage + 2 * s->kind->rows * size;
-    return s->kind->make ? s->kind->make(s, more, error) : MR_OK;
+    if (s->kind->make)
+        s->kind->make(s, more);
 }
 
 void stepper_free(struct stepper *s)

@@ -28,7 +28,7 @@ struct stepper_kind {
      * values; and so many times size values more, for `make`. */
     size_t work_bytes, rows, more;
     /* The rest, from `more` on; NULL: there is no rest. */
-    enum mr_status (*make)(struct stepper *stepper, double *more, struct error *error);
+    void (*make)(struct stepper *stepper, double *more);
     void (*free)(struct stepper *stepper);    /* what `make` did; NULL: nothing */
     void (*restart)(struct stepper *stepper); /* modes or state have changed: forget the past */
     bool (*advance)(struct stepper *stepper, double limit_s); /* false: the step became too small */
@@ -61,9 +61,8 @@ extern const struct stepper_kind stepper_cvode __attribute__((weak));
 /* The kind of that name, or NULL. */
 const struct stepper_kind *stepper_find(const char *name);
 
-/* Room for the kind's work, and what it has to make. MR_FULL. */
-enum mr_status stepper_make(struct stepper *stepper, struct error *error);
-/* Of what stepper_make made, also when it failed. */
+/* Room for the kind's work, and what it has to make. */
+void stepper_make(struct stepper *stepper);
 void stepper_free(struct stepper *stepper);
 
 /* The range of p that the model integrates. */

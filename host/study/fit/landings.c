@@ -365,18 +365,17 @@ static bool simulate(const void *context, const double *z, uint64_t draw, double
     return good;
 }
 
-bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                         struct sim_scene *scene, double *share, struct error *error)
+void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                         struct sim_scene *scene, double *share)
 {
     struct drawing drawing;
     size_t joints = (size_t)scene->mats + 1;
     begin_drawing(&drawing, list, z, draw);
     *share = draw_thrust(&drawing, &list->landing[0]);
     draw_gaps(&drawing, &list->landing[0]);
-    bool good = sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints, error) == MR_OK &&
-                sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints, error) == MR_OK;
+    sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints);
+    sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints);
     end_drawing(&drawing);
-    return good;
 }
 
 struct fit_model fit_landings_model(const struct fit_landings *list)

@@ -108,8 +108,8 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 struct fit_model fit_landings_model(const struct fit_landings *list);
 /* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats,
  * and gives the share of the thrust of that draw. */
-bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                         struct sim_scene *scene, double *share, struct error *error);
+void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                         struct sim_scene *scene, double *share);
 /* Sums that a survey reads of gaps drawn anew, all alike, as the survey's mean has them; NaN where
  * `landing` has none. */
 void fit_landings_lay(const struct fit_landings *list, const struct fit_landing *landing,

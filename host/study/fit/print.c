@@ -296,14 +296,13 @@ enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit
     sim_scene_defaults(&joints);
     joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);
-    if (fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share, error)) {
-        set_scene(scene, list, value, &joints, share);
-        struct output output;
-        if (output_begin(&output, path, error) == MR_OK) {
-            json_dumpf(scene, output.file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
-            fputc('\n', output.file);
-            output_end(&output, error);
-        }
+    fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share);
+    set_scene(scene, list, value, &joints, share);
+    struct output output;
+    if (output_begin(&output, path, error) == MR_OK) {
+        json_dumpf(scene, output.file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
+        fputc('\n', output.file);
+        output_end(&output, error);
     }
     sim_scene_free(&joints);
     json_decref(scene);
