@@ -1,7 +1,6 @@
 # The fit against cases whose truth is known.
 fit_truths := $(B)/tests/fit/cheap.o $(B)/tests/fit/runway.o
-$(B)/tests/host/test_fit: $(B)/tests/fit/cheap.o
-$(B)/tests/host/test_fit_beside $(B)/tests/host/test_fit_misfit: $(fit_truths)
+$(B)/tests/host/test_fit: $(fit_truths)
 $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(B)/tests/fit/cheap.o $(study_parts) $(host_lib) $(common_lib)
 	$(call link,$(STUDY_LIBS))
 $(B)/tests/fit/misfits: $(B)/tests/fit/misfits.o $(fit_truths) $(study_parts) $(host_lib) $(common_lib)

@@ -1,12 +1,19 @@
 /* The fit: against closed forms where there are any, against finite differences of ensemble means,
  * on cheap landings with known parameters, and on cases confounded on purpose. */
+#include "tests/cmocka_all.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/study/fit/landings.h"
+#include "host/store/store_survey.h"
+#include "host/study/fit/beside.h"
+#include "host/study/fit/campaign.h"
 #include "host/study/fit/fit.h"
+#include "host/study/fit/landings.h"
+#include "host/study/fit/misfit.h"
 #include "tests/fit/cheap.h"
+#include "tests/fit/runway.h"
 #include "tests/host/scratch.h"
 
 static void near_to(double got, double wanted, double tolerance, const char *what)
@@ -423,6 +430,315 @@ static void bad_input_is_refused(void **state)
     fit_free(&answer);
 }
 
+/* ---- fit surveyed ---- */
+
+static struct error failure;
+
+static struct store *fresh(const char *name)
+{
+    char path[200];
+    struct store *store = NULL;
+    failure = (struct error){0};
+    store_open(scratch_path(path, sizeof path, name), STORE_CREATE, &store, &failure);
+    assert_no_error(&failure);
+    return store;
+}
+
+static int64_t land(struct store *store, int64_t number)
+{
+    struct store_session session = {.started_us = 1000 * number, .can_link = "file:a"};
+    assert_int_equal(store_session_add(store, &session, &failure), MR_OK);
+    struct store_landing landing = {.session = session.id,
+                                    .board_landing = number,
+                                    .armed_block = 800,
+                                    .armed_us = 1000 * number,
+                                    .state = 4,
+                                    .board_uid = "AB",
+                                    .image_crc = STORE_NONE,
+                                    .switch_error_ft = (double)NAN};
+    assert_int_equal(store_landing_add(store, &landing, &failure), MR_OK);
+    return landing.id;
+}
+
+/* Lines 1 and 2 of `count` spans from 0 on, `add` and 0.02 in beyond closed: their mean is add +
+ * 0.01. */
+static void survey(struct store *store, int64_t made_us, int64_t count, double add, double error_in)
+{
+    struct store_gage_survey row = {.made_us = made_us,
+                                    .ended_us = STORE_NONE,
+                                    .pattern = "standard",
+                                    .edges = "none",
+                                    .error_in = error_in,
+                                    .closed_in = 33.5};
+    assert_int_equal(store_gage_survey_add(store, &row, &failure), MR_OK);
+    for (int64_t place = 0; place < count; place++) {
+        for (int64_t line = 1; line <= 2; line++) {
+            struct store_gage_reading reading = {.kind = "gap",
+                                                 .line = line,
+                                                 .place = place,
+                                                 .taken_us = made_us,
+                                                 .source = "typed",
+                                                 .value_in = 33.5 + add + (line == 2 ? 0.02 : 0.0)};
+            assert_int_equal(store_gage_reading_add(store, row.id, &reading, &failure), MR_OK);
+        }
+    }
+}
+
+static void board(struct store *store, int64_t run, double slack_in)
+{
+    for (int64_t s = 0; s < (int64_t)MR_SEGMENTS; s++) {
+        struct store_segment segment = {.segment = s, .slack_in = slack_in, .joints = 10};
+        assert_int_equal(store_segment_put(store, run, &segment, &failure), MR_OK);
+    }
+}
+
+static void nothing_is_known(void **state)
+{
+    struct store *store = fresh("surveyed0.db");
+    struct fit_surveyed found;
+    (void)state;
+    int64_t run = land(store, 1);
+    assert_int_equal(fit_surveyed_before(store, run, &found, &failure), MR_OK);
+    assert_int_equal(found.segments, 0);
+    assert_true(isnan(found.sum_in[0]) && found.error_in == 0.0);
+    assert_int_equal(fit_surveyed_after(store, run, STORE_NONE, &found, &failure), MR_OK);
+    assert_int_equal(found.segments, 0);
+    store_close(store);
+}
+
+/* Survey, landing 1, an old and a new survey of ten segments, landing 2, a survey of all. The board
+ * knew 0.20 in, then 0.18. */
+static void the_newest_between_two_landings(void **state)
+{
+    struct store *store = fresh("surveyed1.db");
+    struct fit_surveyed found;
+    (void)state;
+    survey(store, 500, 42, 0.25, 0.004);
+    int64_t first = land(store, 1);
+    board(store, first, 0.20);
+    survey(store, 1500, 10, 0.40, 0.004);
+    survey(store, 1600, 10, 0.15, 0.1);
+    int64_t second = land(store, 2);
+    board(store, second, 0.18);
+    survey(store, 2500, 42, 0.05, 0.004);
+
+    assert_int_equal(fit_surveyed_before(store, first, &found, &failure), MR_OK);
+    assert_int_equal(found.gages, 42);
+    assert_near(found.sum_in[0], 0.26, 1e-9);
+    assert_near(found.sum_in[41], 0.26, 1e-9);
+    /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
+    assert_near(found.error_in, 0.01, 1e-9);
+
+    assert_int_equal(fit_surveyed_after(store, first, second, &found, &failure), MR_OK);
+    assert_int_equal(found.gages, 10);
+    assert_int_equal(found.segments, 42);
+    assert_near(found.sum_in[9], 0.16, 1e-9);
+    assert_near(found.sum_in[10], 0.18, 1e-6); /* not read: the board's */
+    assert_near(found.error_in, 0.1 / sqrt(2.0), 1e-9);
+
+    struct fit_surveyed before;
+    assert_int_equal(fit_surveyed_before(store, second, &before, &failure), MR_OK);
+    for (size_t s = 0; s < MR_SEGMENTS; s++)
+        assert_near(before.sum_in[s], found.sum_in[s], 0.0);
+
+    assert_int_equal(fit_surveyed_after(store, second, STORE_NONE, &found, &failure), MR_OK);
+    assert_int_equal(found.gages, 42);
+    assert_near(found.sum_in[20], 0.06, 1e-9);
+    store_close(store);
+}
+
+/* ---- fit misfit ---- */
+
+enum { REPLICAS = 99, ROWS = REPLICAS + 1 };
+
+struct rows {
+    struct fit_landings list;
+    struct fit_answer answer;
+};
+
+/* A campaign's statistics with residuals that are normal, neighbours' correlated by a third. */
+static void begin(struct rows *rows, uint64_t seed)
+{
+    const struct runway_wanted wanted = {.surveyed = true, .landings = 1, .mats = 100};
+    static struct error error;
+    double z[FIT_KEYS];
+    struct cheap_random random = {seed};
+    assert_true(runway_campaign(&wanted, seed, z, &rows->list, &error));
+    size_t p = rows->list.statistics;
+    rows->answer = (struct fit_answer){.statistics = p, .replicas = REPLICAS};
+    rows->answer.residual = calloc(ROWS * p, sizeof(double));
+    assert_non_null(rows->answer.residual);
+    for (size_t i = 0; i < ROWS; i++) {
+        for (size_t s = 0; s < p; s++) {
+            double *at = &rows->answer.residual[i * p + s];
+            *at = cheap_normal(&random) + (s > 0 ? 0.35 * at[-1] : 0.0);
+        }
+    }
+}
+
+static void end(struct rows *rows)
+{
+    fit_free(&rows->answer);
+    fit_landings_free(&rows->list);
+}
+
+static struct misfit check(const struct rows *rows)
+{
+    return misfit_check(&rows->list, &rows->answer, 3);
+}
+
+/* The measured row is one of a hundred: five of them are said to be odd, whichever it is. */
+static void one_among_equals(void **state)
+{
+    struct rows rows;
+    unsigned cannot = 0;
+    (void)state;
+    begin(&rows, 11);
+    size_t p = rows.list.statistics;
+    double *first = calloc(p, sizeof *first);
+    assert_non_null(first);
+    for (size_t s = 0; s < MR_SEGMENTS; s++) /* the survey stays the same: leave it out */
+        rows.list.landing[0].survey_in[s] = (double)NAN;
+    for (size_t i = 0; i < ROWS; i++) {
+        struct misfit misfit = check(&rows);
+        assert_true(misfit.checked);
+        cannot += misfit.cannot;
+        memcpy(first, rows.answer.residual, p * sizeof *first);
+        for (size_t k = 0; k + 1 < ROWS; k++)
+            memcpy(rows.answer.residual + k * p, rows.answer.residual + (k + 1) * p,
+                   p * sizeof *first);
+        memcpy(rows.answer.residual + (ROWS - 1) * p, first, p * sizeof *first);
+    }
+    assert_int_equal(cannot, 5);
+    free(first);
+    end(&rows);
+}
+
+static double station(const struct rows *rows, size_t s)
+{
+    const struct fit_landing *landing = &rows->list.landing[0];
+    const struct fit_window *window = &landing->window[s];
+    return window->channel == SIZE_MAX ? -1.0 : landing->channel[window->channel].station_ft;
+}
+
+/* Four standard deviations on the second half alone; one residual of 9. */
+static void what_is_odd_is_found(void **state)
+{
+    struct rows rows;
+    (void)state;
+    begin(&rows, 12);
+    for (size_t s = 0; s < rows.list.statistics; s++)
+        rows.answer.residual[s] += station(&rows, s) > 50.0 / 3.5 ? 4.0 : 0.0;
+    assert_true(check(&rows).cannot);
+    end(&rows);
+
+    begin(&rows, 14);
+    rows.answer.residual[7] = 9.0;
+    assert_true(check(&rows).cannot);
+    end(&rows);
+}
+
+static void too_few_are_not_checked(void **state)
+{
+    struct rows rows;
+    (void)state;
+    begin(&rows, 15);
+    rows.answer.replicas = MISFIT_LEAST - 1;
+    struct misfit misfit = check(&rows);
+    assert_false(misfit.checked || misfit.cannot);
+    end(&rows);
+}
+
+/* From the landing to the check: gaps laid in stretches, and gaps that were not. */
+static void gaps_in_stretches(void **state)
+{
+    (void)state;
+    for (int patchy = 0; patchy < 2; patchy++) {
+        const struct runway_wanted wanted = {.kind = patchy ? RUNWAY_PATCHY : RUNWAY_MODEL,
+                                             .surveyed = true,
+                                             .landings = 1,
+                                             .mats = 100};
+        struct fit_options options = {.draws = 60, .replicas = 59, .seed = 3};
+        struct rows rows = {0};
+        struct error error = {0};
+        double z[FIT_KEYS];
+        assert_true(runway_campaign(&wanted, 21, z, &rows.list, &error));
+        for (int k = 0; k < FIT_KEYS; k++)
+            rows.list.parameter[k].fitted = k == FIT_GRIT;
+        struct fit_model model = fit_landings_model(&rows.list);
+        fit_run(&model, rows.list.measured, &options, &rows.answer, &error);
+        assert_no_error(&error);
+        struct misfit misfit = check(&rows);
+        assert_true(misfit.checked);
+        assert_int_equal(misfit.cannot, patchy);
+        end(&rows);
+    }
+}
+
+/* ---- fit beside ---- */
+
+enum { DRAWS = 24 };
+
+static double *simulated(struct fit_landings *list)
+{
+    struct fit_model model = fit_landings_model(list);
+    double *statistic = calloc(DRAWS * list->statistics, sizeof *statistic);
+    double z[DRAWS * FIT_KEYS];
+    uint64_t draw[DRAWS];
+    bool good[DRAWS];
+    assert_non_null(statistic);
+    for (unsigned n = 0; n < DRAWS; n++) {
+        draw[n] = 4000 + n;
+        for (int k = 0; k < FIT_KEYS; k++)
+            z[n * FIT_KEYS + (unsigned)k] = 0.5 * sin(3.0 * n + 2.0 * k);
+    }
+    for (unsigned n = 0; n < DRAWS; n += FIT_SOME)
+        model.simulate_some(model.context, FIT_SOME, z + n * FIT_KEYS, draw + n,
+                            statistic + n * list->statistics, good + n);
+    for (unsigned n = 0; n < DRAWS; n++)
+        assert_true(good[n]);
+    return statistic;
+}
+
+static void as_host_sim(void **state)
+{
+    const struct runway_wanted wanted = {.surveyed = true, .landings = 2};
+    struct fit_landings list;
+    struct error error = {0};
+    double z[FIT_KEYS], squares = 0.0, offset = 0.0, worst = 0.0;
+    (void)state;
+    assert_true(runway_campaign(&wanted, 7, z, &list, &error));
+    assert_true(beside_can(&list.landing[0].scene));
+    size_t p = list.statistics;
+    double *beside = simulated(&list);
+    for (size_t l = 0; l < list.count; l++)
+        list.landing[l].scene.wheel_load_lb = 1e-9; /* the chains have none */
+    assert_false(beside_can(&list.landing[0].scene));
+    double *alone = simulated(&list);
+    for (size_t s = 0; s < p; s++) {
+        double mean = 0.0, spread = 0.0, difference = 0.0, square = 0.0;
+        for (size_t n = 0; n < DRAWS; n++) {
+            double d = beside[n * p + s] - alone[n * p + s];
+            difference += d / DRAWS;
+            square += d * d / DRAWS;
+            mean += alone[n * p + s] / DRAWS;
+        }
+        for (size_t n = 0; n < DRAWS; n++)
+            spread += pow(alone[n * p + s] - mean, 2.0) / (DRAWS - 1);
+        squares += square / spread / (double)p;
+        offset += difference / sqrt(spread) / (double)p;
+        worst = fmax(worst, fabs(difference) / sqrt(spread));
+    }
+    print_message("rms %.3f, mean %+.4f, worst mean %.3f of what joints scatter\n", sqrt(squares),
+                  offset, worst);
+    assert_true(sqrt(squares) < 0.1);
+    assert_true(fabs(offset) < 0.01);
+    assert_true(worst < 0.1);
+    free(beside);
+    free(alone);
+    fit_landings_free(&list);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -436,6 +752,13 @@ int main(void)
         cmocka_unit_test(windows_follow_the_wheel),
         cmocka_unit_test(gaps_given_their_sum),
         cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(nothing_is_known),
+        cmocka_unit_test(the_newest_between_two_landings),
+        cmocka_unit_test(one_among_equals),
+        cmocka_unit_test(what_is_odd_is_found),
+        cmocka_unit_test(too_few_are_not_checked),
+        cmocka_unit_test(gaps_in_stretches),
+        cmocka_unit_test(as_host_sim),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
  *
  * In single precision and one pass, as the board's chain: what is wrong with that is far less than
  * what unknown joints scatter. host/sim computes the same landing in double precision with a check
- * and takes ten times as long; tests/host/test_fit_beside.c compares the two. */
+ * and takes ten times as long; tests/host/test_fit.c compares the two. */
 #ifndef MATRIG_HOST_STUDY_FIT_BESIDE_H
 #define MATRIG_HOST_STUDY_FIT_BESIDE_H
 
