@@ -9,7 +9,6 @@
 #include "common/closure.h"
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
-#include "host/base/statistics.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
 #include "host/store/store_survey.h"
@@ -22,14 +21,12 @@ static enum mr_status take_risk(struct store *store, const struct measured *meas
 {
     struct store_risk *risk = NULL;
     size_t risks = 0;
-    row->risk_most = row->risk_most_t_s = row->risk_early = (double)NAN;
+    row->risk_most = row->risk_most_t_s = (double)NAN;
     enum mr_status status = store_risks(store, row->run, &risk, &risks, error);
     for (size_t i = 0; status == MR_OK && i < risks; i++) {
         double t_s = measured_block_s(measured, risk[i].block);
         if (isnan(risk[i].risk))
             continue;
-        if (measured->t0_is_touchdown && t_s >= 0.0 && t_s <= RECORD_RISK_AT_S)
-            row->risk_early = risk[i].risk;
         if (isnan(row->risk_most) || risk[i].risk > row->risk_most) {
             row->risk_most = risk[i].risk;
             row->risk_most_t_s = t_s;
@@ -61,15 +58,12 @@ static void take_warning(const struct measured *measured, const struct zones *zo
 static void take_plan(const struct measured *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
-    row->met = (double)NAN;
     if (!row->advised || measured->fit_status != MR_OK)
         return;
     double speed_ft_s = fit->touchdown_speed_ft_s.value,
-           way_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft;
-    row->met = way_ft > 0.0
-                 ? speed_ft_s * speed_ft_s / (2.0 * way_ft) / row->advice.deceleration_ft_s2
-                 : (double)NAN;
-    row->off_plan = fabs(row->met - 1.0) > RECORD_OFF_BRAKING ||
+           way_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
+           braking = speed_ft_s * speed_ft_s / (2.0 * way_ft) / row->advice.deceleration_ft_s2;
+    row->off_plan = (way_ft > 0.0 && fabs(braking - 1.0) > RECORD_OFF_BRAKING) ||
                     fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
 }
 
@@ -114,7 +108,6 @@ static void take_advice(const struct store_advice *advice, size_t count, int64_t
     for (size_t i = 0; i < count; i++) {
         if (advice[i].after_run < before || advice[i].after_run >= row->run)
             continue;
-        row->replaced += row->advised;
         row->advised = true;
         row->advice = advice[i];
     }
@@ -183,83 +176,20 @@ static enum mr_status load_landing(struct store *store, const struct outcome_bet
 
 /* ---- sums ---- */
 
-static int ascending(const void *a, const void *b)
+static void add_row(struct record *record, const struct record_row *row)
 {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static void add_row(struct record *record, const struct record_row *row, double *lead_s)
-{
-    record->replaced += row->replaced;
-    if (row->is_void) {
-        record->voided++;
-        record->advice_voided += row->advised;
+    record->voided += row->is_void;
+    if (row->is_void)
         return;
-    }
     record->landings++;
     record->verdict[row->verdict]++;
-    record->basis[row->outcome.basis]++;
-    record->unwatched += row->warned == RECORD_UNWATCHED;
-    record->unknown_warned += row->verdict == RECORD_NOT_KNOWN && row->warned == RECORD_WARNED;
-    if (row->verdict == RECORD_HIT && isfinite(row->lead_s))
-        lead_s[record->leads++] = row->lead_s;
-    if (!row->advised)
-        return;
-    record->advices++;
-    record->off_plan += row->off_plan;
-    if (!row->off_plan)
+    if (row->advised && row->off_plan)
+        record->off_plan++;
+    else if (row->advised)
         record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
                        : strcmp(row->advice.verdict, "caution") == 0
                            ? RECORD_CAUTION
                            : RECORD_CLEAR][row->outcome.came]++;
-}
-
-/* The probability of a landing that is scored; NaN: none, or nobody knows what came. A landing
- * that was another than planned says nothing of it. */
-static double stated(const struct record_row *row, bool said)
-{
-    bool known = !row->is_void && row->outcome.came != OUTCOME_UNKNOWN;
-    if (!known)
-        return (double)NAN;
-    if (said)
-        return row->advised && !row->off_plan ? row->advice.zone : (double)NAN;
-    return row->outcome.t_s <= RECORD_RISK_AT_S ? (double)NAN : row->risk_early;
-}
-
-static void score(const struct record *record, bool said, struct record_score *score)
-{
-    double square = 0.0, came = 0.0;
-    *score = (struct record_score){.brier = (double)NAN, .climatology = (double)NAN};
-    for (size_t i = 0; i < record->rows; i++) {
-        double p = stated(&record->row[i], said),
-               y = record->row[i].outcome.came == OUTCOME_CAME ? 1.0 : 0.0;
-        if (isnan(p))
-            continue;
-        score->count++;
-        square += (p - y) * (p - y);
-        came += y;
-    }
-    if (score->count < RECORD_SCORED)
-        return;
-    double n = (double)score->count;
-    score->brier = square / n;
-    score->climatology = came / n * (1.0 - came / n);
-}
-
-static void add_up(struct record *record)
-{
-    double *lead_s = xcalloc(record->rows, sizeof *lead_s);
-    for (size_t i = 0; i < record->rows; i++)
-        add_row(record, &record->row[i], lead_s);
-    qsort(lead_s, record->leads, sizeof *lead_s, ascending);
-    record->lead_least_s = record->leads ? lead_s[0] : (double)NAN;
-    record->lead_median_s = record->leads
-                              ? 0.5 * (lead_s[(record->leads - 1) / 2] + lead_s[record->leads / 2])
-                              : (double)NAN;
-    score(record, true, &record->said);
-    score(record, false, &record->risk);
-    free(lead_s);
 }
 
 /* ---- the campaign ---- */
@@ -300,9 +230,6 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
         take_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
         status = store_is_void(store, row->run, &row->is_void, NULL, error);
     }
-    for (size_t i = 0; status == MR_OK && i < advices; i++)
-        record->to_come_advices += advice[i].after_run >=
-                                   (count ? record->landing[count - 1].id : 0);
     free(advice);
     return status;
 }
@@ -326,12 +253,8 @@ enum mr_status record_end(struct store *store, struct record *record, struct err
         if (!row->judged)
             status = load_landing(store, &between, row, error);
     }
-    if (record->to_come_advices) {
-        record->to_come = 1;
-        record->replaced += record->to_come_advices - 1;
-    }
-    if (status == MR_OK)
-        add_up(record);
+    for (size_t i = 0; status == MR_OK && i < record->rows; i++)
+        add_row(record, &record->row[i]);
     return status;
 }
 
@@ -604,151 +527,44 @@ const char *record_verdict_text(enum record_verdict verdict)
     return text[verdict];
 }
 
-static const char *const advised[RECORD_ADVICES] = {"clear", "caution", "against"};
-
-/* "3 of 4", with Wilson's interval. For programs NAME, NAME_of, NAME_low, NAME_high. */
-static void share_answer(struct answer *answer, const char *name, const char *label, size_t count,
-                         size_t of, const char *what)
-{
-    char key[60];
-    struct wilson share = wilson_of(count, of);
-    answer_count(answer, name, NULL, (int64_t)count);
-    snprintf(key, sizeof key, "%s_of", name);
-    answer_count(answer, key, NULL, (int64_t)of);
-    snprintf(key, sizeof key, "%s_low", name);
-    answer_value(answer, key, NULL, UNIT_NUMBER, of ? share.low : (double)NAN, 3);
-    snprintf(key, sizeof key, "%s_high", name);
-    answer_value(answer, key, NULL, UNIT_NUMBER, of ? share.high : (double)NAN, 3);
-    if (of)
-        answer_words(answer, NULL, label, "%zu of %zu %s: with 95 %% between %.0f and %.0f %%",
-                     count, of, what, 100.0 * share.low, 100.0 * share.high);
-    else
-        answer_words(answer, NULL, label, "no %s", what);
-}
-
-static size_t came(const struct record *record)
-{
-    return record->verdict[RECORD_HIT] + record->verdict[RECORD_LATE] +
-           record->verdict[RECORD_MISS];
-}
-
-static void unknown_answer(const struct record *record, struct answer *answer)
-{
-    size_t unknown = record->verdict[RECORD_NOT_KNOWN];
-    answer_count(answer, "unknown", NULL, (int64_t)unknown);
-    answer_count(answer, "unknown_warned", NULL, (int64_t)record->unknown_warned);
-    answer_count(answer, "unwatched", NULL, (int64_t)record->unwatched);
-    answer_words(answer, NULL, "not known",
-                 "%zu landing%s, %zu of them warned of: counted as neither right nor wrong",
-                 unknown, unknown == 1 ? "" : "s", record->unknown_warned);
-}
-
-static void lead_answer(const struct record *record, struct answer *answer)
-{
-    answer_value(answer, "lead_median", NULL, UNIT_TIME, record->lead_median_s, 3);
-    answer_value(answer, "lead_least", NULL, UNIT_TIME, record->lead_least_s, 3);
-    answer_count(answer, "leads", NULL, (int64_t)record->leads);
-    if (record->leads)
-        answer_words(answer, NULL, "lead time",
-                     "median %.2f s, least %.2f s, to when the wheel came to 50 closed mats; of "
-                     "%zu",
-                     record->lead_median_s, record->lead_least_s, record->leads);
-}
-
 static void warnings_answer(const struct record *record, struct answer *answer)
 {
-    size_t hit = record->verdict[RECORD_HIT], wrong = record->verdict[RECORD_FALSE],
-           late = record->verdict[RECORD_LATE];
+    static const char *const names[RECORD_VERDICTS] = {"unknown", "hits",  "late",
+                                                       "misses",  "false", "silences"};
     answer_open(answer, "warnings", "warnings");
-    share_answer(answer, "warned", "warned of", hit + late, came(record),
-                 "landings in which the wheel came to a zone");
-    share_answer(answer, "hits", "in time", hit, came(record), "of them, before it came there");
-    answer_count(answer, "late", "too late", (int64_t)late);
-    answer_count(answer, "misses", "missed", (int64_t)record->verdict[RECORD_MISS]);
-    share_answer(answer, "false", "false", wrong, wrong + hit + late,
-                 "warnings of which that is known");
-    answer_count(answer, "silences", "rightly quiet", (int64_t)record->verdict[RECORD_SILENCE]);
-    lead_answer(record, answer);
-    unknown_answer(record, answer);
-    answer_close(answer);
-}
-
-static void score_answer(const struct record_score *score, const char *name, const char *label,
-                         struct answer *answer)
-{
-    answer_open(answer, name, "");
-    answer_count(answer, "known", NULL, (int64_t)score->count);
-    answer_value(answer, "brier", NULL, UNIT_NUMBER, score->brier, 4);
-    answer_value(answer, "climatology", NULL, UNIT_NUMBER, score->climatology, 4);
-    if (score->count >= RECORD_SCORED)
-        answer_words(answer, NULL, label,
-                     "Brier score %.3f of %zu; always saying the share that came would have %.3f",
-                     score->brier, score->count, score->climatology);
-    else
-        answer_words(answer, NULL, label,
-                     "no score: %zu known landings, and fewer than %d tell nothing", score->count,
-                     RECORD_SCORED);
-    answer_close(answer);
-}
-
-static void one_advice_answer(const struct record *record, enum record_advised verdict,
-                              struct answer *answer)
-{
-    static const char *const label[RECORD_ADVICES] = {"said clear", "said caution", "said against"};
-    const size_t *by = record->advice[verdict];
-    char what[80];
-    answer_open(answer, advised[verdict], "");
-    snprintf(what, sizeof what, "known landings came to a zone, %zu not known",
-             by[OUTCOME_UNKNOWN]);
-    share_answer(answer, "came", label[verdict], by[OUTCOME_CAME],
-                 by[OUTCOME_CAME] + by[OUTCOME_DID_NOT],
-                 by[OUTCOME_CAME] + by[OUTCOME_DID_NOT] ? what : "landing of which it is known");
-    answer_count(answer, "unknown", NULL, (int64_t)by[OUTCOME_UNKNOWN]);
+    for (size_t i = 1; i <= RECORD_VERDICTS; i++) {
+        enum record_verdict verdict = (enum record_verdict)(i % RECORD_VERDICTS);
+        answer_count(answer, names[verdict], record_verdict_text(verdict),
+                     (int64_t)record->verdict[verdict]);
+    }
     answer_close(answer);
 }
 
 static void advice_answer(const struct record *record, struct answer *answer)
 {
-    answer_open(answer, "advice", "advice before landings");
-    answer_count(answer, "given", "kept before a landing", (int64_t)record->advices);
-    for (int i = RECORD_ADVICES - 1; i >= 0; i--)
-        one_advice_answer(record, (enum record_advised)i, answer);
-    answer_count(answer, "off_plan", "landed otherwise than planned", (int64_t)record->off_plan);
-    answer_count(answer, "to_come", NULL, (int64_t)record->to_come);
-    answer_count(answer, "replaced", "replaced by a later one", (int64_t)record->replaced);
-    answer_count(answer, "voided", "before a landing that is void", (int64_t)record->advice_voided);
-    score_answer(&record->said, "probability", "its probabilities", answer);
-    answer_close(answer);
-}
-
-static void basis_answer(const struct record *record, struct answer *answer)
-{
-    char text[200] = "";
-    for (int i = 1; i < OUTCOME_BASES; i++) {
-        size_t used = strlen(text);
-        if (record->basis[i])
-            snprintf(text + used, sizeof text - used, "%s%s in %zu", used ? ", " : "",
-                     outcome_basis_text((enum outcome_basis)i), record->basis[i]);
+    static const char *const names[RECORD_ADVICES] = {"clear", "caution", "against"};
+    answer_table(answer, "advice", "advice before landings");
+    for (size_t i = 0; i < RECORD_ADVICES; i++) {
+        answer_row(answer);
+        answer_words(answer, "advice", "advice", "%s", names[i]);
+        answer_count(answer, "came", "zone reached", (int64_t)record->advice[i][OUTCOME_CAME]);
+        answer_count(answer, "did_not", "not reached", (int64_t)record->advice[i][OUTCOME_DID_NOT]);
+        answer_count(answer, "unknown", "not known", (int64_t)record->advice[i][OUTCOME_UNKNOWN]);
     }
-    answer_count(answer, "by_seen", NULL, (int64_t)record->basis[OUTCOME_SEEN]);
-    answer_count(answer, "by_transducers", NULL, (int64_t)record->basis[OUTCOME_TRANSDUCERS]);
-    answer_count(answer, "by_survey_after", NULL, (int64_t)record->basis[OUTCOME_SURVEY_AFTER]);
-    answer_words(answer, NULL, "what came rests on", "%s",
-                 text[0] ? text : "nothing: none is known");
+    answer_close(answer);
+    answer_count(answer, "off_plan", "landed otherwise than planned", (int64_t)record->off_plan);
 }
 
 static void line_answer(const struct record *record, struct answer *answer)
 {
-    size_t hit = record->verdict[RECORD_HIT], late = record->verdict[RECORD_LATE],
-           wrong = record->verdict[RECORD_FALSE];
-    char before[60] = "";
-    if (record->advices)
-        snprintf(before, sizeof before, "; advice before %zu", record->advices);
+    const size_t *verdict = record->verdict;
     answer_sentence(answer, NULL,
-                    "warned of %zu of %zu landings that came to a zone (%zu in time), %zu of %zu "
-                    "warnings false, %zu rightly quiet, %zu not known%s (matrig report has each)",
-                    hit + late, came(record), hit, wrong, wrong + hit + late,
-                    record->verdict[RECORD_SILENCE], record->verdict[RECORD_NOT_KNOWN], before);
+                    "In %zu landings the wheel reached a zone: %zu warned in time, %zu too late, "
+                    "%zu missed. %zu false warnings, %zu rightly quiet, %zu not known (matrig "
+                    "report has each).",
+                    verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS],
+                    verdict[RECORD_HIT], verdict[RECORD_LATE], verdict[RECORD_MISS],
+                    verdict[RECORD_FALSE], verdict[RECORD_SILENCE], verdict[RECORD_NOT_KNOWN]);
 }
 
 void record_answer(const struct record *record, bool brief, struct answer *answer)
@@ -756,9 +572,7 @@ void record_answer(const struct record *record, bool brief, struct answer *answe
     answer_open(answer, "record", brief ? NULL : "");
     answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landings);
     answer_count(answer, "voided", brief ? NULL : "void, not counted", (int64_t)record->voided);
-    basis_answer(record, answer);
     warnings_answer(record, answer);
-    score_answer(&record->risk, "risk", "risk told 1 s after touchdown", answer);
     advice_answer(record, answer);
     answer_close(answer);
     if (brief)

@@ -66,12 +66,10 @@ enum mr_status outcome_load(struct store *store, const struct measured *measured
 /* "transducers and survey", for tables. Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);
 
-#define RECORD_SCORED      10 /* fewer stated probabilities than these have no score */
 /* a landing that was braked so much otherwise, or came so much faster or slower, is another than
  * the advice was of */
 #define RECORD_OFF_BRAKING 0.25
 #define RECORD_OFF_SPEED   0.10
-#define RECORD_RISK_AT_S   1.0 /* the risk that is scored is the last one told up to then */
 
 enum record_warned {
     RECORD_UNWATCHED, /* another instrument's readings: no board could warn */
@@ -98,38 +96,23 @@ struct record_row {
     double warned_t_s, warned_ft, wheel_ft; /* first warning; NaN: none */
     double lead_s;                          /* to when the wheel came to a zone; NaN */
     double risk_most, risk_most_t_s;        /* told in it; NaN: none */
-    double risk_early;                      /* at RECORD_RISK_AT_S; NaN */
     bool advised;
     struct store_advice advice; /* the newest before it */
-    size_t replaced;            /* advices before that one, after the landing before */
-    double met;                 /* its braking over the planned one; NaN: not known */
     bool off_plan;
     struct outcome outcome;
     enum record_verdict verdict;
     const char *why; /* RECORD_NOT_KNOWN; static */
 };
 
-/* Stated probabilities against what came. */
-struct record_score {
-    size_t count;
-    double brier, climatology; /* the same of always saying the share that came; NaN: too few */
-};
-
 struct record {
     struct record_row *row; /* by rising RUN */
     size_t rows;
     struct store_landing *landing; /* of each row */
-    size_t to_come_advices;        /* kept after the newest landing */
     /* sums over those that are not void */
-    size_t landings, voided, unwatched;
+    size_t landings, voided;
     size_t verdict[RECORD_VERDICTS];
-    size_t unknown_warned; /* of those not known */
-    size_t basis[OUTCOME_BASES];
-    double lead_least_s, lead_median_s; /* of hits with a time; NaN: none */
-    size_t leads;
-    size_t advices, advice[RECORD_ADVICES][3]; /* the latter by enum outcome_came */
-    size_t off_plan, to_come, replaced, advice_voided;
-    struct record_score said, risk; /* of advice, and of the board RECORD_RISK_AT_S on */
+    size_t advice[RECORD_ADVICES][3]; /* by enum outcome_came */
+    size_t off_plan;                  /* landings that were others than planned: not in `advice` */
 };
 
 /* A landing that is loaded, with its series. */

@@ -36,9 +36,8 @@ rows = re.findall(r"<tr><td[^>]*>(\d+)</td>(.*?)</tr>", section)
 said = [re.sub("<[^>]*>", "|", cells) for _, cells in rows]
 print(w, *said, sep="\n")
 assert "Warnings and their outcome" in section and len(rows) == 3
-assert w["late"] + w["hits"] == w["warned"] and w["warned"] + w["misses"] == w["hits_of"]
 assert sum("|missed|" in s for s in said) == w["misses"] and sum("|rightly quiet|" in s for s in said) == w["silences"]
-assert sum("|not known|" in s for s in said) >= w["unknown"] and w["hits_of"] + w["false"] + w["silences"] + w["unknown"] == 3
+assert sum("|not known|" in s for s in said) >= w["unknown"] and sum(w.values()) == 3
 EOP
 }
 one_landing() {

@@ -170,11 +170,10 @@ static void each_kind(void **state)
     assert_int_equal(record.verdict[RECORD_LATE], 1);
     assert_int_equal(record.verdict[RECORD_MISS], 5);
     assert_int_equal(record.verdict[RECORD_FALSE], 1);
-    assert_int_equal(record.unknown_warned, 1);
     /* looks are 20 ms apart; the board looks every 50 ms */
     assert_near(record.row[0].outcome.t_s, FAR_AT_S, 0.021);
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
-    assert_near(record.lead_median_s, FAR_AT_S - WARNED_AT_S, 0.06);
+    assert_near(record.row[0].lead_s, FAR_AT_S - WARNED_AT_S, 0.06);
     assert_near(record.row[8].outcome.t_s, NEAR_AT_S, 0.021);
     assert_int_equal(record.row[0].outcome.mats, 60);
     assert_near(record.row[0].outcome.start_ft, 57.14, 0.1);
@@ -201,24 +200,16 @@ static void advice_and_what_came(void **state)
     }
     advise(10, "caution", 0.5, 8.0);
     load(&record);
-    assert_int_equal(record.advices, 10);
-    assert_int_equal(record.replaced, 1);
-    assert_int_equal(record.to_come, 1);
     assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_CAME], 5);
     assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_DID_NOT], 0);
     assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_DID_NOT], 5);
-    assert_int_equal(record.said.count, 10);
-    assert_near(record.said.brier, (5 * 0.04 + 5 * 0.09) / 10.0, 1e-12);
-    assert_near(record.said.climatology, 0.25, 1e-12);
     record_free(&record);
 
-    /* Planned at 5 ft/s2 and braked at 8: another landing, and one score too few. */
+    /* Planned at 5 ft/s2 and braked at 8: another landing. */
     advise(1, "against", 0.9, 5.0);
     load(&record);
     assert_int_equal(record.off_plan, 1);
     assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_DID_NOT], 4);
-    assert_int_equal(record.said.count, 9);
-    assert_true(isnan(record.said.brier));
     record_free(&record);
     session_end(&session);
 }
