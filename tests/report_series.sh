@@ -35,7 +35,7 @@ play() { # LANDING: and on, until the runway is in the board's memory, 0.5 s aft
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 board=
 trap '[ -z "$board" ] || kill "$board" 2>/dev/null || true; rm -rf "$sockets"' EXIT
-build/matrig --quiet series "$db" standard --runway "model, 1 to 7" --pattern standard >/dev/null
+build/matrig --quiet landing "$db" --series standard --runway "model, 1 to 7" --pattern standard >/dev/null
 for landing in 1 2 3 4 5; do
     sheet "build/runs/landing$landing.run" gap_in "$landing" "before landing $landing"
     play "$landing"

@@ -147,7 +147,7 @@ static const struct command_part parts[] = {
                 "the image that recorded it, another one is refused; else the one of this matrig, "
                 "if it did"),
     HELP_NOTE("For people without matrig: matrig report, matrig export."),
-    HELP_EXAMPLE("matrig bundle campaign.db 5 -o landing5.db"),
+    HELP_EXAMPLE("matrig bundle campaign.db 5 -o passed-on.db"),
 };
 
 const struct command command_bundle = {

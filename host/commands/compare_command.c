@@ -187,7 +187,7 @@ static const struct command_part parts[] = {
                       "RUN: all landings, in order; the runway is as each left it. Without FILE: "
                       "the model runway"),
     OPTION_TEXT("--series", "NAME", series,
-                "the landings of a series (matrig series) instead of all"),
+                "the landings of a series (matrig landing --series) instead of all"),
     OPTION_TEXT("--limits", "F", limits_path,
                 "JSON of paths into the answer's JSON; exit 1 when one fails:\n"
                 "{\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1, "

@@ -1,4 +1,5 @@
-/* matrig landing: what people say of a landing, with its history. */
+/* matrig landing: series, and the notes, corrections and observations of a landing, with their
+ * history. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 #include "host/base/quantity.h"
 #include "host/base/command.h"
 #include "host/store/store_journal.h"
+#include "host/survey/survey_answer.h"
 
 /* What can be corrected: texts, or numbers within limits. */
 static const struct field {
@@ -28,11 +30,75 @@ struct request {
     const struct cli *cli;
     const char *words[2];
     int64_t run; /* 0: all */
-    const char *who, *note, *correct, *reason, *observe, *side, *form;
+    const char *who, *note, *correct, *reason, *observe, *side, *form, *series, *runway, *pattern,
+        *modification;
     double station_ft, height_in, at_s; /* NaN: not given */
     int64_t panels, withdraw;           /* 0: not given */
     bool make_void, unvoid;
 };
+
+/* ---- series ---- */
+
+static enum mr_status list_series(struct store *store, struct answer *answer, struct error *error)
+{
+    struct store_series *rows = NULL;
+    struct store_landing *landings = NULL;
+    size_t count = 0, landed = 0;
+    enum mr_status status = store_series_all(store, &rows, &count, error);
+    if (status == MR_OK)
+        status = store_landings(store, &landings, &landed, error);
+    answer_table(answer, "series", "");
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        char when[40];
+        int64_t its = 0;
+        for (size_t k = 0; k < landed && status == MR_OK; k++) {
+            struct store_series of;
+            status = store_series_of(store, &landings[k], &of, error);
+            its += of.id == rows[i].id;
+        }
+        survey_time_text(rows[i].made_us, when, sizeof when);
+        answer_row(answer);
+        answer_words(answer, "name", "series", "%s", rows[i].name);
+        answer_words(answer, "begun", "begun", "%s", when);
+        answer_words_or_none(answer, "runway", "runway", rows[i].runway, "-");
+        answer_words_or_none(answer, "pattern", "pattern", rows[i].pattern, "-");
+        answer_words_or_none(answer, "modification", "modification", rows[i].modification, "-");
+        answer_count(answer, "landings", "landings", its);
+        if (rows[i].notes[0])
+            answer_words(answer, NULL, "notes", "%s", rows[i].notes);
+        answer_words_or_none(answer, "who", NULL, rows[i].who, "-");
+    }
+    answer_close(answer);
+    free(rows);
+    free(landings);
+    return status;
+}
+
+static enum mr_status begin_series(const struct request *r, struct store *store,
+                                   struct error *error)
+{
+    struct store_series series = {.made_us = (int64_t)link_now_us()};
+    struct store_series *rows = NULL;
+    size_t count = 0;
+    if (!r->series[0] || strlen(r->series) >= sizeof series.name)
+        return error_set(error, MR_USAGE, "not a name: '%s'; 1 to %zu characters", r->series,
+                         sizeof series.name - 1);
+    said_fill(series.name, sizeof series.name, r->series);
+    said_fill(series.who, sizeof series.who, said_by(r->who));
+    said_fill(series.runway, sizeof series.runway, r->runway);
+    said_fill(series.pattern, sizeof series.pattern, r->pattern);
+    said_fill(series.modification, sizeof series.modification, r->modification);
+    said_fill(series.notes, sizeof series.notes, r->note);
+    enum mr_status status = store_series_all(store, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (strcmp(rows[i].name, series.name) == 0)
+            status = error_set(error, MR_USAGE,
+                               "there is a series '%s' already: %s; give another name", series.name,
+                               r->words[0]);
+    }
+    free(rows);
+    return status == MR_OK ? store_series_add(store, &series, error) : status;
+}
 
 /* ---- adding ---- */
 
@@ -111,8 +177,9 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
             there |= strcmp(rows[i].name, value + 1) == 0;
         free(rows);
         if (status == MR_OK && !there)
-            status = error_set(error, MR_UNKNOWN, "no series '%s': %s; matrig series DB lists them",
-                               value + 1, r->words[0]);
+            status = error_set(error, MR_UNKNOWN,
+                               "no series '%s': %s; matrig landing DB lists them", value + 1,
+                               r->words[0]);
     }
     return status == MR_OK ? change(r, store, name, field->number ? number : value + 1, error)
                            : status;
@@ -250,7 +317,19 @@ static enum mr_status check(struct request *r, struct error *error)
                (r->withdraw != 0) + (r->note && !r->observe);
     bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
                    !isnan(r->at_s) || r->form;
+    bool about = r->runway || r->pattern || r->modification;
     enum mr_status status = r->words[1] ? run_parse(r->words[1], &r->run, error) : MR_OK;
+    if (status == MR_OK && about && !r->series)
+        status = error_set(error, MR_USAGE,
+                           "which series? --runway, --pattern and --modification go with --series "
+                           "NAME; see matrig landing --help");
+    if (status == MR_OK && r->series && (r->run || acts > (r->note != NULL)))
+        status =
+            error_set(error, MR_USAGE,
+                      "--series begins a series, of no landing yet: matrig landing DB --series "
+                      "NAME; see matrig landing --help");
+    if (r->series)
+        return status;
     if (status == MR_OK && acts && !r->run)
         status = error_set(error, MR_USAGE,
                            "which landing? matrig landing DB RUN; see matrig landing --help");
@@ -285,12 +364,18 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
         status = check(&r, &error);
     bool acts = r.note || r.correct || r.observe || r.withdraw || r.make_void || r.unvoid;
     if (status == MR_OK)
-        status = store_open(r.words[0], acts ? STORE_OPEN : STORE_READ, &store, &error);
-    if (status == MR_OK && acts)
-        status = add(&r, store, &error);
+        status = store_open(r.words[0],
+                            r.series ? STORE_CREATE
+                            : acts   ? STORE_OPEN
+                                     : STORE_READ,
+                            &store, &error);
+    if (status == MR_OK && (r.series || acts))
+        status = r.series ? begin_series(&r, store, &error) : add(&r, store, &error);
     if (status == MR_OK)
         status = show(&r, store, answer, &error);
     answer_close(answer);
+    if (status == MR_OK && !r.run)
+        status = list_series(store, answer, &error);
     store_close(store);
     return answer_end(cli, answer, 0, &error);
 }
@@ -315,6 +400,10 @@ static const struct command_part parts[] = {
                   "--form T (two-panel, end connector, ...), --at S (after touchdown), --note T"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                  "observation N was a mistake; needs --reason"),
+    OPTION_TEXT("--series", "NAME", series,
+                "begin a series: landings that are armed from now on belong to it; with --runway "
+                "T, --pattern T, --modification T, --note T.\n"
+                "Without RUN the series are listed, too"),
     OPTION_TEXT("--who", "W", who, "who says so; else the user"),
     HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
                  "--side left --form two-panel"),
@@ -326,14 +415,19 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--at", "S", at_s, "s", -60.0, 600.0, (double)NAN, NULL),
     OPTION_TEXT("--form", "T", form, NULL),
     OPTION_FLAG("--unvoid", unvoid, NULL),
+    OPTION_TEXT("--runway", "T", runway, NULL),
+    OPTION_TEXT("--pattern", "T", pattern, NULL),
+    OPTION_TEXT("--modification", "T", modification, NULL),
 };
 
 const struct command command_landing = {
     "landing",
     landing_command,
     "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | "
-    "--void | --unvoid] [--reason T] [--who W]",
-    "notes, corrections and observations of landings, with their history",
+    "--void | --unvoid] [--reason T] [--who W] |\n"
+    "                         DB --series NAME [--runway T] [--pattern T] [--modification T] "
+    "[--note T] [--who W]",
+    "series of landings; notes, corrections and observations, with their history",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},
 };

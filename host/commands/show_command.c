@@ -81,12 +81,13 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
         answer_sentence(answer, NULL, "no landing yet: %s; matrig log --db %s collects them", db,
                         db);
     if (landings == 0 && series == 0)
-        answer_sentence(answer, NULL, "no series yet: matrig series %s NAME begins one", db);
+        answer_sentence(answer, NULL, "no series yet: matrig landing %s --series NAME begins one",
+                        db);
     if (landings == 0 && surveys == 0)
         answer_sentence(answer, NULL, "no survey yet: matrig survey %s begins one", db);
     if (series + surveys > 0)
         answer_sentence(answer, NULL,
-                        "%zu series (matrig series %s), %zu surveys (matrig survey "
+                        "%zu series (matrig landing %s), %zu surveys (matrig survey "
                         "%s --list)",
                         series, db, surveys, db);
 }

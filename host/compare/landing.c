@@ -229,8 +229,8 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     free(rows);
     if (error->status == MR_OK && *count == 0 && name)
         error_set(error, MR_UNKNOWN,
-                  "no landings in series '%s': %s; leave --series out for all, or matrig series %s "
-                  "NAME begins one",
+                  "no landings in series '%s': %s; leave --series out for all, or matrig landing "
+                  "%s --series NAME begins one",
                   name, store_path(store), store_path(store));
     else if (error->status == MR_OK && *count == 0)
         error_set(error, MR_TOO_FEW, "no landings to compare: %s; log one first",

@@ -376,11 +376,11 @@ static void facts(const struct report *report, bool *of, FILE *out)
     const struct text_row texts[] = {
         {"place", AT(site),
          read ? "site.name of the configuration" : "the configuration was not read; its site.name"},
-        {"runway", AT(series.runway), "matrig series DB NAME --runway"},
-        {"series", AT(series.name), "matrig series DB NAME"},
-        {"pattern", AT(series.pattern), "matrig series DB NAME --pattern"},
-        {"modification", AT(series.modification), "matrig series DB NAME --modification"},
-        {"operator", AT(series.who), "matrig series DB NAME --who"},
+        {"runway", AT(series.runway), "matrig landing DB --series NAME --runway"},
+        {"series", AT(series.name), "matrig landing DB --series NAME"},
+        {"pattern", AT(series.pattern), "matrig landing DB --series NAME --pattern"},
+        {"modification", AT(series.modification), "matrig landing DB --series NAME --modification"},
+        {"operator", AT(series.who), "matrig landing DB --series NAME --who"},
     };
     static const struct number_row numbers[] = {
         {"gear weight", AT(weight_lb), UNIT_TENSION, 1, "not entered",

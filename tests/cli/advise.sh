@@ -107,7 +107,7 @@ nothing_known() {
         fails_with 5 'no runway: .*none.db has no landing with the parameters' $matrig advise "$tmp/none.db" --speed 30 --deceleration 5
 }
 check "a file without a runway" nothing_known
-no_landing() { $matrig series "$tmp/empty.db" one >/dev/null && fails_with 5 'no runway: ' $matrig advise "$tmp/empty.db"; }
+no_landing() { $matrig landing "$tmp/empty.db" --series one >/dev/null && fails_with 5 'no runway: ' $matrig advise "$tmp/empty.db"; }
 check "a campaign without a landing" no_landing
 # An unknown board's landing with no stop cannot teach; the plan cannot come from it either.
 no_stop() {

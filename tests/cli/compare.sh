@@ -12,7 +12,7 @@ python3 tests/compare/scene_run.py $matrig $scene tests/runs/landing1.run "$tmp/
 # The run ends where it ends, maybe inside a frame: up to the last frame's end.
 python3 -c 'import sys; data = open(sys.argv[1], "rb").read(); open(sys.argv[2], "wb").write(data[: data.rindex(b"\0") + 1])' "$tmp/whole.serial" "$tmp/own.serial"
 log() { $matrig --quiet log --serial "file:$tmp/own.serial" --db "$db" >/dev/null; }
-log && $matrig --quiet series "$db" "spring" --pattern standard >/dev/null && log
+log && $matrig --quiet landing "$db" --series "spring" --pattern standard >/dev/null && log
 sed 's/"f": 0.5/"f": 0.35/' $scene >"$tmp/slippery.json"
 
 cat >"$tmp/tight.json" <<'END'

@@ -47,8 +47,7 @@ history_cannot_be_changed() {
 nothing_yet_is_said() { # of a campaign without any landing, survey or series
     begun_landing "$tmp/none.db" && sqlite3 "$tmp/none.db" "delete from landings" 2>/dev/null
     $matrig landing "$tmp/none.db" 2>"$tmp/err" && grep 'no landing yet: .*; matrig log --db .* collects them$' "$tmp/err" &&
-        $matrig survey "$tmp/none.db" --list 2>"$tmp/err" && grep 'no survey yet: .*; matrig survey .* begins one$' "$tmp/err" &&
-        $matrig series "$tmp/none.db" 2>"$tmp/err" && grep 'no series yet: .*; matrig series DB NAME begins one$' "$tmp/err"
+        $matrig survey "$tmp/none.db" --list 2>"$tmp/err" && grep 'no survey yet: .*; matrig survey .* begins one$' "$tmp/err"
 }
 observations() {
     landing 1 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel --at 1.5 --note 'grew <i>slowly' >/dev/null &&
@@ -78,13 +77,13 @@ report_shows_them() {
 }
 # The recorded landing was armed before any series; it is put in one by correction. A series takes in what is armed after it.
 series() {
-    $matrig series "$db" standard-1 --pattern standard --runway "first laying" --notes "bands off" >/dev/null || return 1
-    $matrig --json series "$db" | grep -q '"name":"standard-1".*"landings":0' || return 1
+    $matrig landing "$db" --series standard-1 --pattern standard --runway "first laying" --note "bands off" >/dev/null || return 1
+    $matrig --json landing "$db" | grep -q '"name":"standard-1".*"landings":0' || return 1
     landing 1 --correct series=standard-1 --reason "belongs there" | grep -q 'series standard-1, runway first laying, pattern diagonal' || return 1
-    $matrig --json series "$db" | grep -q '"landings":1' || return 1
+    $matrig --json landing "$db" | grep -q '"landings":1' || return 1
     sqlite3 "$db" "insert into landings(session, boot, board_landing, armed_us, state) values(1, 0, 9, (select made_us + 1 from series), 1)"
-    $matrig series "$db" second >/dev/null
-    landing 2 | grep -q 'RUN 2: landing 9, .* series standard-1,' && fails_with 2 "there is a series 'second' already" $matrig series "$db" second &&
+    $matrig landing "$db" --series second >/dev/null
+    landing 2 | grep -q 'RUN 2: landing 9, .* series standard-1,' && fails_with 2 "there is a series 'second' already" $matrig landing "$db" --series second &&
         fails_with 2 "no series 'third'" $matrig landing "$db" 1 --correct series=third --reason x
 }
 passed_on_with_a_bundle() {

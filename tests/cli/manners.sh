@@ -45,7 +45,7 @@ no_survey() { # from a sheet that is none
 check "a sheet that cannot be read begins no survey" no_survey
 check "a sheet with --json is one object" sh -c "$m --json survey '$tmp/s.db' --sheet '$tmp/sheet.csv' | python3 -m json.tool | grep -q places"
 hostile() { # what a colleague's campaign may hold: nothing that a terminal takes for an order
-    $m series "$tmp/s.db" "$(printf 'a\033[31mb')" | cat -v | grep -q 'a \[31mb'
+    $m landing "$tmp/s.db" --series "$(printf 'a\033[31mb')" | cat -v | grep -q 'a \[31mb'
 }
 check "control characters are shown as spaces" hostile
 
@@ -78,7 +78,7 @@ offers() { # EXPECTED WORD...
     shift
     [ "$(complete_line "$@" | sort | xargs)" = "$expected" ] || { echo "offered: $(complete_line "$@" | xargs)"; return 1; }
 }
-check "commands" offers "scale series show sim study survey sweep" s
+check "commands" offers "scale show sim study survey sweep" s
 check "commands after options" offers "export" --json exp
 check "options of a command" offers "--design-only" bands --d
 check "options, all of them" offers "--base --format --help -o" export db 1 -
@@ -158,7 +158,7 @@ object() { # WORD...: JSON and nothing else
 db=$away/c.db
 printf '{"base": {"model": "chain", "N": 2, "F": 10, "tend": 0.001}, "vary": {"KL": [1e6, 2e6]}, "outputs": ["peak_u_ft"]}' >"$tmp/study.json"
 printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >"$tmp/readings.json"
-for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "series $db" "compare $db 1" "report $db -o $tmp/r.html" \
+for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "compare $db 1" "report $db -o $tmp/r.html" \
     "export $db 1 --format csv -o $tmp/x.csv" "export --format dbc -o $tmp/x.dbc" "bundle $db 1 -o $tmp/bundle.db" "scale" "bands --design-only" \
     "sim host/scenes/friction_block.json" "error host/scenes/friction_block.json" "sweep $tmp/study.json" "sweep $tmp/study.json --cases 1..2" "sweep $tmp/study.json --cases 1..2 -o $tmp/s.jsonl" "sweep $tmp/study.json --table $tmp/s.jsonl" \
     "params $tmp/readings.json" "survey $db --list" "live $db" help; do

@@ -63,7 +63,7 @@ unsaid, said, two = cover("unsaid"), cover("said"), cover("two")
 print(unsaid, said, two, sep="\n")
 first, last = db.execute("select date(min(armed_us) / 1e6, 'unixepoch'), date(max(armed_us) / 1e6, 'unixepoch') from landings").fetchone()
 assert said["date (UTC)"] == first + " to " + last and two["date (UTC)"] == first == "2026-03-04" != last and unsaid["date (UTC)"].startswith("not known")
-for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matrig series DB NAME", "standard"), ("pattern", "--pattern", "herringbone"),
+for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matrig landing DB --series NAME", "standard"), ("pattern", "--pattern", "herringbone"),
                        ("modification", "--modification", "cleats"), ("operator", "--who", "J. Kay")):
     assert unsaid[term].startswith("not entered") and how in unsaid[term] and said[term] == two[term] == is_, term
 assert unsaid["gear weight"].startswith("not entered") and "weight_lb" in unsaid["gear weight"]

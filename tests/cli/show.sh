@@ -11,11 +11,11 @@ $matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db"
 
 # --- nothing yet ---
 empty_says_what_to_do() {
-    $matrig --quiet series "$tmp/empty.db" one >/dev/null && sqlite3 "$tmp/empty.db" "delete from series" && show "$tmp/empty.db" >"$tmp/out" || return 1
+    $matrig --quiet landing "$tmp/empty.db" --series one >/dev/null && sqlite3 "$tmp/empty.db" "delete from series" && show "$tmp/empty.db" >"$tmp/out" || return 1
     xargs <"$tmp/out" >"$tmp/line" # as lines were broken
     cat "$tmp/line"
     grep -q "no landing yet: $tmp/empty.db; matrig log --db $tmp/empty.db collects them" "$tmp/line" &&
-        grep -q "no series yet: matrig series $tmp/empty.db NAME begins one" "$tmp/line" && grep -q "no survey yet: matrig survey $tmp/empty.db begins one" "$tmp/line" &&
+        grep -q "no series yet: matrig landing $tmp/empty.db --series NAME begins one" "$tmp/line" && grep -q "no survey yet: matrig survey $tmp/empty.db begins one" "$tmp/line" &&
         [ "$($matrig --json show "$tmp/empty.db")" = "{\"landings\":[],\"db\":\"$tmp/empty.db\",\"series\":0,\"surveys\":0}" ]
 }
 check "an empty campaign says what to do" empty_says_what_to_do
@@ -65,7 +65,7 @@ check "of a record that is cut or holed, too" some_lack
 # --- what people see ---
 long=$(printf 'word %.0s' $(seq 30))
 a_row() {
-    $matrig --quiet series "$tmp/can.db" bare --pattern standard >/dev/null 2>&1
+    $matrig --quiet landing "$tmp/can.db" --series bare --pattern standard >/dev/null 2>&1
     $matrig --quiet landing "$db" 1 --note "$long" >/dev/null && show "$db" >"$tmp/out" || return 1
     cat "$tmp/out"
     grep -Eq '^ +1  .*5, done +35\.489 \+- 0\.007 +90\.83 \+- 0\.70  77\.[0-9] to 94\.6' "$tmp/out" && grep -q 'word wo\.\.\.; 2 notes; 1 seen$' "$tmp/out" &&
