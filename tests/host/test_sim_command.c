@@ -165,7 +165,7 @@ static void errors_have_their_exit_codes(void **state)
     assert_int_equal(SIM(TEXT, SCENE), 2);
     one_error_line("grit in model report");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--solver", "bdf"), 2);
-    one_error_line("bdf for model chain; give fixed");
+    one_error_line("bdf for model chain; give staggered");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--dt", "fast"), 2);
     one_error_line("--dt");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--frob"), 2);
@@ -183,7 +183,7 @@ static void the_table_is_the_history(void **state)
     int rows = 0;
     assert_int_equal(SIM(TEXT, "host/scenes/friction_block.json", "--csv", FOLDER "sim.csv"), 0);
     assert_non_null(strstr(out, "friction block\nmodel             chain\nsolver            "
-                                "fixed\nstatus            ok\n"));
+                                "staggered\nstatus            ok\n"));
     assert_non_null(strstr(out, "\nerror of movement "));
     read_text(FOLDER "sim.csv", out, sizeof out);
     char *line = strtok(out, "\n");
