@@ -37,8 +37,7 @@ struct params_reader {
 struct params_request {
     const char *output_path, *push_path, *plot_path;
     int64_t mats;
-    double axle_load_lb, mat_weight_lb, mat_length_ft, force_error_lb, moved_error_in,
-        expected_lb_ft;
+    double axle_load_lb, force_error_lb, moved_error_in;
     bool force;
 };
 
@@ -115,9 +114,6 @@ static void add_keys(const struct params_request *request, struct params_reader 
     add_given(reader, "wheel_load", "lb",
               request->axle_load_lb > 0.0 ? "--axle-load" : "least load tested, of one axle",
               ground->axle_load_lb);
-    if (request->mat_length_ft > 0.0 && request->mats > 1)
-        add_given(reader, "gear_foot_ft", "ft", "as many mats pressed as in the test (--mats)",
-                  (double)(request->mats - 1) * request->mat_length_ft);
 }
 
 static void add_lines(const struct params_reader *reader, struct params_push *push)
@@ -149,12 +145,9 @@ static enum mr_status params_push_find(const struct params_request *request,
     push->setting = (struct push_setting){
         .gages = {request->force_error_lb, request->moved_error_in},
         .mats = (unsigned)request->mats,
-        .mat_weight_lb = request->mat_weight_lb > 0.0 ? request->mat_weight_lb
-                       : weight                       ? weight->estimate.value
-                                                      : 0.0,
+        .mat_weight_lb = weight ? weight->estimate.value : 0.0,
         .friction = f ? f->estimate.value : 0.0,
         .axle_load_lb = request->axle_load_lb,
-        .expected_lb_ft = request->expected_lb_ft,
     };
     if (push_ground_find(&push->readings, &push->setting, &push->ground, reader->error) != MR_OK)
         return reader->error->status;
@@ -728,19 +721,10 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--plot", "F", plot_path, "draw each test with both laws (.svg, .png, .pdf)"),
     OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,
                   "what one axle stands with on the strip; else the least load tested"),
-    OPTION_NUMBER("--mat-weight", "LB", mat_weight_lb, "lb", 1e-6, 1e6, 0.0,
-                  "of a mat, which friction carries too; else of READINGS, or left out"),
-    OPTION_NUMBER("--mat-length", "FT", mat_length_ft, "ft", 1e-3, 1e3, 0.0,
-                  "along the runway: with it gear_foot_ft is written"),
     OPTION_NUMBER("--force-error", "LB", force_error_lb, "lb", 1e-6, 1e6, 0.5,
                   "standard error of a force; else {standard}"),
     OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
                   "standard error of a displacement; else {standard}"),
-    OPTION_NUMBER("--expect", "LB/FT", expected_lb_ft, "lb/ft", 1e-3, 1e12, PUSH_EXPECTED_LB_FT,
-                  "gear_k_lb_ft that was likely before, within ten times either way; which law "
-                  "holds is\n"
-                  "judged by it, nothing else; else {standard}, from the report's static "
-                  "deflection"),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),
     HELP_EXAMPLE("matrig params --push push.csv --mats 2 --plot push.svg"),

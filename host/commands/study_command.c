@@ -18,8 +18,6 @@ static const struct command_part parts[] = {
         "--ground", "G", ground, "ground", "weightless|elastic",
         "weightless: the gear has thrust and no weight. elastic: axle lines with weight on "
         "ground that gives way (the file's key elastic). Else as the file says"),
-    OPTION_FLAG("--parting", parting,
-                "joints come apart during a landing (the file's key parting)"),
     OPTION_TEXT("--plot", "F", plot,
                 "draw movement and buckles along the runway (.svg, .png, .pdf)"),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile.\n"
@@ -32,7 +30,7 @@ static const struct command_part parts[] = {
 const struct command command_study = {
     "study",
     study_start,
-    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--parting] [--plot F]",
+    "FILE [-j N] [--seeds N] [--ground weightless|elastic] [--plot F]",
     "a series of landings on an ensemble of runways: which one survives",
     COMMAND_PARTS(parts),
     {1, 1, "FILE"},

@@ -3,7 +3,6 @@
 #ifndef MATRIG_HOST_STUDY_COMMAND_H
 #define MATRIG_HOST_STUDY_COMMAND_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #define STUDY_JOBS_MAX 256
@@ -11,7 +10,6 @@
 struct study_request {
     const char *path, *plot;
     const char *ground; /* NULL: as the file says */
-    bool parting;       /* whatever the file says */
     bool no_prune;
     int64_t jobs, seeds; /* 0: one per core; the file's */
 };

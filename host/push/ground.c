@@ -421,7 +421,7 @@ static enum mr_status fit_all(const struct push_readings *readings,
                               const struct push_setting *setting, double stretch,
                               struct push_ground *ground, struct error *error)
 {
-    double expected_lb_in = setting->expected_lb_ft * setting->mats / IN_PER_FT;
+    double expected_lb_in = PUSH_EXPECTED_LB_FT * setting->mats / IN_PER_FT;
     ground->log_odds = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         if (push_fit(&readings->series[i], setting->gages, expected_lb_in, stretch, &ground->fit[i],

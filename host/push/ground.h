@@ -30,11 +30,10 @@
 
 struct push_setting {
     struct push_gages gages;
-    unsigned mats;         /* that the load presses, and that move together */
-    double mat_weight_lb;  /* 0: not known, left out of the friction */
-    double friction;       /* of another test, to draw the limit with; 0: not known */
-    double axle_load_lb;   /* 0: the least load tested */
-    double expected_lb_ft; /* of a mat: middle of what is likely before */
+    unsigned mats;        /* that the load presses, and that move together */
+    double mat_weight_lb; /* 0: not known, left out of the friction */
+    double friction;      /* of another test, to draw the limit with; 0: not known */
+    double axle_load_lb;  /* 0: the least load tested */
 };
 
 enum push_law { PUSH_UNDECIDED, PUSH_ELASTIC, PUSH_RIGID };

@@ -118,7 +118,6 @@ int study_command(int argc, char **argv, const struct cli *cli)
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
         series_load_on(&series, request.path, request.ground, &error) != MR_OK)
         return cli_fail(&error);
-    series.parting = series.parting || request.parting;
     if (request.seeds)
         series.seeds = (size_t)request.seeds;
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
