@@ -77,7 +77,7 @@ static const struct command_part parts[] = {
                 "where to write the page; else the name of the campaign with .html"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
     OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
-    HELP_NOTE("A PDF of it is printed by the browser. "),
+    HELP_NOTE("The browser prints it, or saves it as a PDF. "),
     HELP_NOTE(
         "The front shows date, place, runway, series, gear weight, operator, what was tested and "
         "what went wrong; for what was not entered, the command that enters it. "),

@@ -1,4 +1,4 @@
-/* The campaign's sections: each landing as a row, sums over them, advice, what people said. */
+/* The campaign's sections: each landing as a row, sums over them, advice, observations and notes. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,7 +95,8 @@ static enum mr_status summary(const struct report *report, FILE *out, struct err
 
 /* ---- cumulative displacement (report figs. 4.5, 4.6, 5.2) ---- */
 
-#define NAMED_MAX 8u /* so many lines of a plot are named and told apart, the others thin */
+#define NAMED_MAX \
+    8u /* so many lines of a plot have a name and a look of their own; the others are thin */
 
 /* A value for each transducer. NaN: not known. */
 struct profile {
@@ -216,7 +217,7 @@ static enum mr_status cumulative(const struct report *report, FILE *out, struct 
         fputs("<h3>Series against each other</h3>\n", out);
         draw_profiles(out, last, series, "cumulative displacement",
                       "cumulative displacement against station, of each series",
-                      "What each series came to. As report fig. 5.2.", si);
+                      "What each series left in all. As report fig. 5.2.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
         profile_of(&report->facts[i], NULL, true, si, &profile[i]);
@@ -273,7 +274,7 @@ static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct 
     if (facts->warning.warned)
         bar(rows, top, 0, "warned", facts->warning.most_start_ft, facts->warning.most_end_ft);
     else if (facts->longest.mats > 0)
-        bar(rows, top, 0, "told", facts->longest.start_ft, facts->longest.end_ft);
+        bar(rows, top, 0, "reported", facts->longest.start_ft, facts->longest.end_ft);
     if (facts->last.mats > 0)
         bar(rows, top, 2, "behind", facts->last.start_ft, facts->last.end_ft);
     if (facts->fitted)
@@ -295,12 +296,12 @@ static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct 
 
 static enum mr_status zones(const struct report *report, FILE *out, struct error *error)
 {
-    static const char *const keys[] = {"warned", "longest zone while it warned",
-                                       "told",   "longest zone reported, no warning",
-                                       "closed", "found closed at the end",
-                                       "behind", "reported last",
-                                       "stop",   "the stop",
-                                       "seen",   "wave or break seen, with its panels",
+    static const char *const keys[] = {"warned",   "longest zone while it warned",
+                                       "reported", "longest zone reported, no warning",
+                                       "closed",   "found closed at the end",
+                                       "behind",   "reported last",
+                                       "stop",     "the stop",
+                                       "seen",     "wave or break seen, with its panels",
                                        NULL};
     const double station = unit_of(UNIT_STATION, report->si)->factor;
     enum mr_status status = MR_OK;
@@ -488,7 +489,7 @@ static enum mr_status compared(const struct report *report, FILE *out, struct er
     return MR_OK;
 }
 
-/* ---- predictions, and what came of them ---- */
+/* ---- predictions and their outcome ---- */
 
 static void span_cell(FILE *out, bool known, double start_ft, double end_ft, double station)
 {
@@ -730,7 +731,7 @@ static enum mr_status advice(const struct report *report, FILE *out, struct erro
     return status;
 }
 
-/* ---- what people said of the landings ---- */
+/* ---- observations and notes ---- */
 
 static enum mr_status series_answer(struct store *store, const struct store_landing *landing,
                                     struct answer *answer, struct error *error)
@@ -819,7 +820,7 @@ static enum mr_status journal(const struct report *report, FILE *out, struct err
     return status;
 }
 
-/* ---- all of it, in the order of the page ---- */
+/* ---- the sections, in the order of the page ---- */
 
 const struct report_section report_sections[] = {
     {"summary", "Summary", summary, 1},

@@ -63,7 +63,7 @@ const matrigCharts = (() => {
     e.drawingContext.fillStyle = e.color;
     for (let i = Math.floor(step * (look % 6) / 6); i < points.length; i += step) mark(e.drawingContext, look, points[i].canvasx, points[i].canvasy, 3);
   };
-  const FILLS = { closed: ['closed', 0.75], behind: ['closed', 0.28], told: ['a', 0.3], band: ['a', 0.15] };
+  const FILLS = { closed: ['closed', 0.75], behind: ['closed', 0.28], reported: ['a', 0.3], band: ['a', 0.15] };
   /* Lines that go on from one rectangle to the next; an edge where there is room for it. */
   const hatch = (context, x, y, w, h) => {
     context.save();
@@ -195,7 +195,7 @@ const matrigCharts = (() => {
       const head = make(this.root, 'p', 'head');
       make(head, 'strong', '', given.t);
       make(head, 'span', 'unit', given.y);
-      this.said = make(head, 'output');
+      this.output = make(head, 'output');
       this.box = make(this.root, 'div', 'box');
       this.box.style.height = given.h + 'px';
       make(this.root, 'p', 'x', given.x);
@@ -211,16 +211,16 @@ const matrigCharts = (() => {
       const x = spec.xt ? { ticker: ticks(spec.xt), axisLabelFormatter: undefined } : {}, y = spec.yt ? { ticker: ticks(spec.yt), drawGrid: false } : {};
       this.graph = plot(this.box, rowsOf(spec), {
         labels: ['x', ...(labels.length ? labels : ['none'])], series, dateWindow: this.xr, valueRange: this.yr, pixelRatio: ratio, axes: { x, y },
-        underlayCallback: shapes(spec), highlightCallback: (e, at) => this.figure.say(this, at), unhighlightCallback: () => this.figure.say(null),
+        underlayCallback: shapes(spec), highlightCallback: (e, at) => this.figure.show(this, at), unhighlightCallback: () => this.figure.show(null),
         drawCallback: (g, first) => { if (!first) this.figure.follow(this); }, interactionModel: INTERACTION(this),
       });
     }
     clear() { if (this.graph) this.graph.destroy(); this.graph = null; }
     whole() { if (this.graph) this.graph.updateOptions({ dateWindow: this.xr, valueRange: this.yr }); }
     /* Each curve's drawn point nearest to x. */
-    say(at) {
-      if (at === null) { this.said.textContent = ''; return; }
-      const said = this.spec.series.map((s) => {
+    show(at) {
+      if (at === null) { this.output.textContent = ''; return; }
+      const values = this.spec.series.map((s) => {
         if (s.k === 'faint') return '';
         let best = -1;
         s.x.forEach((x, i) => { if (!isNaN(s.y[i]) && (best < 0 || Math.abs(x - at) < Math.abs(s.x[best] - at))) best = i; });
@@ -228,7 +228,7 @@ const matrigCharts = (() => {
         const half = s.half && s.half[best];
         return (s.n ? s.n + ' ' : '') + number(s.y[best]) + (half > 0 ? ' ± ' + Number(half.toPrecision(2)) : '');
       }).filter((t) => t);
-      this.said.textContent = number(at) + ': ' + said.join(', ');
+      this.output.textContent = number(at) + ': ' + values.join(', ');
     }
   }
   /* Drag zooms, a double click gives all back; a finger scrolls the page and asks for values. */
@@ -251,7 +251,7 @@ const matrigCharts = (() => {
     }
     draw(ratio) { if (!this.drawn) { this.writeKeys(); this.all.forEach((p) => p.draw(ratio)); } this.drawn = true; }
     clear() { this.all.forEach((p) => p.clear()); this.drawn = false; }
-    say(from, at) { for (const p of this.all) p.say(from && (p === from || p.spec.x === from.spec.x) ? at : null); }
+    show(from, at) { for (const p of this.all) p.show(from && (p === from || p.spec.x === from.spec.x) ? at : null); }
     follow(from) {
       if (this.following) return;
       this.following = true;

@@ -1,4 +1,4 @@
-/* A landing's sections: what it came to, how the gear moved, what mat and bands did, whether the
+/* A landing's sections: its facts, how the gear moved, what mat and bands did, whether the
  * instrument was well. */
 #include <inttypes.h>
 #include <math.h>
@@ -52,7 +52,7 @@ static void draw_curve(struct figure *figure, const struct curve *curve)
                                                  curve->value, curve->half, CURVE_POINTS + 1});
 }
 
-/* What the board told as it went; values beyond `most` are left out. */
+/* The board's own values during the landing; values beyond `most` are left out. */
 static void draw_online(struct figure *figure, const struct report_landing *landing, bool speed,
                         double factor, double most)
 {
@@ -192,8 +192,8 @@ static enum mr_status speed(const struct report *report, const struct report_lan
 
 /* ---- the mat ---- */
 
-/* A channel between two times: x is the time, the wheel's station, or how far the transducer lies
- * ahead of it (between BEHIND_FT and AHEAD_FT). The caller frees x. */
+/* A channel between two times: x is the time, the wheel's station, or how far ahead of the
+ * wheel the transducer is (between BEHIND_FT and AHEAD_FT). The caller frees x. */
 enum against { AGAINST_TIME, AGAINST_STATION, AGAINST_WHEEL };
 #define BEHIND_FT 30.0
 #define AHEAD_FT  50.0
@@ -233,10 +233,18 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
     free(trace.x);
 }
 
+/* Of the sample at that time; samples are a millisecond apart. */
+static double station_at(const struct report_landing *landing, double t_s)
+{
+    const struct measured *measured = &landing->summary.measured;
+    double i = (t_s - measured_time_s(measured, 0)) * 1000.0;
+    return i >= 0.0 && i < (double)measured->samples ? landing->station_ft[(size_t)i]
+                                                     : measured_station_ft(measured, t_s);
+}
+
 static void draw_simulated(struct figure *figure, const struct report_landing *landing,
                            unsigned number, double end_s, bool si)
 {
-    const struct measured *measured = &landing->summary.measured;
     for (size_t k = 0; k < landing->simulations; k++) {
         const struct store_simulation *s = &landing->simulation[k];
         struct trace trace = {.x = xmalloc(2 * (s->length + 1) * sizeof *trace.x)};
@@ -245,8 +253,7 @@ static void draw_simulated(struct figure *figure, const struct report_landing *l
             double t_s = s->t0_s + (double)i * s->dt_s;
             if (t_s > end_s)
                 break;
-            trace.x[trace.count] = unit_of(UNIT_STATION, si)->factor *
-                                   measured_station_ft(measured, t_s);
+            trace.x[trace.count] = unit_of(UNIT_STATION, si)->factor * station_at(landing, t_s);
             trace.y[trace.count++] = unit_of(UNIT_DISPLACEMENT, si)->factor *
                                      (double)s->series_in[i];
         }
@@ -688,7 +695,7 @@ static enum mr_status health(const struct report *report, const struct report_la
     return status;
 }
 
-/* ---- all of it ---- */
+/* ---- the parts, in the order of the page ---- */
 
 const struct report_part report_parts[] = {
     {NULL, facts},

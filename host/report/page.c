@@ -502,16 +502,16 @@ static void day_cell(FILE *out, uint32_t day, bool expired)
 }
 
 /* Sensor and dates are in the configuration that the board was asked for, if it was. */
-static void sensor_cells(FILE *out, const struct mr_channel_config *told, int64_t used_day)
+static void sensor_cells(FILE *out, const struct mr_channel_config *read, int64_t used_day)
 {
-    if (!told) {
+    if (!read) {
         fputs("<td colspan=\"3\">configuration not read</td>", out);
         return;
     }
-    html_cell(out, "%.*s", (int)sizeof told->serial,
-              told->serial[0] ? told->serial : "not entered");
-    day_cell(out, told->calibrated_day, false);
-    day_cell(out, told->expires_day, told->expires_day && (int64_t)told->expires_day <= used_day);
+    html_cell(out, "%.*s", (int)sizeof read->serial,
+              read->serial[0] ? read->serial : "not entered");
+    day_cell(out, read->calibrated_day, false);
+    day_cell(out, read->expires_day, read->expires_day && (int64_t)read->expires_day <= used_day);
 }
 
 /* As the landing is read with. */

@@ -254,8 +254,8 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
 static void compute(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct compare_said said = {.zone = landing->summary.zones.row,
-                                      .zones = landing->summary.zones.count};
+    const struct compare_said reported = {.zone = landing->summary.zones.row,
+                                          .zones = landing->summary.zones.count};
     if (measured->fit_status != MR_OK || measured->samples == 0)
         return;
     landing->station_ft = xmalloc(measured->samples * sizeof *landing->station_ft);
@@ -264,7 +264,7 @@ static void compute(struct report_landing *landing)
     if (landing->simulations == 0)
         return;
     landing->compared = xmalloc(sizeof *landing->compared);
-    compare_figures(measured, &landing->survey, &said, &landing->head, landing->simulation,
+    compare_figures(measured, &landing->survey, &reported, &landing->head, landing->simulation,
                     landing->simulations, landing->compared);
 }
 
@@ -275,7 +275,7 @@ static enum mr_status hash_record(void *context, const uint8_t *record, size_t l
     return MR_OK;
 }
 
-/* What a person said the aircraft weighed. */
+/* The weight that a person entered. */
 static enum mr_status load_weight(struct store *store, int64_t run, struct mr_estimate *weight_lb,
                                   struct error *error)
 {
@@ -308,7 +308,7 @@ static enum mr_status load_facts(struct report *report, const struct report_land
     return status == MR_OK ? record_judge(report->store, &report->record, &given, error) : status;
 }
 
-/* What came of its warnings. */
+/* The outcome of its warnings. */
 static void take_record(struct report *report, struct report_facts *facts)
 {
     const struct record_row *row = record_find(&report->record, facts->landing.id);
@@ -335,10 +335,10 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     if (status != MR_OK)
         return status;
     take_record(report, facts);
-    bool told = report->calibrations == NULL;
-    for (size_t i = 0; i < at && !told; i++)
-        told = strcmp(report->facts[i].calibration, facts->calibration) == 0;
-    if (!told)
+    bool listed = report->calibrations == NULL;
+    for (size_t i = 0; i < at && !listed; i++)
+        listed = strcmp(report->facts[i].calibration, facts->calibration) == 0;
+    if (!listed)
         provenance_calibration(landing, report->calibrations);
     if (report->json)
         json_array_append_new(report->json, summary_json(&landing->summary, report->si));

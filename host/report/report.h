@@ -38,7 +38,7 @@ enum report_wrong {
     REPORT_BREAK = 2,     /* likewise */
     REPORT_MISSED = 4,    /* a zone without a warning, or one after it */
     REPORT_FALSE = 8,     /* a warning without a zone */
-    REPORT_TORN = 16,     /* its first edges never came */
+    REPORT_TORN = 16,     /* its first edges are missing */
     REPORT_DOUBTFUL = 32, /* its numbers may be a stranger's */
     REPORT_NO_STOP = 64,  /* no speed, or no stop */
     REPORT_CHANNEL = 128, /* a transducer or gage that was not valid to the end */
@@ -70,7 +70,7 @@ struct report_facts {
     struct report_zone {
         int64_t mats; /* 0: none */
         double start_ft, end_ft;
-    } longest, last;       /* that the board told of */
+    } longest, last;       /* that the board reported */
     int64_t worst_verdict; /* STORE_NONE: none */
     uint64_t closed;       /* bit s: segment s, by survey and transducers, at the end */
     double worst_rms_in;

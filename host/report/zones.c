@@ -18,7 +18,7 @@
 #define AFTER_STOP_S 0.8
 
 /* A segment that is closed from one look to the next becomes a rectangle; what the wheel has not
- * reached yet is drawn stronger than what lies behind it. */
+ * reached yet is drawn stronger than what is behind it. */
 static void draw_closed(struct figure *figure, const struct report_landing *landing,
                         unsigned segment, double from_s, double to_s, double station)
 {
@@ -148,8 +148,8 @@ enum mr_status report_zone_map(const struct report *report, const struct report_
 /* ---- the predictor ---- */
 
 /* Statements that say the same, in a row, are one rectangle. */
-static void draw_told(struct figure *figure, const struct zones *zones,
-                      const struct measured *measured)
+static void draw_reported(struct figure *figure, const struct zones *zones,
+                          const struct measured *measured)
 {
     for (size_t i = 0, next; i < zones->count; i = next) {
         const struct store_zone *row = &zones->row[i];
@@ -165,7 +165,7 @@ static void draw_told(struct figure *figure, const struct zones *zones,
             to_s = fmin(until_s, t_s + 2.0 * STATEMENT_S);
         }
         if (row->mats > 0)
-            figure_shape(figure, row->warning == 1 ? "warned" : "told",
+            figure_shape(figure, row->warning == 1 ? "warned" : "reported",
                          fmax(from_s, -CHART_BEFORE_S), to_s, 0.0, (double)row->mats, NULL);
     }
 }
@@ -184,7 +184,7 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
     for (size_t i = 0; i < zones->count; i++)
         axes.y_high = fmax(axes.y_high, 1.05 * (double)zones->row[i].mats);
     figure_plot(figure, &axes);
-    draw_told(figure, zones, measured);
+    draw_reported(figure, zones, measured);
     figure_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_WARNING_MATS,
                  MR_PREDICTOR_WARNING_MATS, NULL);
     figure_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_ADVISORY_MATS,
@@ -234,32 +234,33 @@ static size_t changes(FILE *out, const struct report_landing *landing, const str
 {
     const struct measured *measured = &landing->summary.measured;
     int64_t verdict = STORE_NONE;
-    size_t told = 0;
+    size_t changed = 0;
     char zone[60];
     snprintf(zone, sizeof zone, "zone, %s", station->text);
     html_table(out, (const char *const[]){"time, s", "verdict", "because", "mats", zone,
                                           "lead time, s", "it became, s", "model", NULL});
     for (size_t i = 0; i < landing->predictions; i++) {
-        const struct store_prediction *said = &landing->prediction[i];
+        const struct store_prediction *prediction = &landing->prediction[i];
         const struct store_zone *row = NULL;
-        if (said->verdict == STORE_NONE || said->verdict == verdict)
+        if (prediction->verdict == STORE_NONE || prediction->verdict == verdict)
             continue;
-        verdict = said->verdict;
-        if (++told > CHANGES_MAX)
+        verdict = prediction->verdict;
+        if (++changed > CHANGES_MAX)
             continue;
         for (size_t k = 0; k < landing->summary.zones.count && !row; k++)
-            row = landing->summary.zones.row[k].block == said->block
+            row = landing->summary.zones.row[k].block == prediction->block
                     ? &landing->summary.zones.row[k]
                     : NULL;
-        double t_s = measured_block_s(measured, said->block);
+        double t_s = measured_block_s(measured, prediction->block);
         bool zoned = row && row->mats > 0;
         double became_s = zoned ? measured_reach_s(measured, row->start_ft) - t_s : (double)NAN;
         fputs("<tr>", out);
         html_number(out, t_s, 3);
         html_cell(out, "%s", mr_predictor_verdict_text((unsigned)verdict));
         html_cell(out, "%s",
-                  said->reason == STORE_NONE ? ""
-                                             : mr_predictor_reason_text((unsigned)said->reason));
+                  prediction->reason == STORE_NONE
+                      ? ""
+                      : mr_predictor_reason_text((unsigned)prediction->reason));
         html_number(out, row ? (double)row->mats : (double)NAN, 0);
         if (zoned)
             html_cell(out, "%.1f to %.1f", station->factor * row->start_ft,
@@ -269,18 +270,20 @@ static size_t changes(FILE *out, const struct report_landing *landing, const str
         html_number(out, zoned ? row->lead_s : (double)NAN, 3);
         html_number(out, became_s >= 0.0 ? became_s : (double)NAN, 3);
         html_cell(out, "%s",
-                  said->level == STORE_NONE ? "" : mr_predictor_level_text((unsigned)said->level));
+                  prediction->level == STORE_NONE
+                      ? ""
+                      : mr_predictor_level_text((unsigned)prediction->level));
         fputs("</tr>\n", out);
     }
     fputs("</tbody></table></div>\n", out);
-    return told;
+    return changed;
 }
 
 enum mr_status report_predictions(const struct report *report, const struct report_landing *landing,
                                   FILE *out, struct error *error)
 {
     static const char *const keys[] = {
-        "warned", "closed zone ahead, warning", "told", "the same, no warning",
+        "warned", "closed zone ahead, warning", "reported", "the same, no warning",
         "mark",   "limits: 30 and 50 mats",     NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct chart_axes axes = {.x_low = -CHART_BEFORE_S,
@@ -296,11 +299,11 @@ enum mr_status report_predictions(const struct report *report, const struct repo
     draw_mats(&figure, landing, axes);
     draw_leads(&figure, landing, axes);
     figure_end(&figure, keys,
-               "Every statement of the board, and what came of it: the wheel's way to the start of "
+               "Every statement of the board, and its outcome: the wheel's way to the start of "
                "the zone from the final fit of its motion.");
-    size_t told = landing->predictions ? changes(out, landing, unit_of(UNIT_STATION, report->si))
-                                       : 0;
-    if (told > CHANGES_MAX)
-        fprintf(out, "<p>And %zu more changes of the verdict.</p>\n", told - CHANGES_MAX);
+    size_t changed = landing->predictions ? changes(out, landing, unit_of(UNIT_STATION, report->si))
+                                          : 0;
+    if (changed > CHANGES_MAX)
+        fprintf(out, "<p>And %zu more changes of the verdict.</p>\n", changed - CHANGES_MAX);
     return MR_OK;
 }
