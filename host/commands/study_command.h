@@ -10,7 +10,6 @@
 struct study_request {
     const char *path, *plot;
     const char *ground; /* NULL: as the file says */
-    bool no_prune;
     int64_t jobs, seeds; /* 0: one per core; the file's */
 };
 
