@@ -3,6 +3,7 @@
 #ifndef MATRIG_HOST_STUDY_COMMAND_H
 #define MATRIG_HOST_STUDY_COMMAND_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #define STUDY_JOBS_MAX 256
