@@ -25,7 +25,7 @@ WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstr
 OUR_FLAGS := -std=c11 $(WARNINGS) -ffp-contract=off -fno-math-errno -I. -MMD -MP
 HOST_FLAGS = $(CPPFLAGS) $(CFLAGS) $(OUR_FLAGS) -D_GNU_SOURCE $(COVERAGE)
 ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
-ARM_FLAGS := $(ARM_CFLAGS) $(OUR_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdata-sections
+ARM_FLAGS := $(ARM_CFLAGS) $(OUR_FLAGS) $(ARM_CPU) -ffreestanding -isystem firmware/libc -ffunction-sections -fdata-sections
 
 # When these sources are of: the commit's time, or SOURCE_DATE_EPOCH; from which commit: COMMIT, where there is no git.
 epoch = $(or $(SOURCE_DATE_EPOCH),$(shell git log -1 --format=%ct 2>/dev/null || echo 0))

@@ -1,5 +1,5 @@
 # What Debian 12 must have: to build and play the demo, beyond that for studies (matrig-study), and to test.
-DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
+DEMO_PACKAGES := gcc-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libserialport-dev libmd-dev libmicrohttpd-dev libjs-dygraphs libc6-dev stm32flash
 STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev help2man
 TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \

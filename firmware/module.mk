@@ -8,7 +8,8 @@ BOARD ?= zg
 ifneq ($(words $(BOARD)) $(filter $(BOARD),$(boards)),1 $(strip $(BOARD)))
 $(error BOARD=$(BOARD): there is no such board; there are: $(boards))
 endif
-arm_src := $(common_src) $(wildcard firmware/*.c) firmware/f407/startup.c
+# What no image needs stays with the host.
+arm_src := $(filter-out common/decimal.c common/similitude.c common/quantity.c,$(common_src)) $(wildcard firmware/*.c) firmware/f407/startup.c firmware/libc/libc.c
 driver_src := $(filter-out $(arm_src),$(wildcard firmware/f407/*.c))
 for_board = -DBOARD_FILE='"firmware/boards/$(1).def"'
 # Objects and folder of a board's image.
@@ -31,6 +32,8 @@ board_tables := $(B)/host/firmware/boards/tables.o
 $(app_lib): $(call objects,host,$(app_src))
 # Seldom run and large: by size, so that the image stays within 128 KiB (tests/cli/image.sh).
 $(patsubst %,$(B)/arm/firmware/%.o,calibrate configround selftest): ARM_FLAGS += -Os
+# The compiler would make calls of memset and memcpy of what these are.
+$(B)/arm/firmware/libc/libc.o: ARM_FLAGS += -fno-tree-loop-distribute-patterns -fno-builtin
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
@@ -55,13 +58,13 @@ $(stamp): firmware/stamp/stamp.c common/boards.c common/boards.def common/crc32.
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
 
-link_image = $(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections
+link_image = $(ARM)gcc $(ARM_CPU) -nostdlib -T firmware/f407/matrig.ld -Wl,--gc-sections
 define image_rule
 $(call board_elf,$(1)): $(call board_objects,$(1))
 $(call bringup_elf,$(1)): $(call bringup_objects,$(1))
 $(call board_elf,$(1)) $(call bringup_elf,$(1)): firmware/f407/matrig.ld $(stamp) $(commit)
 	@mkdir -p $$(@D)
-	$$(call say,LD,$$@)$(link_image) -Wl,-Map=$$(@:.elf=.map) $$(filter %.o,$$^) -lm -o $$@
+	$$(call say,LD,$$@)$(link_image) -Wl,-Map=$$(@:.elf=.map) $$(filter %.o,$$^) -lgcc -o $$@
 	$(Q)$(stamp) $$@ $$$$(cat $(commit))
 endef
 $(foreach board,$(boards),$(eval $(call image_rule,$(board))))

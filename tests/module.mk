@@ -124,7 +124,7 @@ variant_source_changing := firmware/main
 $(B)/tests/variant/%.elf: tests/variant/%.h $(firmware) $(firmware:.elf=.bin)
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
-	$(call say,LD,$@)$(link_image) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lm -o $@
+	$(call say,LD,$@)$(link_image) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lgcc -o $@
 	$(Q)$(stamp) $@ $$(cat $(commit))
 	@$(ARM)objcopy -O binary --gap-fill 0xff $@ $(@:.elf=.bin)
 	@! cmp -s $(@:.elf=.bin) $(firmware:.elf=.bin) || { echo "$<: the image is the firmware as it is; what should differ?" >&2; exit 1; }
