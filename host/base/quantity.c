@@ -31,8 +31,8 @@ enum base { LENGTH, FORCE, TIME, ANGLE, VOLTAGE, RESISTANCE, TEMPERATURE, BASES 
 #define OF_TEMPERATURE  {0, 0, 0, 0, 0, 0, 1}
 /* clang-format on */
 
-/* 1 of this word is times / over * 10^ten of the SI units of its bases; `times` and `over` are whole
- * numbers, but for pi. */
+/* 1 of this word is times / over * 10^ten of the SI units of its bases; `times` and `over` are
+ * whole numbers, but for pi. */
 struct word {
     const char *text;
     signed char power[BASES];

@@ -7,7 +7,7 @@
 #include "host/base/monotonic_clock.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
-#include "host/sim/going.h"
+#include "host/base/progress.h"
 #include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_answer.h"
@@ -48,25 +48,25 @@ static void on_interrupt(int number)
     interrupted = 1;
 }
 
-struct progress {
+struct bar {
     bool shown, drawn; /* by --progress; a line is on the terminal */
     double next_s;
-    struct sim_going going; /* what is said without it */
+    struct progress progress; /* without it */
 };
 
 /* Every answer takes at least two passes; how many more is not known before. */
 static bool go_on(void *ctx, int pass, double part)
 {
-    struct progress *progress = ctx;
-    if (progress->shown && monotonic_s() >= progress->next_s) {
+    struct bar *bar = ctx;
+    if (bar->shown && monotonic_s() >= bar->next_s) {
         fprintf(stderr,
                 cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%"
                                : "matrig: sim: pass %d: %.0f %%\n",
                 pass, 100.0 * part);
-        progress->drawn = cli_terminal();
-        progress->next_s = monotonic_s() + PROGRESS_S;
+        bar->drawn = cli_terminal();
+        bar->next_s = monotonic_s() + PROGRESS_S;
     }
-    sim_going_on(&progress->going, pass, part);
+    sim_progress(&bar->progress, pass, part);
     return !interrupted;
 }
 
@@ -75,19 +75,19 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
 {
-    struct progress progress = {.shown = request->progress && !cli->quiet,
-                                .next_s = monotonic_s() + PROGRESS_S,
-                                .going = {.who = "sim", .quicker = "--limit S ends it"}};
-    progress.going.to = cli->quiet || request->progress ? NULL : stderr;
-    sim_going_begin(&progress.going, &request->options, scene);
+    struct bar bar = {.shown = request->progress && !cli->quiet,
+                      .next_s = monotonic_s() + PROGRESS_S};
+    progress_begin(&bar.progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
+                   cli->quiet || request->progress);
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.go_on = go_on;
-    request->options.go_on_ctx = &progress;
+    request->options.go_on_ctx = &bar;
     interrupted = 0;
     sigaction(SIGINT, &action, &before);
     sim_run(scene, &request->options, result, error);
     sigaction(SIGINT, &before, NULL);
-    if (progress.drawn)
+    progress_end(&bar.progress);
+    if (bar.drawn)
         fputc('\n', stderr);
     return error->status;
 }

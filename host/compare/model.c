@@ -9,7 +9,7 @@
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
 #include "host/landing_series/play.h"
-#include "host/sim/going.h"
+#include "host/base/progress.h"
 
 #define IN_PER_FT     12.0
 #define SLOPE_S       0.005 /* half the span over which deceleration is taken from speed */
@@ -339,15 +339,16 @@ static enum mr_status play_seed(struct compare_model *model, size_t seed, const 
                                   .station_ft = station_ft,
                                   .station_count = columns,
                                   .single = seed > 0};
-    struct sim_going going = {.who = "compare", .quicker = "", .to = stderr};
+    struct progress progress;
     struct sim_result result = {0};
-    options.go_on = sim_going_on;
-    options.go_on_ctx = &going;
-    sim_going_begin(&going, &options, &s->scene);
+    options.go_on = sim_progress;
+    options.go_on_ctx = &progress;
+    progress_begin(&progress, "compare", "an earlier tend or fewer mats", false);
     sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints);
     sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints);
-    if (error->status == MR_OK && sim_run(&s->scene, &options, &result, error) == MR_OK &&
-        error->status == MR_OK) {
+    enum mr_status status = sim_run(&s->scene, &options, &result, error);
+    progress_end(&progress);
+    if (status == MR_OK) {
         make_room(s, &result);
         if (seed == 0) {
             s->solver = result.solver;

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "host/base/progress.h"
 #include "host/sim/solvers/staggered.h"
 #include "host/sim/solvers/planar.h"
 #include "host/sim/solvers/deadline.h"
@@ -149,4 +150,10 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
                          "no soil in model chain: %s: friction_normal soil; give weight", where);
     staggered_run(scene, &deadline.options, result, error);
     return conclude(result, scene, &deadline, error);
+}
+
+bool sim_progress(void *progress, int pass, double part)
+{
+    progress_at(progress, "run %d is at %.0f %%", pass, 100.0 * part);
+    return true;
 }

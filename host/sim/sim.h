@@ -19,4 +19,7 @@ bool sim_solver_elsewhere(const char *solver);
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error);
 
+/* sim_options.go_on for a struct progress (host/base/progress.h): always goes on. */
+bool sim_progress(void *progress, int pass_from_1, double part);
+
 #endif

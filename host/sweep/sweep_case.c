@@ -6,7 +6,7 @@
 
 #include "host/base/xmalloc.h"
 #include "host/landing_series/summary.h"
-#include "host/sim/going.h"
+#include "host/base/progress.h"
 #include "host/sim/sim_answer.h"
 #include "host/sweep/sweep.h"
 
@@ -34,11 +34,13 @@ static json_t *simulate_scene(const struct sweep *sweep, const json_t *input)
     struct error error = {0};
     if (read_scene(&scene, input, "scene", &error) != MR_OK)
         return refused(&error);
-    struct sim_going going = {.who = "sweep", .quicker = "so is another solver", .to = stderr};
-    options.go_on = sim_going_on;
-    options.go_on_ctx = &going;
-    sim_going_begin(&going, &options, &scene);
+    struct progress progress;
+    progress_begin(&progress, "sweep",
+                   "an earlier tend, fewer mats, a looser rtol or another solver", false);
+    options.go_on = sim_progress;
+    options.go_on_ctx = &progress;
     sim_run(&scene, &options, &result, &error);
+    progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);
     /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */

@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/sim/going.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
 #include "tests/host/beads.h"
@@ -103,38 +102,12 @@ static void what_auto_tries_next_has_a_minute(void **state)
     }
 }
 
-/* A line every half minute: how long, how far, what is quicker. */
-static void a_long_run_says_that_it_goes_on(void **state)
-{
-    (void)state;
-    struct sim_scene scene = load("host/scenes/friction_block.json");
-    struct clock clock = {100.0, 0.0, 0};
-    struct sim_options options = {.clock_s = look, .clock_ctx = &clock};
-    char text[1000] = "";
-    FILE *to = fmemopen(text, sizeof text, "w");
-    struct sim_going going = {.who = "sim", .quicker = "--limit S ends it", .to = to};
-    sim_going_begin(&going, &options, &scene);
-    static const double times_s[] = {100.0, 129.0, 131.0, 160.0, 162.0};
-    for (size_t i = 0; i < 5; i++) {
-        clock.now_s = times_s[i];
-        assert_true(sim_going_on(&going, 2, 0.1 * (double)i));
-    }
-    fclose(to);
-    assert_string_equal(
-        text, "matrig: sim: goes on after 31 s: run 2 is at 0.06 of 0.3 s; an earlier tend, fewer "
-              "mats or a looser rtol is quicker; --limit S ends it\n"
-              "matrig: sim: goes on after 62 s: run 2 is at 0.12 of 0.3 s; an earlier tend, fewer "
-              "mats or a looser rtol is quicker; --limit S ends it\n");
-    sim_scene_free(&scene);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_limit_ends_every_solver),
         cmocka_unit_test(without_a_limit_nobody_looks),
         cmocka_unit_test(what_auto_tries_next_has_a_minute),
-        cmocka_unit_test(a_long_run_says_that_it_goes_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,8 +12,8 @@
  * they do not agree to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`.
  * Chain: the same two on the report model with flat mats, whose horizontal equations are the
  * chain's. Chain with grit, which the planar models do not have, or too long for them: Runge-Kutta
- * with located switches (error_march.h) and `staggered` at a fine step; the former is the reference. On
- * a runway whether a joint's grit gives way can hang on rounding, so single mats differ at any
+ * with located switches (error_march.h) and `staggered` at a fine step; the former is the
+ * reference. On a runway whether a joint's grit gives way can hang on rounding, so single mats differ at any
  * step: there the rms over mats and times is what has to agree. When the two differ by more than
  * the limits below there is no reference and no table: MR_NUMERICS.
  *
@@ -48,9 +48,9 @@ struct error_run {
     bool beyond;          /* fixed step beyond the stability limit: sim_run would have refused it */
 };
 
-/* Least-squares slope of log error over log step or log tolerance, over the runs within the stability limit whose error is between
- * ten times the reference's disagreement (and what rounding can sum up to) and a tenth of the
- * largest value. */
+/* Least-squares slope of log error over log step or log tolerance, over the runs within the
+ * stability limit whose error is between ten times the reference's disagreement (and what rounding
+ * can sum up to) and a tenth of the largest value. */
 struct error_slope {
     double slope;
     double scatter;  /* rms of what the line misses, in decades */

@@ -282,7 +282,7 @@ LAW_INLINE double to_s(const struct march *march, uint64_t i)
 }
 
 /* Where the wheel is, and which mats move. */
-LAW_INLINE void ride(struct under_way *way, uint64_t i)
+LAW_INLINE void step_wheel(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     way->count = sim_wheel_span(way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
@@ -296,7 +296,7 @@ LAW_INLINE void ride(struct under_way *way, uint64_t i)
 }
 
 /* Forces at the present positions, and what they do to the heights. */
-LAW_INLINE void heave(struct under_way *way, uint64_t i)
+LAW_INLINE void step_vertical(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     struct march *march = way->march;
@@ -334,7 +334,7 @@ LAW_INLINE void heave(struct under_way *way, uint64_t i)
 }
 
 /* What they do along the runway; then everything moves. */
-LAW_INLINE void slide(struct under_way *way, uint64_t i)
+LAW_INLINE void step_along(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     struct march *march = way->march;
@@ -391,9 +391,9 @@ LAW_INLINE void march_with(struct under_way *way)
     begin_march(way);
     for (uint64_t i = 0; i < march->steps; i++) {
         double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
-        ride(way, i);
-        heave(way, i);
-        slide(way, i);
+        step_wheel(way, i);
+        step_vertical(way, i);
+        step_along(way, i);
         if (!look(way, i, t_s))
             break;
         if (i % STEPS_BETWEEN_ASKING == 0 && way->options->go_on &&

@@ -432,7 +432,8 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
 }
 
 /* A mat under the gear: the ground holds it, up to the Coulomb limit of its load beside its own. */
-static void ride(struct planar_engine *l, int n, double thrust_lb, double limit_lb, double h_s)
+static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
+                        double h_s)
 {
     const struct model *m = &l->model;
     const struct gear *gear = l->gear;
@@ -472,7 +473,7 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         if (m->law == SIM_NONE)
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
-            ride(l, n, thrust[n], limit, h_s);
+            step_geared(l, n, thrust[n], limit, h_s);
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
