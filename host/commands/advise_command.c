@@ -9,7 +9,7 @@
 #include "host/advise/chart.h"
 #include "host/board/runway_client.h"
 #include "host/commands/commands.h"
-#include "host/commands/said.h"
+#include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
@@ -175,7 +175,7 @@ static int run(const struct request *r, const struct cli *cli, const struct advi
         status = advise_find(store, request, cli->si, &advise, &error);
     if (status == MR_OK && r->keep) {
         struct store_advice kept = advise_row_kept(&advise, (int64_t)link_now_us());
-        said_fill(kept.who, sizeof kept.who, said_by(r->who));
+        annotation_copy(kept.who, sizeof kept.who, annotation_who(r->who));
         status = store_advice_add(store, &kept, &error);
     }
     if (status == MR_OK && r->load)

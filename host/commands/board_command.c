@@ -23,9 +23,8 @@
 
 struct request {
     const struct cli *cli;
-    const char *serial, *file, *db, *image, *elf;
+    const char *serial, *db, *image, *elf;
     int64_t run;
-    bool force;
 };
 
 static void record_answer(const struct box_client_record *r, struct answer *answer)
@@ -63,61 +62,20 @@ static int list(const struct request *request, const struct box_client *talk)
     return answer_show(request->cli, answer, 0);
 }
 
-/* Pages of the same record that an earlier, broken off reading left in the file. */
-static void take_file(const char *path, uint16_t record, uint8_t (*pages)[MR_BOXPAGE],
-                      uint8_t *present, size_t count)
-{
-    FILE *file = path ? fopen(path, "rb") : NULL;
-    for (size_t i = 0; file && i < count && fread(pages[i], MR_BOXPAGE, 1, file) == 1; i++) {
-        struct mr_boxpage_header header;
-        present[i] = mr_boxpage_check(pages[i], &header) == MR_OK && header.record == record;
-    }
-    if (file)
-        fclose(file);
-    for (size_t i = 0; i < count; i++) {
-        if (!present[i])
-            memset(pages[i], 0xff, MR_BOXPAGE);
-    }
-}
-
-/* Whether a file holds nothing but pages of the record, and room for those that are to come: the
- * reading goes on, and loses none. */
-static bool holds_record(const char *path, uint16_t record)
-{
-    uint8_t page[MR_BOXPAGE], blank[MR_BOXPAGE];
-    struct mr_boxpage_header header;
-    FILE *file = path ? fopen(path, "rb") : NULL;
-    size_t got = MR_BOXPAGE, pages = 0;
-    bool only = file != NULL;
-    memset(blank, 0xff, sizeof blank);
-    while (only && (got = fread(page, 1, sizeof page, file)) == sizeof page) {
-        bool one = mr_boxpage_check(page, &header) == MR_OK && header.record == record;
-        only = one || memcmp(page, blank, sizeof page) == 0;
-        pages += one;
-    }
-    if (file)
-        fclose(file);
-    return only && got == 0 && pages > 0;
-}
-
 static int tell_read(const struct request *request, const struct box_client_record *r,
                      size_t absent, const struct boxfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
     record_answer(r, answer);
     answer_count(answer, "absent_pages", "not read", (int64_t)absent)->end = " pages";
-    if (request->file)
-        answer_words(answer, "file", NULL, "%s", request->file);
-    if (request->db) {
-        answer_words(answer, "db", NULL, "%s", request->db);
-        answer_count(answer, "run", "RUN", filled->run)->end = filled->made ? " (new)" : NULL;
-        answer_flag(answer, "new_landing", NULL, filled->made);
-        answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end =
-            " blocks from the black box";
-        answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
-        answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end =
-            " blocks, there too";
-    }
+    answer_words(answer, "db", NULL, "%s", request->db);
+    answer_count(answer, "run", "RUN", filled->run)->end = filled->made ? " (new)" : NULL;
+    answer_flag(answer, "new_landing", NULL, filled->made);
+    answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end =
+        " blocks from the black box";
+    answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
+    answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end =
+        " blocks, there too";
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
@@ -171,24 +129,16 @@ static int read_record(const struct request *request, struct box_client *talk, u
     size_t count = r->record.pages, absent = 0;
     uint8_t(*pages)[MR_BOXPAGE] = xcalloc(count + 1, MR_BOXPAGE);
     uint8_t *present = xcalloc(count + 1, 1);
-    take_file(request->file, number, pages, present, count);
-    struct error broken = {0};
-    enum mr_status status = box_client_read(talk, r, pages, present, &broken);
+    enum mr_status status = box_client_read(talk, r, pages, present, error);
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
-    if (request->file) /* also what came before the link broke: the next call goes on from there */
-        status = output_bytes(request->file, pages, count * MR_BOXPAGE, error) == MR_OK
-                   ? status
-                   : error->status;
-    if (broken.status != MR_OK)
-        *error = broken;
     struct store *store = NULL;
-    if (status == MR_OK && request->db)
+    if (status == MR_OK)
         status = store_open(request->db, STORE_CREATE, &store, error);
-    if (status == MR_OK && request->db)
+    if (status == MR_OK)
         status = boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages,
                          present, count, &filled, error);
-    if (status == MR_OK && request->db)
+    if (status == MR_OK)
         status = keep_configuration(request, talk, store, filled.run, error);
     store_close(store);
     free(pages);
@@ -296,7 +246,7 @@ struct verb {
 
 static const struct verb verbs[] = {
     {.name = "list"},
-    {.name = "read", .number = true, .file = true, .db = true},
+    {.name = "read", .number = true, .db = true},
     {.name = "free", .number = true},
     {.name = "health", .elf = true},
     {.name = "self-test"},
@@ -332,15 +282,14 @@ static enum mr_status check_request(const struct request *request, const struct 
     if (request->image && verb != &none)
         return error_set(error, MR_USAGE,
                          "--image is compared with the board's alone: leave '%s' out", name);
-    if ((request->file || request->run) && !verb->file)
-        return error_set(error, MR_USAGE, "-o and --run are read's: matrig board %s", name);
+    if (request->run && !(verb->number && verb->db))
+        return error_set(error, MR_USAGE, "--run is read's: matrig board %s", name);
     if (request->db && !verb->db)
         return error_set(error, MR_USAGE, "--db is read's: matrig board %s", name);
     if (request->elf && !verb->elf)
         return error_set(error, MR_USAGE, "--elf is health's: matrig board %s", name);
-    if (verb->file && !request->file && !request->db)
-        return error_set(error, MR_USAGE,
-                         "nowhere to put it: matrig board %s needs --db DB or -o FILE", name);
+    if (verb->number && verb->db && !request->db)
+        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB", name);
     return MR_OK;
 }
 
@@ -381,11 +330,6 @@ static int board_command(int argc, char **argv, const struct cli *cli)
         status = check_request(&request, verb, words[1], &error);
     if (status == MR_OK && words[1])
         status = cli_number(words[1], "the record", 1, 65535, &number, &error);
-    request.force |= status == MR_OK && words[1] && holds_record(request.file, (uint16_t)number);
-    if (status == MR_OK)
-        status = output_keep(request.file, request.force, &error);
-    if (status == MR_OK)
-        status = output_check(request.file, NULL, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     if (!verb)
@@ -404,12 +348,12 @@ static const struct command_part parts[] = {
               "--image FILE (.elf,\n"
               ".hex, .bin) compares it with a file. Exit 1 when it differs or is not whole"),
     HELP_WORD("list", "its records, and how much room there is"),
-    HELP_WORD("read N",
-              "record N: --db fills what is missing of its landing in a campaign database (the "
-              "landing of the same\n"
-              "board, number and arming, or RUN; made when there is none), -o keeps its pages in a "
-              "file. When the link broke,\n"
-              "the same command with -o goes on where it was. Exit 1 when a page cannot be read"),
+    HELP_WORD(
+        "read N",
+        "record N: --db fills what is missing of its landing in a campaign database (the "
+        "landing of the same\n"
+        "board, number and arming, or RUN; made when there is none). Exit 1 when a page cannot "
+        "be read"),
     HELP_WORD("free N", "give its space back; nothing is ever overwritten that was not freed"),
     HELP_WITH(command_board_config),
     HELP_WITH(command_board_runway),
@@ -422,9 +366,7 @@ static const struct command_part parts[] = {
     HELP_WORD("self-test", "memories, reference, excitation, black box, warning lamp (it lights "
                            "for 0.2 s). Exit 1 when one fails"),
     HELP_WORD("reset", "restart it"),
-    OPTION_FORCE(force),
     HELP_EXAMPLE("matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db"),
-    OPTION_TEXT("-o", "FILE", file, NULL),
     OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_RUN("--run", "RUN", run, NULL),
     OPTION_TEXT("--elf", "F", elf, NULL),
@@ -434,7 +376,7 @@ static const struct command_part parts[] = {
 const struct command command_board = {
     "board",
     board_command,
-    "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free "
+    "--serial LINK [--image FILE] | list | read N --db DB [--run RUN] | free "
     "N |\n"
     "                        config get|set|check [-o F] [--can LINK [--any-base]] [--db DB "
     "[--changed NOTE]] | "

@@ -16,7 +16,7 @@
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
-#include "host/commands/said.h"
+#include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
 #include "host/store/store_journal.h"
@@ -284,7 +284,7 @@ static enum mr_status enter_certificate(const struct request *r, struct error *e
     store_close(store);
     if (status == MR_OK)
         cli_note(r->cli, "%s: certificate %s entered, of sensor %s", r->word, row.number,
-                 said_or_dash(row.sensor));
+                 text_or_dash(row.sensor));
     return status;
 }
 

@@ -12,7 +12,7 @@
 #include "host/base/process.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
-#include "host/commands/said.h"
+#include "host/commands/annotation.h"
 #include "host/day/day.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
@@ -243,7 +243,7 @@ static void look(struct day *day)
     if (!ask("what was seen? (Enter: no note): ", note.value, sizeof note.value) || !note.value[0])
         return;
     note.made_us = (int64_t)link_now_us();
-    said_fill(note.who, sizeof note.who, said_by(NULL));
+    annotation_copy(note.who, sizeof note.who, annotation_who(NULL));
     store_change_add(day->store, &note, &day->error);
 }
 
@@ -255,7 +255,7 @@ static void series(struct day *day)
         !ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
              sizeof row.runway))
         return;
-    said_fill(row.who, sizeof row.who, said_by(NULL));
+    annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     if (store_series_add(day->store, &row, &day->error) == MR_OK)
         printf("landings recorded from now on belong to the series\n");
 }

@@ -7,7 +7,7 @@
 
 #include "host/analyse/journal.h"
 #include "host/commands/commands.h"
-#include "host/commands/said.h"
+#include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/base/spell_suggest.h"
 #include "host/base/quantity.h"
@@ -83,12 +83,12 @@ static enum mr_status begin_series(const struct request *r, struct store *store,
     if (!r->series[0] || strlen(r->series) >= sizeof series.name)
         return error_set(error, MR_USAGE, "not a name: '%s'; 1 to %zu characters", r->series,
                          sizeof series.name - 1);
-    said_fill(series.name, sizeof series.name, r->series);
-    said_fill(series.who, sizeof series.who, said_by(r->who));
-    said_fill(series.runway, sizeof series.runway, r->runway);
-    said_fill(series.pattern, sizeof series.pattern, r->pattern);
-    said_fill(series.modification, sizeof series.modification, r->modification);
-    said_fill(series.notes, sizeof series.notes, r->note);
+    annotation_copy(series.name, sizeof series.name, r->series);
+    annotation_copy(series.who, sizeof series.who, annotation_who(r->who));
+    annotation_copy(series.runway, sizeof series.runway, r->runway);
+    annotation_copy(series.pattern, sizeof series.pattern, r->pattern);
+    annotation_copy(series.modification, sizeof series.modification, r->modification);
+    annotation_copy(series.notes, sizeof series.notes, r->note);
     enum mr_status status = store_series_all(store, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (strcmp(rows[i].name, series.name) == 0)
@@ -109,10 +109,10 @@ static enum mr_status change(const struct request *r, struct store *store, const
     if (strlen(value) >= sizeof row.value || (r->reason && strlen(r->reason) >= sizeof row.reason))
         return error_set(error, MR_TOO_LONG, "text too long: %s of RUN %lld; %d characters at most",
                          field, (long long)r->run, STORE_JOURNAL_TEXT - 1);
-    said_fill(row.who, sizeof row.who, said_by(r->who));
-    said_fill(row.field, sizeof row.field, field);
-    said_fill(row.value, sizeof row.value, value);
-    said_fill(row.reason, sizeof row.reason, r->reason);
+    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.field, sizeof row.field, field);
+    annotation_copy(row.value, sizeof row.value, value);
+    annotation_copy(row.reason, sizeof row.reason, r->reason);
     return store_change_add(store, &row, error);
 }
 
@@ -201,11 +201,11 @@ static enum mr_status observe(const struct request *r, struct store *store, stru
         return error_set(error, MR_TOO_LONG,
                          "text too long: the note of RUN %lld; %d characters at most",
                          (long long)r->run, STORE_JOURNAL_TEXT - 1);
-    said_fill(row.kind, sizeof row.kind, r->observe);
-    said_fill(row.who, sizeof row.who, said_by(r->who));
-    said_fill(row.side, sizeof row.side, r->side);
-    said_fill(row.form, sizeof row.form, r->form);
-    said_fill(row.note, sizeof row.note, r->note);
+    annotation_copy(row.kind, sizeof row.kind, r->observe);
+    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.side, sizeof row.side, r->side);
+    annotation_copy(row.form, sizeof row.form, r->form);
+    annotation_copy(row.note, sizeof row.note, r->note);
     return store_observation_add(store, &row, error);
 }
 
@@ -228,7 +228,8 @@ static enum mr_status add(const struct request *r, struct store *store, struct e
         return observe(r, store, error);
     if (status == MR_OK && r->withdraw)
         return store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(),
-                                          said_by(r->who), r->reason ? r->reason : "", error);
+                                          annotation_who(r->who), r->reason ? r->reason : "",
+                                          error);
     return status == MR_OK ? change(r, store, "note", r->note, error) : status;
 }
 
@@ -271,8 +272,8 @@ static void journal_answer(const struct journal *j, struct answer *answer)
              "RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s",
              (long long)j->landing.id, (long long)j->landing.board_landing,
              mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
-             said_or_dash(j->series.name), said_or_dash(j->series.runway),
-             said_or_dash(j->series.pattern), said_or_dash(j->series.modification));
+             text_or_dash(j->series.name), text_or_dash(j->series.runway),
+             text_or_dash(j->series.pattern), text_or_dash(j->series.modification));
     answer_open(answer, NULL, heading);
     answer_count(answer, "run", NULL, j->landing.id);
     answer_count(answer, "landing", NULL, j->landing.board_landing);

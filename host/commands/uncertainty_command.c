@@ -1,4 +1,4 @@
-/* matrig uncertainty: the uncertainty budget of each channel, as text, JSON or a page. */
+/* matrig uncertainty: the uncertainty budget of each channel, as text or JSON. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,22 +8,19 @@
 #include "common/channels.h"
 #include "host/analyse/measured.h"
 #include "host/base/answer.h"
-#include "host/base/html.h"
-#include "host/base/output.h"
 #include "host/board/certificates.h"
 #include "host/board/config_text.h"
 #include "host/calibrate/budget.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
-#include "host/report/page.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_recalibrate.h"
 
 struct request {
     const struct cli *cli;
     const char *words[2]; /* DB, CHANNEL */
-    const char *at, *config, *output;
+    const char *at, *config;
     double hours, kelvin;
     int64_t run;
     int channel;     /* index; -1: all */
@@ -267,45 +264,6 @@ static void tables_answer(const struct request *r, const struct subject *s, stru
     table_answer(r, s, "tensions", MR_TRANSDUCERS, MR_TRANSDUCERS + MR_GAGES, answer);
 }
 
-static void show(struct answer *answer, FILE *out)
-{
-    answer_html(answer, out);
-    answer_free(answer);
-}
-
-static enum mr_status write_page(const struct request *r, const struct subject *s,
-                                 struct error *error)
-{
-    struct output output;
-    struct one one;
-    if (output_begin(&output, r->output, error) != MR_OK)
-        return error->status;
-    page_head(output.file, "Uncertainty budgets");
-    fputs("<main><h1>Uncertainty budgets</h1>\n<p class=\"say\">", output.file);
-    html_text(output.file, r->words[0]);
-    if (s->run)
-        fprintf(output.file, ", RUN %lld: each channel at its peak", (long long)s->run);
-    fputs(".</p>\n", output.file);
-    struct answer *answer = answer_new(r->cli->si);
-    legend_answer(answer);
-    tables_answer(r, s, answer);
-    show(answer, output.file);
-    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        if (!make_one(r, s, i, &one))
-            continue;
-        char channel[8];
-        jump_channel(i, channel);
-        fprintf(output.file, "<section id=\"%s\"><h2>%s %u</h2>\n", channel,
-                i < MR_TRANSDUCERS ? "Transducer" : "Gage", one.channel.number);
-        answer = answer_new(r->cli->si);
-        one_answer(answer, &one);
-        show(answer, output.file);
-        fputs("</section>\n", output.file);
-    }
-    fputs("</main></body></html>\n", output.file);
-    return output_end(&output, error);
-}
-
 /* ---- the command line ---- */
 
 static enum mr_status check(struct request *r, struct error *error)
@@ -335,7 +293,7 @@ static enum mr_status check(struct request *r, struct error *error)
         return error_set(error, MR_USAGE,
                          "no reading: '%s' for --at; a number in %s, or with its unit", r->at,
                          unit);
-    return output_check(r->output, r->words[0], error);
+    return MR_OK;
 }
 
 static enum mr_status tell(const struct request *r, const struct subject *s, struct answer *answer,
@@ -353,9 +311,7 @@ static enum mr_status tell(const struct request *r, const struct subject *s, str
     else
         tables_answer(r, s, answer);
     legend_answer(answer);
-    if (r->output && write_page(r, s, error) == MR_OK)
-        answer_words(answer, "file", "written to", "%s", r->output);
-    return error->status;
+    return MR_OK;
 }
 
 static int uncertainty_command(int argc, char **argv, const struct cli *cli)
@@ -389,16 +345,15 @@ static const struct command_part parts[] = {
                   "{standard}"),
     OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
                   "since the zeros of the gages were taken, with --config; else {standard}"),
-    OPTION_TEXT("-o", "F", output, "write all budgets as a page that stands alone"),
     HELP_NOTE("The stated error (as beside every reading) and what it leaves out: certificate, "
               "position, temperature. x, u(x) and c are in inches\nand pounds, also with --si. "),
-    HELP_EXAMPLE("matrig uncertainty campaign.db d3 -o uncertainty.html"),
+    HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 
 const struct command command_uncertainty = {
     "uncertainty",
     uncertainty_command,
-    "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K] [-o F]",
+    "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K]",
     "the uncertainty budget of each channel, with its certificate",
     COMMAND_PARTS(parts),
     {1, 2, "DB [CHANNEL]"},

@@ -1,4 +1,4 @@
-/* A survey of the gage points of the mat: the plan, what is typed, the sheet, the result, and surveys
+/* A survey of the gage points of the mat: plan, readings, sheet, result, and surveys
  * of a campaign. */
 #ifndef MATRIG_HOST_SURVEY_SURVEY_H
 #define MATRIG_HOST_SURVEY_SURVEY_H

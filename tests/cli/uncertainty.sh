@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# matrig uncertainty: the budget of each channel adds up to the stated error of the summary; certificates; a page.
+# matrig uncertainty: the budget of each channel adds up to the stated error of the summary; certificates.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
 matrig=build/matrig
@@ -41,15 +41,6 @@ units_stand_over_their_columns() { # inches over transducers, pounds over gages
     $matrig uncertainty "$tmp/c.db" >"$tmp/out" && cat "$tmp/out" && awk '/^  channel +sensor/ {unit = $3} /^  d[1-8] +- / {d += unit == "in"} /^  t[0-9]+ +- / {t += unit == "lb"}
         END {exit !(d == 8 && t == 14)}' "$tmp/out"
 }
-a_page_stands_alone() {
-    $matrig uncertainty "$tmp/c.db" -o "$tmp/page.html" >"$tmp/out" && [ "$(grep -c '<section id="[dt][0-9]*">' "$tmp/page.html")" = 22 ] && grep -q 'overdue since 2022-03-02' "$tmp/page.html" &&
-        ! grep -Eq '(src|href)="?(http|/)' "$tmp/page.html" && tail -n 1 "$tmp/page.html" | grep -q '</html>$' && python3 - "$tmp/page.html" <<'P'
-import sys, xml.parsers.expat, re
-text = open(sys.argv[1]).read()
-for tag in ("table", "section", "main", "tr", "td", "th", "dl", "p"):
-    assert len(re.findall("<%s[ >]" % tag, text)) == len(re.findall("</%s>" % tag, text)), tag
-P
-}
 without_a_landing() { # of a configuration
     build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --speed max --for 200 >/dev/null 2>&1 &
     $matrig board --serial "unix:$sockets/serial" config get -o "$tmp/rig.cfg"
@@ -64,7 +55,6 @@ trap 'rm -rf "$sockets"' EXIT
 check "each budget adds up to the stated error, and to the combined one" adds_up
 check "a certificate joins the sum, overdue or not, and it is said" a_certificate_joins
 check "inches over transducers, pounds over gages" units_stand_over_their_columns
-check "the page" a_page_stands_alone
 check "a configuration in a landing's place" without_a_landing
 check "of 500 drawn calibrations and landings the interval holds 93.5 to 97 %" build/tests/uncertainty/study 500
 check "without the certificate it does not" does_not_hold certificate
@@ -73,5 +63,4 @@ check "no channel" fails_with 2 "not a channel: 'd0'" $matrig uncertainty "$tmp/
 check "a reading in another unit" fails_with 2 "no reading: '3lb' for --at" $matrig uncertainty "$tmp/c.db" d3 --at 3lb
 check "--at of all" fails_with 2 'goes with a CHANNEL' $matrig uncertainty "$tmp/c.db" --at 1
 check "two places" fails_with 2 'one of them' $matrig uncertainty "$tmp/c.db" --run 1 --config x
-check "a page in the database's place" fails_with 2 'c.db' $matrig uncertainty "$tmp/c.db" -o "$tmp/c.db"
 finish
