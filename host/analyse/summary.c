@@ -657,57 +657,34 @@ void summary_mean_answer(const struct store_mean *mean, struct answer *answer)
     }
 }
 
-#define NUMBERS 120 /* of the channels of a kind, in words */
-
 static bool lacks(const struct measured_channel *channel, enum mr_channel_kind kind)
 {
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
 
-static bool same(const struct measured_channel *a, const struct measured_channel *b)
-{
-    return a->missing_from == b->missing_from && a->missing_to == b->missing_to;
-}
-
-/* "1 to 8" or "2, 5 to 7" of the channels that lack what the one at `c` does. */
-static void numbers_text(const struct measured *measured, unsigned c, char out[NUMBERS])
+/* "1, 2, 5": the channels that lack what the one at `c` lacks; false: an earlier one lacks it. */
+static bool numbers_text(const struct measured *measured, unsigned c, char *out, size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];
     size_t used = 0;
-    out[0] = '\0';
-    for (unsigned i = c, run = 0; i < MR_CHANNELS; i++) {
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
-        if (!lacks(channel, first->config.kind) || !same(channel, first)) {
-            run = 0;
+        if (!lacks(channel, first->config.kind) || channel->missing_from != first->missing_from ||
+            channel->missing_to != first->missing_to)
             continue;
-        }
-        bool last = i + 1 == MR_CHANNELS || !lacks(channel + 1, first->config.kind) ||
-                    !same(channel + 1, first);
-        if ((run == 0 || last) && used < NUMBERS)
-            used += (size_t)snprintf(out + used, NUMBERS - used, "%s%u",
-                                     run > 0    ? " to "
-                                     : used > 0 ? ", "
-                                                : "",
+        if (i < c)
+            return false;
+        if (used < size)
+            used += (size_t)snprintf(out + used, size - used, "%s%u", used > 0 ? ", " : "",
                                      channel->config.number);
-        run++;
     }
-}
-
-static bool told_already(const struct measured *measured, unsigned c)
-{
-    const struct measured_channel *channel = &measured->channel[c];
-    for (unsigned i = 0; i < c; i++) {
-        if (lacks(&measured->channel[i], channel->config.kind) &&
-            same(&measured->channel[i], channel))
-            return true;
-    }
-    return false;
+    return true;
 }
 
 void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
                             struct answer *answer)
 {
-    char numbers[NUMBERS];
+    char numbers[120];
     if (measured_ends_early(measured))
         answer_sentence(answer, NULL,
                         "The record ends %.3f s after %s, while the gear %s: peaks and ends are "
@@ -717,9 +694,8 @@ void summary_missing_answer(const struct measured *measured, enum mr_channel_kin
                         measured_moves_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
-        if (!lacks(channel, kind) || told_already(measured, c))
+        if (!lacks(channel, kind) || !numbers_text(measured, c, numbers, sizeof numbers))
             continue;
-        numbers_text(measured, c, numbers);
         answer_sentence(answer, NULL,
                         "Readings are missing from %.3f to %.3f s (%s%s %s): a peak that fell "
                         "among them is not seen, and no error here knows of it.",
@@ -800,7 +776,6 @@ void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
     answer_close(answer);
 }
 
-#define BLOCK_US    1000.0
 #define DAY_MOST_US 1e17 /* the year 5138 */
 
 /* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of
@@ -837,53 +812,13 @@ struct summary_moment summary_time_by(const struct store_time_map *clock, double
         clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
 }
 
-/* The frame that said the first warning, on one link. */
-struct told {
-    int64_t block_us, host_us; /* STORE_NONE: it did not come over this link */
-};
-
-static enum mr_status find_told(void *context, const struct store_frame *frame)
-{
-    struct told *told = context;
-    if (frame->id == MR_ID_ZONE_LEAD && frame->board_us == told->block_us &&
-        (told->host_us == STORE_NONE || frame->host_us < told->host_us))
-        told->host_us = frame->host_us;
-    return MR_OK;
-}
-
-/* Decided on the board and received by this computer are two moments; only a clock that both share
- * tells them apart. */
-static enum mr_status load_received(struct store *store, struct summary *summary,
-                                    struct error *error)
-{
-    const struct zone_warning *warning = &summary->zones.warning;
-    enum mr_status status = MR_OK;
-    for (int kind = 0; kind < LINK_KINDS; kind++)
-        summary->warning_received_s[kind] = (double)NAN;
-    if (!warning->warned || !summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD ||
-        warning->block < 0 || warning->block > UINT32_MAX)
-        return MR_OK;
-    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct told told = {1000 * warning->block, STORE_NONE};
-        status = store_frames_each(store, summary->measured.landing.id, kind, find_told, &told,
-                                   error);
-        struct summary_moment complete = summary_time_by(&summary->clock,
-                                                         1000.0 * (double)(warning->block + 1));
-        double late_us = (double)told.host_us - complete.host_us;
-        /* else stamped by another clock than the map's */
-        if (told.host_us != STORE_NONE && late_us > -complete.half_us - BLOCK_US)
-            summary->warning_received_s[kind] = late_us / 1e6;
-    }
-    return status;
-}
-
 enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
 {
     enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
     if (status == MR_OK)
         status = summary_time_clock(store, summary->measured.landing.id, &summary->clock,
                                     &summary->clock_known, error);
-    return status == MR_OK ? load_received(store, summary, error) : status;
+    return status;
 }
 
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
@@ -943,26 +878,6 @@ static void clock_answer(const struct summary *summary, struct answer *answer)
     answer_close(answer);
 }
 
-static void received_answer(const struct summary *summary, struct answer *answer)
-{
-    const struct zone_warning *warning = &summary->zones.warning;
-    if (!summary->clock_known)
-        return;
-    answer_open(answer, "warning_received_s", "");
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        double received_s = summary->warning_received_s[kind];
-        struct summary_moment decided = summary_time_of_day(summary,
-                                                            1000.0 * (double)(warning->block + 1));
-        answer_value(answer, kind == LINK_CAN ? "can" : "serial", NULL, UNIT_NUMBER, received_s, 6);
-        if (!isnan(received_s))
-            answer_words(answer, NULL, "received",
-                         "the first warning over %s %.1f ms after it was decided (95 %%: +- %.1f, "
-                         "and the link's least delay)",
-                         summary_link_name(kind), 1e3 * received_s, decided.half_us / 1e3);
-    }
-    answer_close(answer);
-}
-
 static void film_answer(const struct summary *summary, struct answer *answer)
 {
     const struct film *film = &summary->film;
@@ -993,6 +908,5 @@ static void film_answer(const struct summary *summary, struct answer *answer)
 void summary_time_answer(const struct summary *summary, struct answer *answer)
 {
     clock_answer(summary, answer);
-    received_answer(summary, answer);
     film_answer(summary, answer);
 }

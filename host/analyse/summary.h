@@ -75,8 +75,6 @@ struct summary {
     struct film film;
     struct store_time_map clock; /* the best of the links; refusal says if it is one at all */
     bool clock_known;
-    /* after the block that decided the first warning was complete; NaN: not known */
-    double warning_received_s[LINK_KINDS];
     struct store_fault *fault;
     size_t faults;
     struct store_fault *switch_event; /* what the board found wrong with switches */

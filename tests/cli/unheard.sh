@@ -62,8 +62,8 @@ ends_while_it_moves() { # once above each table
         ! grep 'The record ends' "$tmp/whole.txt"
 }
 peaks_are_told() {
-    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1 to 8\): a peak that fell among them is not seen, and no error here knows of it' &&
-        grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(gages 1 to 14\)' "$tmp/late.html"
+    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1, 2, 3, 4, 5, 6, 7, 8\): a peak that fell among them is not seen, and no error here knows of it' &&
+        grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(gages 1, 2, 3, .*, 13, 14\)' "$tmp/late.html"
 }
 # All switches break at 3.6 s, behind the thirteenth: by the others the gear seemed to stop at 99.27 +- 0.02 ft, and did at 90.7.
 never_opened() {

@@ -78,16 +78,6 @@ static void times_of_day_are_right_within_their_intervals(void **s)
     assert_near(touchdown.host_us, (double)true_host_us(board_us), touchdown.half_us);
     assert_true(touchdown.half_us < 300.0);
 
-    /* Decided by the board and received here: its messages come LATE_US after a block, by a
-     * computer's clock that is 12.3 ppm slower. */
-    int64_t block = summary.zones.warning.block;
-    double received_us = (double)begun_us + 1000.0 * (double)(block + 1 - (int64_t)FIRST_BLOCK);
-    double late_us = received_us - (double)true_host_us(1000.0 * (double)(block + 1));
-    assert_true(summary.zones.warning.warned && late_us > 3000.0 && late_us < 4000.0);
-    assert_near(1e6 * summary.warning_received_s[LINK_CAN], late_us, touchdown.half_us);
-    /* the test's serial bytes have stamps of years before */
-    assert_true(isnan(summary.warning_received_s[LINK_SERIAL]));
-
     char line[4000] = "";
     FILE *out = fmemopen(line, sizeof line - 1, "w");
     struct answer *answer = answer_new(false);
@@ -96,7 +86,6 @@ static void times_of_day_are_right_within_their_intervals(void **s)
     answer_free(answer);
     fclose(out);
     assert_non_null(strstr(line, "ppm fast (CAN, 60 moments); times of day within 0."));
-    assert_non_null(strstr(line, "received      the first warning over CAN 3."));
     assert_non_null(strstr(line, "touchdown at  2026-09-21 ")); /* date -u -d @1790000081 */
     summary_free(&summary);
     session_end(&session);
