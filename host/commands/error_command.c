@@ -1,5 +1,5 @@
 /* matrig error: its options. What runs it is host/study/error_run.c, in matrig-study. */
-#include "host/commands/error_command.h"
+#include "host/commands/studies.h"
 
 #include "host/commands/commands.h"
 #include "host/commands/study_start.h"

@@ -1,5 +1,5 @@
 /* matrig fit: its options. What runs it is host/study/fit_run.c, in matrig-study. */
-#include "host/commands/fit_command.h"
+#include "host/commands/studies.h"
 
 #include "host/commands/commands.h"
 #include "host/commands/study_start.h"
@@ -19,13 +19,13 @@ static const struct command_part parts[] = {
                 "and an unsurveyed gap are\n"
                 "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the "
                 "survey's to 3 %"),
-    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_LEAST, 1e5, 300.0,
+    OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
                  "simulated data sets a round, at least {low}; else {standard}"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of what is drawn; else {standard}. The same seed gives the same answer"),
     OPTION_WHOLE("-j", "N", threads, 1.0, 64.0, 0.0, "threads; else as many as processors"),
     OPTION_NUMBER(
-        "--max-time", "S", options.max_s, "s", 1.0, 1e6, 600.0,
+        "--max-time", "S", max_s, "s", 1.0, 1e6, 600.0,
         "else {standard}; an answer that is not settled by then is given and said to be so"),
     OPTION_TEXT("--plot", "F", plot, "a plot of the residuals, SVG, PNG or PDF (gnuplot)"),
     OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),

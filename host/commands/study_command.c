@@ -1,5 +1,5 @@
 /* matrig study: its options. What runs it is host/study/study_run.c, in matrig-study. */
-#include "host/commands/study_command.h"
+#include "host/commands/studies.h"
 
 #include "host/landing_series/series.h"
 #include "host/commands/commands.h"

@@ -1,5 +1,5 @@
 /* matrig sweep: its options. What runs it is host/study/sweep_run.c, in matrig-study. */
-#include "host/commands/sweep_command.h"
+#include "host/commands/studies.h"
 
 #include "host/commands/commands.h"
 #include "host/commands/study_start.h"

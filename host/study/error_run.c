@@ -4,12 +4,11 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
-#include "host/commands/error_command.h"
+#include "host/commands/studies.h"
 #include "host/base/answer.h"
 #include "host/base/plot.h"
 #include "host/base/progress.h"
 #include "host/sim/check/error_study.h"
-#include "host/study/studies.h"
 
 #define SOLVERS_MAX 8
 

@@ -5,25 +5,23 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
-#include "host/commands/fit_command.h"
+#include "host/commands/studies.h"
 #include "host/base/output.h"
 #include "host/base/plot.h"
 #include "host/base/quantity.h"
 #include "host/base/data_dir.h"
 #include "host/base/command.h"
 #include "host/base/progress.h"
-#include "host/study/studies.h"
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/print.h"
+
+_Static_assert(FIT_LEAST_DRAWS == FIT_DRAWS_LEAST, "the option and the fit agree");
 
 static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
                                    struct fit_request *request, struct error *error)
 {
     if (command_parse(&command_fit, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
-    request->options.draws = (size_t)request->draws;
-    request->options.seed = (uint64_t)request->seed;
-    request->options.threads = (unsigned)request->threads;
     if (!request->scene) {
         data_dir_find(DATA_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
@@ -207,11 +205,15 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
         struct progress progress;
-        request.options.go_on = show_progress;
-        request.options.go_on_context = &progress;
+        struct fit_options options = {.draws = (size_t)request.draws,
+                                      .threads = (unsigned)request.threads,
+                                      .seed = (uint64_t)request.seed,
+                                      .max_s = request.max_s,
+                                      .go_on = show_progress,
+                                      .go_on_context = &progress};
         progress_begin(&progress, "fit", "fewer --draws", cli->quiet);
-        if (fit_run(&model, list.measured, &request.options, &answer, &error) == MR_OK)
-            misfit = misfit_check(&list, &answer, request.options.seed);
+        if (fit_run(&model, list.measured, &options, &answer, &error) == MR_OK)
+            misfit = misfit_check(&list, &answer, (uint64_t)request.seed);
         progress_end(&progress);
     }
     if (error.status == MR_OK && request.plot)

@@ -8,7 +8,7 @@
 #include "host/commands/commands.h"
 #include "host/base/data_dir.h"
 #include "host/commands/program.h"
-#include "host/study/studies.h"
+#include "host/commands/studies.h"
 #include "host/commands/study_start.h"
 
 static int (*find_run(const char *name))(int argc, char **argv, const struct cli *cli)

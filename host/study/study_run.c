@@ -7,9 +7,8 @@
 #include "host/base/progress.h"
 #include "host/base/xmalloc.h"
 #include "host/landing_series/summary.h"
-#include "host/commands/study_command.h"
+#include "host/commands/studies.h"
 #include "host/commands/commands.h"
-#include "host/study/studies.h"
 
 static void show_progress(void *ctx, size_t done, size_t of)
 {

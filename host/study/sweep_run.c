@@ -5,8 +5,7 @@
 
 #include "host/base/output.h"
 #include "host/commands/commands.h"
-#include "host/commands/sweep_command.h"
-#include "host/study/studies.h"
+#include "host/commands/studies.h"
 #include "host/sweep/sweep_case.h"
 #include "host/sweep/sweep_table.h"
 

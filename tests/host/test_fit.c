@@ -7,10 +7,9 @@
 #include <string.h>
 
 #include "host/store/store_survey.h"
-#include "host/study/fit/beside.h"
+#include "host/study/fit/landings.h"
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/fit.h"
-#include "host/study/fit/landings.h"
 #include "host/study/fit/misfit.h"
 #include "tests/fit/cheap.h"
 #include "tests/fit/runway.h"

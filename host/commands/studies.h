@@ -1,0 +1,46 @@
+/* The commands that matrig-study runs: what each is asked for, as its rows (host/commands/) put it
+ * there, and its run (host/study/). matrig has the rows alone, and links none of their libraries. */
+#ifndef MATRIG_HOST_COMMANDS_STUDIES_H
+#define MATRIG_HOST_COMMANDS_STUDIES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "host/base/cli.h"
+
+#define STUDY_JOBS_MAX  256
+#define FIT_RUNS_MAX    20
+#define FIT_LEAST_DRAWS 60
+#define SWEEP_FILES_MAX 4000
+
+struct study_request {
+    const char *path, *plot;
+    const char *ground;  /* NULL: as the file says */
+    int64_t jobs, seeds; /* 0: one per core; the file's */
+};
+
+struct error_request {
+    const char *plot;
+};
+
+struct fit_request {
+    const char *words[1 + FIT_RUNS_MAX];
+    const char *scene, *fitted, *prior, *plot, *out_scene;
+    bool force;
+    int64_t draws, seed, threads; /* threads 0: as many as processors */
+    double max_s;
+    char model_runway[500];
+};
+
+struct sweep_request {
+    const char *words[2 + SWEEP_FILES_MAX]; /* the sweep, result files; NULL at the end */
+    const char *cases, *output;
+    bool table;
+};
+
+int study_command(int argc, char **argv, const struct cli *cli);
+int error_command(int argc, char **argv, const struct cli *cli);
+int fit_command(int argc, char **argv, const struct cli *cli);
+int sweep_command(int argc, char **argv, const struct cli *cli);
+
+#endif
