@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Debian's stm32flash against the boot ROM over a pseudo-terminal: id, erase, write, verify, go, and then the firmware
-# says hello; what must fail, fails. Linux keeps no parity for pseudo-terminals: hence -m 8n1 (hil/link/pty.h).
+# says hello. Protection and parity: tests/hil/test_bootrom.c. Linux keeps no parity for pseudo-terminals: hence -m 8n1 (hil/link/pty.h).
 . "$(dirname "$0")/tap.sh"
 image=build/firmware/matrig.bin
 tty=$(mktemp -u /tmp/matrig-tty.XXXXXX)
@@ -63,47 +63,10 @@ elf_spares_configuration() { # sectors 2 and 3, which the ELF does not use, keep
     build/matrig-board --flash "$tmp/spared" --elf build/firmware/matrig.elf --for 0.1 2>"$tmp/board" || return 1
     [ "$(dd if="$tmp/spared" bs=1 skip=$((0x8000)) count=4 2>/dev/null)" = kept ] && cmp -n 4 $image "$tmp/spared"
 }
-# Another image: what is read back is not what was written, if what was written is not there.
-notices_a_wrong_image() {
-    start_board --boot0 && flash 115200 -r "$tmp/read" -S 0x08000000:1024 || return 1
-    stop_board
-    cmp -n 1024 $image "$tmp/read" || return 1
-    head -c 2048 /dev/zero >"$tmp/zeroes"
-    start_board --boot0 || return 1
-    flash 115200 -e 0 -w "$tmp/zeroes" -S 0x08000000 || return 1 # without erasing: zeroes over the image
-    stop_board
-    ! flash_holds_image >/dev/null || return 1
-    start_board --boot0 || return 1
-    ! flash 115200 -e 0 -w $image -v -n 1 # ones cannot come back: verifying must fail
-    local failed=$?
-    stop_board
-    return $failed
-}
-# Protected: neither read nor written, until unprotecting has erased everything.
-honours_protection() {
-    start_board --boot0 && flash 115200 -j || return 1
-    ! flash 115200 -r "$tmp/stolen" -S 0x08000000:256 || return 1
-    ! flash 115200 -c -w $image || return 1
-    stop_board
-    [ "$(stat -c %s "$tmp/flash")" -eq $((0x100010)) ] || return 1 # option bytes outlast the program
-    start_board --boot0 && flash 115200 -k || return 1
-    flash 115200 -r "$tmp/read" -S 0x08000000:256 || return 1
-    stop_board
-    cmp "$tmp/read" <(head -c 256 /dev/zero | tr '\0' '\377')
-}
-wrong_parity_fails() {
-    start_board --boot0 --parity none || return 1
-    ! flash 115200 || return 1
-    stop_board
-}
-
 check "the ROM names the chip" identifies
 check "erase, write, verify, go: the firmware says hello" programs_and_goes
 check "the flash file alone boots" boots_from_file
 check "an ELF over a flash file spares the configuration" elf_spares_configuration
-check "an image that is not there is not taken for it" notices_a_wrong_image
-check "readout protection is honoured and lifted by erasing" honours_protection
-check "the wrong parity gets no answer" wrong_parity_fails
 check "no firmware, no boot ROM" fails_with 3 "no firmware: the reset vector is 0xffffffff" build/matrig-board --flash "$tmp/none"
 check "a database is no flash file" fails_with 4 "said.db: a database" build/matrig-board --flash "$tmp/said.db"
 check "parity that is none" fails_with 2 "--parity cannot be .mark." build/matrig-board --boot0 --parity mark
