@@ -5,7 +5,6 @@
 #include "host/base/progress.h"
 #include "host/sim/solvers/staggered.h"
 #include "host/sim/solvers/planar.h"
-#include "host/sim/solvers/deadline.h"
 
 bool sim_solver_elsewhere(const char *solver)
 {

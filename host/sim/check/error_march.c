@@ -6,7 +6,7 @@
 
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
-#include "host/sim/elements/span.h"
+#include "host/sim/elements/wheel.h"
 #include "host/sim/scene/scene_keys.h"
 
 #define LOCATE_S   1e-9

@@ -25,7 +25,7 @@
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/element.h"
 #include "host/sim/elements/parting.h"
-#include "host/sim/elements/span.h"
+#include "host/sim/elements/wheel.h"
 
 #define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
 #define MODEL_ROW  (2 * MODEL_BAND + 1)
@@ -129,7 +129,7 @@ void model_look_at(struct model *model, int first, int last);
 /* State and modes at t = 0. */
 void model_start(struct model *model, double *z);
 
-/* Make `at` the present span of the aircraft (span.h) and set the modes that depend on it. */
+/* Make `at` the present span of the aircraft (wheel.h) and set the modes that depend on it. */
 void model_enter(struct model *model, size_t at, double *z);
 
 /* Choose the first window; model_start does. */
