@@ -16,7 +16,6 @@ check "a scene that is not R* is found" fails_with 1 rstar_fig3_6 sh -c "cd '$tm
 cp host/scenes/rstar_fig3_6.json "$tmp/other/host/scenes"
 sed -i '/mats/d' "$tmp/other/tests/figures/readings.json"
 check "so is a kept reading without an input" fails_with 4 readings sh -c "cd '$tmp/other' && '$here/build/tests/figures/figures' --table"
-check "a search of no readings" fails_with 2 READINGS build/tests/figures/figures --search 0
 # Numbers that the text states: 3.6, 3.7, 3.8 (two), 3.11, 3.12; over 1 ft is a line.
 stated() { [ "$(cat "$tmp"/fig3_*.svg | grep -c '<text>text[:,]')" -eq 7 ]; }
 check "what the text states is marked" stated

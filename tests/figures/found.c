@@ -4,48 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "host/base/output.h"
-
 static const char *const groups[SEARCH_GROUPS] = {"all", "displacements alone", "waves alone"};
-
-struct found found_of(const struct search *search)
-{
-    struct found found = {.readings = search->count};
-    for (int g = 0; g < SEARCH_GROUPS; g++)
-        found.best[g] = trial_reading(&search->best[g]);
-    for (size_t i = 0; i < search->count; i++) {
-        for (size_t f = 0; f < fact_count; f++)
-            found.met[f] += fact_met(&facts[f], search->ensemble[i].value[f]);
-    }
-    return found;
-}
-
-enum mr_status found_save(const struct found *found, const char *path, struct error *error)
-{
-    json_t *root = json_object(), *met = json_array();
-    for (int g = 0; g < SEARCH_GROUPS; g++) {
-        json_t *reading = json_object();
-        for (int i = 0; i < INPUTS; i++)
-            json_object_set_new(reading, inputs[i].name, json_real(found->best[g].value[i]));
-        json_object_set_new(root, groups[g], reading);
-    }
-    for (size_t f = 0; f < fact_count; f++)
-        json_array_append_new(met, json_integer((json_int_t)found->met[f]));
-    json_object_set_new(root, "readings", json_integer((json_int_t)found->readings));
-    json_object_set_new(root, "met", met);
-    char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(12));
-    json_decref(root);
-    if (!text)
-        return error_set(error, MR_FULL, "out of memory: %s", path);
-    struct output output;
-    if (output_begin(&output, path, error) == MR_OK) {
-        fprintf(output.file, "%s\n", text);
-        output_end(&output, error);
-    }
-    free(text);
-    return error->status;
-}
 
 enum mr_status found_load(struct found *found, const char *path, struct error *error)
 {
@@ -68,9 +27,7 @@ enum mr_status found_load(struct found *found, const char *path, struct error *e
     json_decref(root);
     return whole ? MR_OK
                  : error_set(error, MR_MALFORMED,
-                             "%s: not what a search of these inputs found; "
-                             "make readings",
-                             path);
+                             "%s: not the readings of these inputs; restore it with git", path);
 }
 
 const struct fact *sheet_make(struct sheet *sheet, const struct found *found)

@@ -1,13 +1,16 @@
-/* What a search has found, kept in a file beside it, so that the table is made again without it. */
+/* What a search of the unknown inputs found, kept in a file: the readings that come closest to all
+ * that the text says, to its displacements and to its waves. */
 #ifndef MATRIG_TESTS_FIGURES_FOUND_H
 #define MATRIG_TESTS_FIGURES_FOUND_H
 
 #include <stdio.h>
 
-#include "tests/figures/search.h"
+#include "host/base/error.h"
+#include "tests/figures/facts.h"
 
 #define FOUND_FILE "tests/figures/readings.json"
-#define FOUND_PAGE "host/sim/FIGURES.md"
+
+enum search_group { SEARCH_ALL, SEARCH_MOVES, SEARCH_LIFTS, SEARCH_GROUPS };
 
 struct found {
     struct reading best[SEARCH_GROUPS];
@@ -15,8 +18,6 @@ struct found {
     size_t met[FACTS_MAX]; /* of them, that reproduce each fact */
 };
 
-struct found found_of(const struct search *search);
-enum mr_status found_save(const struct found *found, const char *path, struct error *error);
 enum mr_status found_load(struct found *found, const char *path, struct error *error);
 
 /* The table: each fact, the text, R*, the best readings, whether they reproduce it. Played here by
@@ -31,15 +32,5 @@ struct sheet {
 const struct fact *sheet_make(struct sheet *sheet, const struct found *found);
 /* As Markdown. */
 void sheet_print(FILE *out, const struct sheet *sheet, const struct found *found);
-
-/* What the search says of each input, and pairs of facts that exclude each other; Markdown. */
-void say_inputs(FILE *out, const struct search *search);
-void say_pairs(FILE *out, const struct search *search);
-
-/* Puts what `write` prints between the marks `<!-- NAME: ... -->` and `<!-- end of NAME -->` of a
- * page. MR_MALFORMED when it has none. */
-enum mr_status page_put(const char *path, const char *name,
-                        void (*write)(FILE *out, const void *what), const void *what,
-                        struct error *error);
 
 #endif

@@ -56,12 +56,4 @@ struct reading {
 
 struct reading reading_rstar(void);
 
-/* From the unit cube, where searches move; a choice or a whole number is a stretch of it. */
-double input_value(enum input_id id, double part);
-/* A part that has this value. */
-double input_part(enum input_id id, double value);
-
-/* splitmix64 (S. Vigna, public domain): the search is the same on every machine. */
-double uniform_next(uint64_t *state);
-
 #endif

@@ -7,8 +7,3 @@ test-programs: $(B)/tests/figures/figures
 figures: $(B)/tests/figures/figures ## studies | figures 3.6 to 3.12 of the 1973 report, redrawn: build/figures/*.svg; the table on stdout
 	@mkdir -p $(B)/figures
 	$(B)/tests/figures/figures $(B)/figures
-
-READINGS = 250
-.PHONY: readings
-readings: $(B)/tests/figures/figures ## studies | READINGS=250: search the inputs that the report leaves open, table in host/sim/FIGURES.md (5 min)
-	nice $(B)/tests/figures/figures --search $(READINGS)
