@@ -4,7 +4,8 @@
  * there. What people fill in (a sheet, a configuration, a scene), and what cannot be made again,
  * replaces a file only with --force: output_keep. A database is never overwritten, nor what the
  * command reads. The file appears whole or not at all: it is made beside its place and renamed, so
- * that a command that fails leaves the old one. A pipe, a terminal or a device is simply written to. */
+ * that a command that fails leaves the old one. A pipe, a terminal or a device is simply
+ * written to. */
 #ifndef MATRIG_HOST_BASE_OUTPUT_H
 #define MATRIG_HOST_BASE_OUTPUT_H
 

@@ -20,8 +20,8 @@
 #define BUSY_WAIT_MS 30000
 
 /* A statement ends by itself when it takes many more steps than a file of this size can need: pages
- * can lead in circles. A scan takes below 2 steps a byte; sorting and what is looked up for each row
- * do not make it ten times as many. */
+ * can lead in circles. A scan takes below 2 steps a byte; sorting, and what is looked up for each
+ * row, do not make it ten times as many. */
 #define STEPS_ALWAYS    20000000
 #define STEPS_A_BYTE    32
 #define STEPS_EACH      10000

@@ -122,7 +122,7 @@ static void every_field_goes_to_its_column_and_comes_back(void **state)
             tables++;
         }
     }
-    assert_int_equal(tables, 49);
+    assert_int_equal(tables, 48);
     store_close(store);
 }
 
