@@ -180,7 +180,7 @@ static void fit_gear(struct measured *measured)
         measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
     shift_gates(measured, (double)measured->t0_us / 1e6);
     measured->fit_status = MR_TOO_FEW;
-    if (measured->doubts.torn || isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
+    if (measured->torn || isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
         return;
     measured->fit_status = mr_gates_summarise(measured->gate, measured->gates,
                                               landing->touchdown_ft, landing->switch_error_ft,
@@ -211,7 +211,7 @@ bool measured_ends_early(const struct measured *measured)
     if (measured->samples == 0)
         return false;
     if (measured->fit_status == MR_TOO_FEW) /* too soon for a stop, even */
-        return measured->gates > 0 && !measured->doubts.torn && last_said_to_move(measured);
+        return measured->gates > 0 && !measured->torn && last_said_to_move(measured);
     return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
 }
 
@@ -473,6 +473,31 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
     return status;
 }
 
+static enum mr_status load_first_edge(struct store *store, int64_t run, struct measured *measured,
+                                      struct error *error)
+{
+    struct store_edge *edges = NULL;
+    size_t count = 0;
+    enum mr_status status = store_edges(store, run, &edges, &count, error);
+    for (size_t i = 0; i < count; i++) {
+        if (edges[i].count > 0 &&
+            (measured->first_edge == 0 || edges[i].count < measured->first_edge))
+            measured->first_edge = edges[i].count;
+    }
+    measured->torn = measured->first_edge > 1;
+    free(edges);
+    return status;
+}
+
+void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT])
+{
+    out[0] = '\0';
+    if (measured->torn)
+        snprintf(out, MEASURED_TORN_TEXT,
+                 "torn: of its edges those before number %lld never came; speeds are not stated",
+                 (long long)measured->first_edge);
+}
+
 static enum mr_status load_facts(struct store *store, int64_t run, struct measured *measured,
                                  struct error *error)
 {
@@ -482,7 +507,7 @@ static enum mr_status load_facts(struct store *store, int64_t run, struct measur
         status = load_gates(store, run, measured, error);
     if (status == MR_OK)
         status = count_unheard_edges(store, run, measured, error);
-    return status == MR_OK ? doubts_load(store, run, &measured->doubts, error) : status;
+    return status == MR_OK ? load_first_edge(store, run, measured, error) : status;
 }
 
 static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,
@@ -491,8 +516,6 @@ static enum mr_status load_all(struct store *store, int64_t run, struct measured
     enum mr_status status = load_configuration(store, run, measured, error);
     if (status == MR_OK)
         status = measured_load_series(store, measured, error);
-    if (status == MR_OK)
-        status = doubts_judge(store, measured, &measured->doubts, error);
     if (status != MR_OK)
         return status;
     fit_gear(measured);
@@ -509,7 +532,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
 
 #define NEAR_BLOCKS 1000 /* what comes within a second belongs together (measured_moments.h) */
 
-/* The board heard all edges and said that the landing is over, no stranger spoke, and there are
+/* The board heard all edges and said that the landing is over, and there are
  * block records about each edge and beyond the stop: the series can add nothing. */
 static enum mr_status fit_without_series(struct store *store, struct measured *measured,
                                          bool *enough, struct error *error)
@@ -517,7 +540,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
     const struct store_landing *landing = &measured->landing;
     int64_t first = -1, near = 0;
     *enough = measured->edges_told && measured->unheard_edges == 0 && measured->gates > 0 &&
-              measured->doubts.rows == 0 && !measured->doubts.torn &&
+              !measured->torn &&
               (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
     enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
     for (size_t g = 0; g < measured->gates && *enough && status == MR_OK; g++) {
@@ -556,7 +579,6 @@ enum mr_status measured_load_gear(struct store *store, int64_t run, struct measu
 void measured_free(struct measured *measured)
 {
     free(measured->stretch);
-    doubts_free(&measured->doubts);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         free(measured->channel[c].raw);
         free(measured->channel[c].validity);

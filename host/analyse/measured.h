@@ -20,7 +20,6 @@
 
 #include "common/gates.h"
 #include "common/measure.h"
-#include "host/analyse/doubts.h"
 #include "host/base/cli.h"
 #include "host/store/store.h"
 
@@ -125,15 +124,19 @@ struct measured {
 
     struct measured_channel channel[MR_CHANNELS];
     struct measured_check check;
-    struct doubts doubts; /* of all this */
+    int64_t first_edge; /* count of the first edge that came; 0: none came */
+    bool torn;          /* those before it did not, and what they would tell is not stated */
 };
 
 /* Load a landing. The caller releases it with measured_free, also after an error. */
 enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
                              struct error *error);
 void measured_free(struct measured *measured);
-/* The same for who asks for gear and doubts alone, without the series where the record leaves no
- * doubt of the stop: the channels are then empty. */
+/* "torn: ...", for what stands above numbers; "": the landing has its first edges. */
+#define MEASURED_TORN_TEXT 100u
+void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
+/* The same as measured_load for who asks for the gear alone, without the series where the record
+ * leaves no question of the stop: the channels are then empty. */
 enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
                                   struct error *error);
 

@@ -71,13 +71,10 @@ void preview_free(struct preview *glance)
 
 static void state_text(const struct preview *glance, char *out, size_t size)
 {
-    const struct doubts *doubts = &glance->measured.doubts;
     snprintf(out, size, "%lld, %s%s%s%s", (long long)glance->measured.landing.board_landing,
              mr_landing_state_text((unsigned)glance->measured.landing.state),
              glance->is_void ? ", VOID" : "", glance->imported ? ", imported" : "",
-             doubts->torn       ? ", torn"
-             : doubts->doubtful ? ", doubtful"
-                                : "");
+             glance->measured.torn ? ", torn" : "");
 }
 
 static void motion_answer(const struct measured *measured, struct answer *answer)
@@ -201,8 +198,7 @@ void preview_answer(const struct preview *glance, int64_t same, bool bases, stru
     answer_count(answer, "can_base", NULL, glance->can_base);
     answer_flag(answer, "void", NULL, glance->is_void);
     answer_flag(answer, "imported", NULL, glance->imported);
-    answer_flag(answer, "torn", NULL, glance->measured.doubts.torn);
-    answer_flag(answer, "doubtful", NULL, glance->measured.doubts.doubtful);
+    answer_flag(answer, "torn", NULL, glance->measured.torn);
     motion_answer(&glance->measured, answer);
     warning_answer(glance, answer);
     lost_answer(glance, answer);

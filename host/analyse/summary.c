@@ -162,15 +162,13 @@ static void switch_events_answer(const struct summary *summary, struct answer *a
     }
 }
 
-static void motion_estimate(const struct summary *summary, const char *name, const char *label,
-                            enum unit_kind unit, struct mr_estimate value, int decimals,
-                            struct answer *answer)
+static void motion_estimate(const char *name, const char *label, enum unit_kind unit,
+                            struct mr_estimate value, int decimals, struct answer *answer)
 {
     struct answer_fact *fact = answer_estimate(answer, name, label, unit, value.value, value.error,
                                                decimals);
     fact->digits = 9;
     fact->interval = true;
-    fact->end = doubts_mark(&summary->measured.doubts);
 }
 
 static void motion_answer(const struct summary *summary, struct answer *answer)
@@ -185,21 +183,20 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     answer_count(answer, "switches_seen", NULL, (int64_t)measured->gates);
     answer_words(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
-        motion_estimate(summary, "touchdown_speed", "touchdown", UNIT_SPEED,
-                        fit->touchdown_speed_ft_s, 4, answer);
+        motion_estimate("touchdown_speed", "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s, 4,
+                        answer);
     if (measured->fit_status == MR_TRUNCATED) {
         char reason[MEASURED_REASON];
         measured_no_stop_text(measured, reason);
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
-                     measured->doubts.torn ? "the landing is torn, its first edges never came"
-                                           : mr_status_text(measured->fit_status));
+                     measured->torn ? "the landing is torn, its first edges never came"
+                                    : mr_status_text(measured->fit_status));
     } else {
-        motion_estimate(summary, "mean_deceleration", "deceleration", UNIT_DECELERATION,
+        motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
                         fit->mean_deceleration_ft_s2, 4, answer);
-        motion_estimate(summary, "stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3,
-                        answer);
+        motion_estimate("stop_station", "stop", UNIT_STATION, fit->stop_station_ft, 3, answer);
         answer_value(answer, "stop_after_touchdown", "time to rest", UNIT_TIME,
                      fit->stop_t_s.value - fit->touchdown_t_s.value, 3)
             ->digits = 9;
@@ -366,7 +363,11 @@ void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING])
 void summary_facts_answer(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
-    doubts_answer(&measured->doubts, answer);
+    char torn[MEASURED_TORN_TEXT];
+    measured_torn_text(measured, torn);
+    if (torn[0])
+        answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
+    answer_flag(answer, "torn", NULL, measured->torn);
     summary_ready_answer(summary->ready, answer);
     motion_answer(summary, answer);
     channel_events_answer(summary, answer);

@@ -270,9 +270,6 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
         settle_suspects(account, lost > 0);
         if (lost > 0)
             add_loss(account, lost, block);
-        /* a controller that left the bus takes frames back that it has counted */
-        if (lost < 0 && !account->other_cause)
-            account->excess -= lost;
     } else {
         /* What the queue lost so far was sent before, but not before logging began. */
         if (account->before_first < 0) {

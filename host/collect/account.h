@@ -19,7 +19,6 @@
  *
  * On CAN anybody may have sent a can_health or message_count. Counts that the bus cannot have
  * carried since the last ones are not taken; a can_health is when the next one goes on from it.
- * Frames that came beyond those sent are `excess`: others sent them.
  *
  * What the board itself dropped it says in can_health and serial_health; that is counted apart.
  * Pure; gaps found wait in `gap` until they are taken. */
@@ -52,7 +51,6 @@ struct account {
     bool doubt_known;
     uint32_t doubt_sent;
     int64_t doubt_block, doubt_since; /* frames since it, itself included */
-    int64_t excess;                   /* CAN frames that came beyond those sent */
     int64_t before_first; /* CAN frames the board sent before logging began; -1: not known yet */
     struct store_gap suspect[MR_SERIES_PACKS];
     size_t suspects;

@@ -25,7 +25,6 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
         account_start(&side->account, side->kind);
         mr_deframer_init(&side->deframer);
     }
-    witness_start(&made->witness);
     made->identity.image_crc = STORE_NONE;
     made->identity.config_crc = STORE_NONE;
     made->identity.clock_source = STORE_NONE;
@@ -169,7 +168,7 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
     struct side *side = &collector->side[kind];
     if (side->ended)
         return MR_OK;
-    enum mr_status status = kind == LINK_SERIAL ? collect_settle(collector, true, error) : MR_OK;
+    enum mr_status status = MR_OK;
     side->ended = true;
     account_end(&side->account);
     if (status == MR_OK)
@@ -187,7 +186,7 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
 
 enum mr_status collector_end(struct collector *collector, const char *ended_by, struct error *error)
 {
-    enum mr_status status = collect_settle(collector, true, error);
+    enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct side *side = &collector->side[kind];
         if (!side->ended) {
@@ -227,8 +226,6 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
         }
         if (status == MR_OK)
             status = record_troubles(collector, side, error);
-        if (status == MR_OK)
-            status = collect_record_doubts(collector, side, error);
     }
     return status;
 }
@@ -284,9 +281,6 @@ void collector_progress(const struct collector *collector, struct collector_prog
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
-        progress->strangers[kind] = collect_strangers(side);
-        progress->stranger_id[kind] = side->newest_doubt.id;
-        progress->stranger_doubt[kind] = side->newest_doubt.cause;
         memcpy(progress->missing[kind], side->account.missing_of, sizeof progress->missing[kind]);
         if (collect_newest_block(side) > progress->block)
             progress->block = collect_newest_block(side);

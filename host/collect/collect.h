@@ -2,15 +2,14 @@
  * database.
  *
  * CAN frames and serial bytes go in as they come; the two links need not be in step. A landing
- * begins when the first link reports it armed (or, when logging joined late, later) and ends for
- * each link when that link reports it done or given up. Each message that both links bring becomes
- * one row. Before the first hello frames are kept but not understood; a hello of another layout is
- * refused.
+ * begins when serial reports it armed (or, when logging joined late, later), or CAN where serial is
+ * silent, and ends when it is reported done or given up. Before the first hello frames are kept but
+ * not understood; a hello of another layout is refused.
  *
- * On CAN others may speak by the board's identifiers. Once the board is known they are counted,
- * told and recorded (host/collect/doubt.h), not obeyed: what serial says is what holds (witness.h).
- * Where serial is not there, or cannot tell, frames of CAN must be plausible, and a landing that
- * may rest on a stranger's is marked.
+ * Serial is the record while it sent something within the last second of board time. CAN is kept
+ * raw then, and fills what serial lost when the landing is over. Where serial is silent CAN is the
+ * record; others may speak there by the board's identifiers, so what it says must go on from what
+ * it said before.
  *
  * The caller holds a store transaction open around every call that may write, and commits in
  * time. */
@@ -113,11 +112,7 @@ struct collector_progress {
     unsigned edges; /* of the landing going on */
     struct store_link_counts counts[LINK_KINDS];
     int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
-    /* frames of others, on the board's identifiers; the newest: */
-    int64_t strangers[LINK_KINDS];
-    uint16_t stranger_id[LINK_KINDS];    /* 0: no single one */
-    unsigned stranger_doubt[LINK_KINDS]; /* enum doubt (host/collect/doubt.h) */
-    int64_t before_first;                /* CAN frames sent before logging began; -1: not known */
+    int64_t before_first; /* CAN frames sent before logging began; -1: not known */
     bool other_on_can; /* on CAN at this base is another board than on serial, and this one never */
     char can_uid[17], serial_uid[17]; /* words 0 and 1 of their identities, then */
 };

@@ -6,19 +6,18 @@
 #include "host/collect/collect_state.h"
 
 /* The board that is known is not the one that speaks. Serial has a board at its end, and nobody
- * else; on CAN it may be a stranger, as long as the board that is known speaks too, or serial says
- * who it is. */
+ * else; on CAN it may be a stranger, as long as the board that is known speaks too, or serial may
+ * still say who it is. */
 static enum mr_status another_board(struct collector *collector, struct side *side,
-                                    enum doubt doubt, uint16_t id, const char *now,
-                                    struct error *error)
+                                    enum mr_status why, const char *now, struct error *error)
 {
     if (side->kind == LINK_CAN) {
         side->others++;
-        if (collect_witnessed(collector, side) || side->others < COLLECT_OTHERS_IN_ROW)
-            return collect_doubt(collector, side, doubt, id, 1, error);
+        if (!collector->side[LINK_SERIAL].ended || side->others < COLLECT_OTHERS_IN_ROW)
+            return MR_OK;
     }
     collector->turned_away = true;
-    return error_set(error, doubt == DOUBT_LAYOUT ? MR_VERSION : MR_IO,
+    return error_set(error, why,
                      "another board speaks than the one this log began with (%s): %s; end this log "
                      "and begin a new one",
                      now, side->spec);
@@ -27,12 +26,12 @@ static enum mr_status another_board(struct collector *collector, struct side *si
 static enum mr_status hello(struct collector *collector, struct side *side,
                             const struct mr_hello *message, struct error *error)
 {
-    bool serial_will_say = collect_witnessed(collector, side) &&
+    bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended &&
                            side->others + 1 < COLLECT_OTHERS_IN_ROW;
     if (message->layout != MR_LAYOUT && (collector->hello || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
-        return another_board(collector, side, DOUBT_LAYOUT, MR_ID_HELLO, now, error);
+        return another_board(collector, side, MR_VERSION, now, error);
     }
     collector->turned_away |= message->layout != MR_LAYOUT;
     if (message->layout != MR_LAYOUT)
@@ -55,7 +54,7 @@ static void uid_text(struct collector *collector)
 
 /* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error`
  * when the log cannot go on. */
-static bool take_uid(struct collector *collector, struct side *side, uint16_t id, unsigned part,
+static bool take_uid(struct collector *collector, struct side *side, unsigned part,
                      const uint32_t *words, size_t count, struct error *error)
 {
     uint32_t *known = &collector->uid[part == 1 ? 0 : 2];
@@ -75,7 +74,7 @@ static bool take_uid(struct collector *collector, struct side *side, uint16_t id
         memcpy(side->other_uid, words, sizeof side->other_uid);
     snprintf(now, sizeof now, "its identity has %08X, not %08X", (unsigned)words[0],
              (unsigned)known[0]);
-    another_board(collector, side, DOUBT_BOARD, id, now, error);
+    another_board(collector, side, MR_IO, now, error);
     return false;
 }
 
@@ -245,14 +244,14 @@ static enum mr_status board_uid(struct collector *collector, struct side *side,
                                 const struct mr_board_uid *message, struct error *error)
 {
     const uint32_t words[2] = {message->uid0, message->uid1};
-    take_uid(collector, side, MR_ID_BOARD_UID, 1, words, 2, error);
+    take_uid(collector, side, 1, words, 2, error);
     return error->status;
 }
 
 static enum mr_status board_image(struct collector *collector, struct side *side,
                                   const struct mr_board_image *message, struct error *error)
 {
-    if (!take_uid(collector, side, MR_ID_BOARD_IMAGE, 2, &message->uid2, 1, error))
+    if (!take_uid(collector, side, 2, &message->uid2, 1, error))
         return error->status;
     collector->uid_vouched |= side->kind == LINK_SERIAL;
     collector->identity.image_crc = message->image_crc;

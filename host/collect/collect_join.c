@@ -2,7 +2,6 @@
  * on. What came meanwhile was taken for nobody's, or for that of a landing which the stranger
  * began. */
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "host/collect/collect_state.h"
 #include "host/store/store_frames_join.h"
@@ -60,52 +59,23 @@ static enum mr_status take_from_others(struct collector *collector, const struct
     return status;
 }
 
-/* What the gear, the predictor and the bands did meanwhile: as if it came now. */
-static enum mr_status understand_again(struct collector *collector, struct side *side,
-                                       const struct slot *torn, struct error *error)
-{
-    struct store_kept_frame *frame = NULL;
-    size_t count = 0;
-    enum mr_status status = store_frames_since(collector->store, torn->row.id, (int)side->kind,
-                                               torn->left_mark, &frame, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        struct mr_message message;
-        if (frame[i].id > UINT16_MAX ||
-            mr_message_read(&message, (uint16_t)frame[i].id, frame[i].data, frame[i].length) !=
-                MR_OK ||
-            message.info->direction == MR_DIRECTION_HOST)
-            continue;
-        const struct collector_event event = {.link = side->kind,
-                                              .message = &message,
-                                              .host_us = frame[i].host_us,
-                                              .board_us = STORE_NONE};
-        status = collect_message_again(collector, side, &event, error);
-    }
-    free(frame);
-    return status;
-}
-
 enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error)
 {
     const struct slot *phantom = side->current;
     bool goes_on = side->story.said.state >= MR_LANDING_ARMED &&
                    side->story.said.state <= MR_LANDING_SETTLING;
-    enum mr_status status = MR_OK;
-    if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on)) {
-        status = collect_doubt(collector, side, DOUBT_PHANTOM, MR_ID_LANDING, 1, error);
+    if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on))
         collect_leave(side);
-    }
     struct slot *torn = goes_on && !side->current ? find_torn(collector, side) : NULL;
-    if (status != MR_OK || !torn)
-        return status;
+    if (!torn)
+        return MR_OK;
     const int64_t end_block = torn->end_block;
     torn->left[side->kind] = torn->finished = false;
     torn->end_block = torn->left[1 - side->kind] ? torn->end_block : -1;
     torn->state_block = side->story.said.block;
     side->current = torn;
     account_break(&side->account);
-    status = collect_doubt(collector, side, DOUBT_TORN, MR_ID_LANDING, 1, error);
-    if (status == MR_OK)
-        status = take_from_others(collector, side, torn, end_block, error);
-    return status == MR_OK ? understand_again(collector, side, torn, error) : status;
+    enum mr_status status = take_from_others(collector, side, torn, end_block, error);
+    return status == MR_OK ? collect_understand_again(collector, side, torn, torn->left_mark, error)
+                           : status;
 }

@@ -1,8 +1,10 @@
 /* Which landing a link is in: entered when it is reported, left when it is over, finished when
  * every link has left. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "host/collect/collect_state.h"
+#include "host/store/store_frames_join.h"
 
 /* A link whose newest block is this far behind the other's is silent: clock messages come every
  * 100. */
@@ -11,6 +13,8 @@
  * the other one has its end: a cable that came off. Links are read in step, so nothing of it waits
  * unread. */
 #define GONE_BLOCKS   5000
+/* A message tells of a moment that is past: so far around what serial lost CAN fills. */
+#define AROUND_BLOCKS 1000
 
 /* Gives up what a link should have brought of a landing and did not. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
@@ -49,6 +53,72 @@ static enum mr_status find_same(struct collector *collector, const struct slot *
     return status;
 }
 
+/* Whether serial lost something about then. */
+static bool serial_lost(const struct store_gap *gaps, size_t count, int64_t block)
+{
+    for (size_t i = 0; i < count; i++) {
+        int64_t from = gaps[i].from_block, to = gaps[i].to_block;
+        if (gaps[i].link == LINK_SERIAL && (from == STORE_NONE || block + AROUND_BLOCKS >= from) &&
+            (to == STORE_NONE || block - AROUND_BLOCKS <= to))
+            return true;
+    }
+    return false;
+}
+
+/* What the gear, the predictor and the bands did: as if it came now. Rows that are there stay. */
+static enum mr_status understand(struct collector *collector, struct side *side,
+                                 const struct store_kept_frame *frame, struct error *error)
+{
+    struct mr_message message;
+    if (frame->id > UINT16_MAX ||
+        mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
+        message.info->direction == MR_DIRECTION_HOST)
+        return MR_OK;
+    const struct collector_event event = {.link = side->kind,
+                                          .message = &message,
+                                          .host_us = frame->host_us,
+                                          .board_us = frame->board_us};
+    return collect_message_again(collector, side, &event, error);
+}
+
+enum mr_status collect_understand_again(struct collector *collector, struct side *side,
+                                        const struct slot *slot, int64_t mark, struct error *error)
+{
+    struct store_kept_frame *frame = NULL;
+    size_t count = 0;
+    enum mr_status status = store_frames_since(collector->store, slot->row.id, (int)side->kind,
+                                               mark, &frame, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++)
+        status = understand(collector, side, &frame[i], error);
+    free(frame);
+    return status;
+}
+
+/* A landing is over: CAN fills what serial lost of it. */
+static enum mr_status fill(struct collector *collector, struct slot *slot, struct error *error)
+{
+    struct side can = collector->side[LINK_CAN]; /* as it was then */
+    struct store_gap *gaps = NULL;
+    struct store_kept_frame *frame = NULL;
+    size_t count = 0, frames = 0;
+    bool lost = false;
+    enum mr_status status = store_gaps(collector->store, slot->row.id, &gaps, &count, error);
+    for (size_t i = 0; i < count; i++)
+        lost |= gaps[i].link == LINK_SERIAL;
+    if (status == MR_OK && lost && slot->entered[LINK_CAN] && slot->entered[LINK_SERIAL])
+        status = store_frames_since(collector->store, slot->row.id, LINK_CAN, 0, &frame, &frames,
+                                    error);
+    can.current = slot;
+    for (size_t i = 0; i < frames && status == MR_OK; i++) {
+        can.time.block = frame[i].board_us / 1000;
+        if (frame[i].board_us != STORE_NONE && serial_lost(gaps, count, can.time.block))
+            status = understand(collector, &can, &frame[i], error);
+    }
+    free(frame);
+    free(gaps);
+    return status;
+}
+
 enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -62,6 +132,11 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
         if (collector->side[kind].boot == slot->row.boot)
             status = collect_put_time_map(collector, &collector->side[kind], slot, error);
     }
+    if (status == MR_OK && slot->entered[LINK_SERIAL])
+        status = store_frames_place(collector->store, collector->session, slot->row.id,
+                                    slot->begun_mark, slot->left[LINK_SERIAL], error);
+    if (status == MR_OK)
+        status = fill(collector, slot, error);
     if (status == MR_OK)
         status = find_same(collector, slot, error);
     if (collector->finished_count < SLOTS)
@@ -85,8 +160,8 @@ enum mr_status collect_finish_what_is_over(struct collector *collector, struct e
             bool gone = slot->left[1 - kind] &&
                         collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
                         collect_newest_block(side) < slot->end_block;
-            bool ended = side->ended && (side->kind != LINK_CAN || collector->witness.count == 0);
-            over = over && (ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
+            over = over &&
+                   (side->ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
         }
         if (!over)
             continue;
@@ -141,6 +216,7 @@ static enum mr_status make_slot(struct collector *collector, const struct side *
     oldest->row.armed_block = armed_block;
     oldest->row.armed_us = (int64_t)host_us;
     oldest->row.state = landing->state;
+    oldest->begun_mark = collector->side[LINK_CAN].mark[0];
     *slot = oldest;
     enum mr_status status = store_landing_add(collector->store, &oldest->row, error);
     return status == MR_OK ? collect_write_configuration(collector, oldest, error) : status;
@@ -219,15 +295,11 @@ enum mr_status collect_landing(struct collector *collector, struct side *side,
 {
     enum mr_status status = MR_OK;
     struct landing_story *story = &side->story;
-    enum landing_belief belief = side->unheard
+    enum landing_belief belief = side->kind == LINK_CAN
                                    ? landing_story_hear(story, landing, collect_newest_block(side))
                                    : landing_story_believe(story, landing);
     *believed = belief != LANDING_DOUBTED;
-    if (story->dismissed > 0)
-        status = collect_doubt(collector, side, DOUBT_STATE, MR_ID_LANDING, story->dismissed,
-                               error);
-    story->dismissed = 0;
-    if (status == MR_OK && belief == LANDING_TAKEN_BACK)
+    if (belief == LANDING_TAKEN_BACK)
         status = collect_join(collector, side, error);
     return status == MR_OK && *believed ? follow(collector, side, landing, host_us, error) : status;
 }

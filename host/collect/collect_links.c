@@ -1,6 +1,9 @@
 /* What comes over the two links, frame by frame: its time, what of it is lost, whose it is, and the
- * raw row; then what it means (collect_message.c). Who speaks on CAN is looked at in
- * collect_witness.c. */
+ * raw row; then what it means (collect_message.c).
+ *
+ * Serial has one board at its end, on CAN anybody may speak. So serial is the record while it is
+ * there: what the board sends on both links is then taken from serial alone. CAN is kept raw, and
+ * shown; it fills what serial lost when a landing is over (collect_landing.c). */
 #include <string.h>
 
 #include "host/collect/collect_state.h"
@@ -11,22 +14,23 @@
 #define READING_BEHIND_BLOCKS 200
 #define AHEAD_BLOCKS          1000
 
+#define RECORD_BLOCKS \
+    1000 /* serial is silent when CAN is so far ahead of it, or of its own beginning */
+#define MARK_BLOCKS 5000
+
 /* The board began again. `whole`: the frame to come is its first. */
 static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
                               bool whole, struct error *error)
 {
-    enum mr_status status = side->kind == LINK_CAN ? collect_settle(collector, true, error) : MR_OK;
-    if (status == MR_OK)
-        status = collect_put_time_map(collector, side, NULL, error);
+    enum mr_status status = collect_put_time_map(collector, side, NULL, error);
     if (status != MR_OK)
         return status;
-    if (side->kind == LINK_SERIAL)
-        witness_restart(&collector->witness);
     collect_leave(side);
     landing_story_start(&side->story);
     side->time_doubt = (struct timebase_doubt){0};
     side->boot++;
     side->time = (struct timebase){0};
+    side->clock_block = side->first_clock = 0;
     collect_forget_time(side);
     account_restart(&side->account, whole);
     side->shunt.number = 0;
@@ -87,26 +91,6 @@ static enum mr_status store_raw(struct collector *collector, const struct side *
     return store_frame_put(collector->store, collector->session, frame, error);
 }
 
-/* A numbered frame came over serial; what it shows to be lost serial cannot witness. */
-static void count_serial_frame(struct collector *collector, struct side *side, uint16_t seq)
-{
-    int64_t lost = side->account.counts.lost;
-    int64_t from_block = side->account.frame_block;
-    account_serial_frame(&side->account, seq, collect_newest_block(side));
-    witness_block(&collector->witness, collect_newest_block(side));
-    if (side->account.counts.lost > lost)
-        witness_lost(&collector->witness, from_block, collect_newest_block(side));
-}
-
-/* A clock that was doubted and that no other one confirmed was a stranger's. */
-static enum mr_status doubt_time(struct collector *collector, struct side *side, uint16_t id,
-                                 struct error *error)
-{
-    int64_t dismissed = side->time_doubt.dismissed;
-    side->time_doubt.dismissed = 0;
-    return dismissed ? collect_doubt(collector, side, DOUBT_TIME, id, dismissed, error) : MR_OK;
-}
-
 /* On CAN: a time that no message of the board can have now. Time goes on while nothing comes, and
  * queues hold some back. */
 static bool is_out_of_time(const struct side *side, const struct mr_message *message,
@@ -123,6 +107,115 @@ static bool is_out_of_time(const struct side *side, const struct mr_message *mes
            board_us / 1000 > newest + AHEAD_BLOCKS + 2 * paused;
 }
 
+/* ---- serial is the record ---- */
+
+static bool serial_is_record(const struct collector *collector)
+{
+    const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
+    int64_t spoke = serial->time.known ? collect_newest_block(serial) : can->first_clock;
+    return !serial->ended && serial->boot == can->boot && can->clock_block - spoke <= RECORD_BLOCKS;
+}
+
+/* A frame has its own stamp, serial's bytes that of their reading. */
+static enum mr_status stamp_landing(struct collector *collector, struct side *can,
+                                    const struct collector_event *event, struct error *error)
+{
+    struct slot *slot = can->current;
+    if (event->message->place == MR_PLACE_LANDING &&
+        event->message->as.landing.state == MR_LANDING_ARMED &&
+        event->message->as.landing.block != can->armed.block) {
+        can->armed = event->message->as.landing;
+        can->armed_us = event->host_us;
+    }
+    if (!slot || slot->row.armed_us == (int64_t)can->armed_us ||
+        slot->row.armed_block != (int64_t)can->armed.block ||
+        slot->row.board_landing != can->armed.landing)
+        return MR_OK;
+    slot->row.armed_us = (int64_t)can->armed_us;
+    return store_landing_put(collector->store, &slot->row, error);
+}
+
+/* Some seconds back, for the landing that begins. */
+static enum mr_status mark_frames(struct collector *collector, struct side *can,
+                                  struct error *error)
+{
+    int64_t block = collect_newest_block(can);
+    if (block >= can->mark_block && block < can->mark_block + MARK_BLOCKS)
+        return MR_OK;
+    can->mark_block = block;
+    can->mark[0] = can->mark[1];
+    return store_frames_mark(collector->store, &can->mark[1], error);
+}
+
+/* What the board sends on both links to say the same. */
+static bool is_of_both(const struct mr_message *message)
+{
+    switch (message->place) {
+    case MR_PLACE_CLOCK:
+    case MR_PLACE_CAN_HEALTH:
+    case MR_PLACE_MESSAGE_COUNT:
+    case MR_PLACE_CAN_ALARM:
+    case MR_PLACE_CONFIG_IMAGE: return false; /* of one link */
+    default: return message->info->direction == MR_DIRECTION_BOTH;
+    }
+}
+
+/* CAN is in the landing that serial says, from its first block to its last. */
+static void follow_serial(struct collector *collector, struct side *can)
+{
+    int64_t block = collect_newest_block(can);
+    struct slot *slot = can->current;
+    if (slot && slot->left[LINK_SERIAL] && block > slot->end_block)
+        collect_leave(can);
+    for (size_t i = 0; i < SLOTS && !can->current; i++) {
+        slot = &collector->slot[i];
+        if (slot->row.id == 0 || slot->row.boot != can->boot || slot->left[LINK_CAN] ||
+            !slot->entered[LINK_SERIAL] || slot->finished || block < slot->row.armed_block ||
+            (slot->left[LINK_SERIAL] && block > slot->end_block))
+            continue;
+        slot->entered[LINK_CAN] = true;
+        can->current = slot;
+        account_break(&can->account);
+    }
+}
+
+/* Who a board on CAN is: where the board that serial knows never speaks on CAN, the two links are
+ * of two boards. */
+static void note_identity(struct collector *collector, struct side *can,
+                          const struct mr_message *message)
+{
+    const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
+    if (message->place != MR_PLACE_BOARD_UID || !collector->uid_vouched)
+        return;
+    bool own = memcmp(words, collector->uid, sizeof words) == 0;
+    can->own_heard |= own;
+    can->others = own ? 0 : can->others + 1;
+    if (!own)
+        memcpy(can->other_uid, words, sizeof words);
+}
+
+/* Tells who listens, and does what the message says. */
+static enum mr_status hear(struct collector *collector, struct side *side,
+                           const struct collector_event *event, struct error *error)
+{
+    if (collector->listener)
+        collector->listener->message(collector->listener->context, event);
+    if (!collector->hello && event->message->place != MR_PLACE_HELLO)
+        return MR_OK;
+    if (side->kind == LINK_CAN && serial_is_record(collector)) {
+        follow_serial(collector, side);
+        if (mark_frames(collector, side, error) != MR_OK ||
+            stamp_landing(collector, side, event, error) != MR_OK)
+            return error->status;
+        if (collector->hello && is_of_both(event->message)) {
+            note_identity(collector, side, event->message);
+            landing_story_start(&side->story); /* it begins anew when serial falls silent */
+            return MR_OK;
+        }
+    }
+    return collect_message(collector, side, event, error);
+}
+
 /* A message of the board, from either link: time, account, meaning, storage. */
 static enum mr_status take_message(struct collector *collector, struct side *side,
                                    const struct mr_message *message, int64_t seq, uint64_t host_us,
@@ -131,20 +224,22 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     const struct mr_message_info *info = message->info;
     bool lost_in_time = is_out_of_time(side, message, host_us);
     enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : take_time(side, message);
-    enum mr_status status = doubt_time(collector, side, info->id, error);
-    if (status == MR_OK && lost_in_time)
-        status = collect_doubt(collector, side, DOUBT_TIME, info->id, 1, error);
+    enum mr_status status = MR_OK;
     side->heard_us = host_us;
-    if (status == MR_OK && time == TIMEBASE_BEGAN_AGAIN) {
+    if (time == TIMEBASE_BEGAN_AGAIN) {
         status = restart(collector, side, host_us, false, error);
         take_time(side, message);
     }
     if (side->kind == LINK_CAN)
         account_can_frame(&side->account);
     else
-        count_serial_frame(collector, side, (uint16_t)seq);
-    if (message->place == MR_PLACE_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED)
+        account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
+    if (message->place == MR_PLACE_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED) {
+        side->clock_block = message->as.clock.block;
+        if (side->first_clock == 0)
+            side->first_clock = side->clock_block;
         account_goes_on(&side->account);
+    }
     account_message(&side->account, message->place);
 
     const struct collector_event event = {.link = side->kind,
@@ -152,7 +247,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
                                           .host_us = host_us,
                                           .board_us = collect_board_time(side, message)};
     struct store_frame frame = {.seq = seq,
-                                .board_us = event.board_us,
+                                .board_us = lost_in_time ? STORE_NONE : event.board_us,
                                 .host_us = (int64_t)host_us,
                                 .id = info->id,
                                 .length = info->length,
@@ -160,7 +255,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     struct slot *before = side->current;
     enum mr_status meaning = MR_OK;
     if (status == MR_OK && time != TIMEBASE_DOUBTED)
-        meaning = collect_hear(collector, side, &event, error);
+        meaning = hear(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side,
                            lost_in_time    ? NULL
@@ -191,9 +286,6 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
         side->account.counts.foreign++;
-    if (info && !command &&
-        collect_doubt(collector, side, DOUBT_LENGTH, info->id, 1, error) != MR_OK)
-        return error->status;
     struct store_frame raw = {.direction = command,
                               .seq = STORE_NONE,
                               .board_us = collect_board_time(side, NULL),
@@ -218,7 +310,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         status = restart(collector, side, host_us, false, error);
         timebase_clock(&side->time, block.index, block.tick);
     }
-    count_serial_frame(collector, side, frame->seq);
+    account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     account_goes_on(&side->account);
     account_message(&side->account, MR_PLACE_BLOCK);
     if (side->current)
@@ -243,7 +335,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
         return take_block(collector, side, frame, host_us, error);
     struct mr_message message;
     if (mr_message_read(&message, frame->type, frame->payload, frame->length) != MR_OK) {
-        count_serial_frame(collector, side, frame->seq);
+        account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
         /* a part of the black box, or nothing known */
         account_message(&side->account, mr_message_place(frame->type));
         side->account.counts.foreign++;

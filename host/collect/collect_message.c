@@ -27,29 +27,11 @@ static enum mr_status landing(struct collector *collector, struct side *side,
     return status;
 }
 
-/* Frames that nobody can have sent but others: more came than the board has counted. */
-static enum mr_status excess(struct collector *collector, struct side *side, struct error *error)
-{
-    int64_t more = side->account.excess - side->excess_told;
-    side->excess_told = side->account.excess;
-    return more > 0 ? collect_doubt(collector, side, DOUBT_EXCESS, 0, more, error) : MR_OK;
-}
-
-/* What the board itself dropped of serial, serial cannot witness. */
-static void serial_dropped(struct collector *collector, struct side *side,
-                           const struct mr_serial_health *health, int64_t block)
-{
-    int64_t dropped = side->account.counts.dropped;
-    int64_t from_block = side->account.dropped_block;
-    account_dropped(&side->account, health->dropped, block);
-    if (side->account.counts.dropped > dropped)
-        witness_lost(&collector->witness, from_block, block);
-}
-
 /* Loss accounting. The newest block has just been brought up to that of the readings. */
 static enum mr_status count_message(struct collector *collector, struct side *side,
                                     const struct collector_event *event, struct error *error)
 {
+    (void)collector, (void)error;
     const struct mr_message *m = event->message;
     unsigned pack = mr_series_pack_find(m->info->id);
     if (pack < MR_SERIES_PACKS) {
@@ -59,9 +41,8 @@ static enum mr_status count_message(struct collector *collector, struct side *si
         account_message_count(&side->account, &m->as.message_count);
     } else if (m->place == MR_PLACE_CAN_HEALTH && side->kind == LINK_CAN) {
         account_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
-        return excess(collector, side, error);
     } else if (m->place == MR_PLACE_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
-        serial_dropped(collector, side, &m->as.serial_health, collect_newest_block(side));
+        account_dropped(&side->account, m->as.serial_health.dropped, collect_newest_block(side));
     }
     return MR_OK;
 }

@@ -13,11 +13,9 @@
 #include "host/collect/account.h"
 #include "host/collect/collect.h"
 #include "host/collect/collect_rows.h"
-#include "host/collect/doubt.h"
 #include "host/collect/landing_story.h"
 #include "host/collect/timebase.h"
 #include "host/link/timemap.h"
-#include "host/collect/witness.h"
 
 /* One landing that is open, or was lately. */
 struct slot {
@@ -28,20 +26,12 @@ struct slot {
     int64_t state_block; /* of the newest change of state reported */
     int64_t end_block;   /* where the first link left it; -1: still going on */
     int64_t left_mark;   /* the newest frame of the campaign when CAN alone left it */
+    int64_t begun_mark;  /* a frame of some seconds before it began */
     unsigned edges;
     double first_edge_us; /* board time; 0: none yet */
     int64_t film_frames;  /* number of the newest, unwrapped */
 };
 #define SLOTS 4u
-
-/* A kind of doubtful frames on a link. */
-struct doubted {
-    enum doubt cause;
-    uint16_t id;
-    int64_t count;   /* in the session */
-    int64_t pending; /* of them, not recorded yet */
-};
-#define DOUBTED_KINDS 128u
 
 /* Hellos and identities of another board, and none of this one: about once a second each. */
 #define COLLECT_OTHERS_IN_ROW 3u
@@ -49,7 +39,11 @@ struct doubted {
 /* One link. */
 struct side {
     enum link_kind kind;
-    const char *spec; /* NULL: not used */
+    struct mr_landing armed; /* CAN: the newest state ARMED, and its own stamp */
+    uint64_t armed_us;
+    int64_t clock_block, first_clock; /* of the newest clock that was believed; of the first */
+    int64_t mark[2], mark_block; /* CAN: rows of frames, of MARK_BLOCKS ago at most, and before */
+    const char *spec;            /* NULL: not used */
     bool ended;
     struct account account;
     struct timebase time;
@@ -79,19 +73,10 @@ struct side {
     int64_t pending_us; /* board time */
     bool any_pending;
     uint64_t heard_us; /* when the newest message came */
-    bool unheard;      /* what is obeyed now nobody vouches for: it must be plausible */
     struct landing_story story;
     unsigned others;       /* hellos and identities of another board since one of this board */
     bool own_heard;        /* an identity of this board came */
     uint32_t other_uid[2]; /* of the other one, words 0 and 1 */
-    struct doubted doubt[DOUBTED_KINDS];
-    size_t doubts;
-    bool doubts_pending; /* in landing doubt_run, from doubt_us (board time) on */
-    int64_t doubt_run, doubt_us;
-    int64_t strangers[2];  /* recognised, and in excess */
-    int64_t others_length; /* frames of another length */
-    struct doubted newest_doubt;
-    int64_t excess_told;
     uint8_t config_image[MR_CONFIG_IMAGE]; /* as the board tells it, word by word */
     uint8_t config_present[MR_CONFIG_WORDS];
 };
@@ -140,9 +125,6 @@ struct collector {
     bool alarm_news;
     struct mr_ack answer; /* newest to arm or disarm */
     bool answer_news;
-
-    /* serial, of what CAN says; the last member: collect_writing.c copies it in its own way */
-    struct witness witness;
 };
 
 /* ---- collect_side.c ---- */
@@ -167,24 +149,6 @@ enum mr_status collect_put_event(struct collector *collector, const struct side 
 /* Stores the gaps the account has found, with the landing they fall in. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
                                   struct error *error);
-
-/* ---- collect_witness.c ---- */
-
-/* A message: what it says is done, at once or when serial has said the same. */
-enum mr_status collect_hear(struct collector *collector, struct side *side,
-                            const struct collector_event *event, struct error *error);
-/* Messages of CAN that need not wait any more; `over`: nothing more comes over serial of what they
- * say. */
-enum mr_status collect_settle(struct collector *collector, bool over, struct error *error);
-/* The side is CAN, and serial is there to say the same. */
-bool collect_witnessed(const struct collector *collector, const struct side *side);
-/* Counts frames that are not the board's; `id` 0: nobody knows which. */
-enum mr_status collect_doubt(struct collector *collector, struct side *side, enum doubt cause,
-                             uint16_t id, int64_t count, struct error *error);
-int64_t collect_strangers(const struct side *side); /* all of them */
-/* Writes what is counted and not written yet. */
-enum mr_status collect_record_doubts(struct collector *collector, struct side *side,
-                                     struct error *error);
 
 /* Does what a message says that is believed: each topic takes its own, in the file of that name. */
 typedef enum mr_status collect_topic(struct collector *collector, struct side *side,
@@ -230,6 +194,9 @@ enum mr_status collect_landing(struct collector *collector, struct side *side,
  * before: those frames were not the board's. What came meanwhile is put to the landing
  * (collect_join.c). */
 enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error);
+/* Frames of the landing later than the row `mark`, once more. */
+enum mr_status collect_understand_again(struct collector *collector, struct side *side,
+                                        const struct slot *slot, int64_t mark, struct error *error);
 /* The side's landing, if any, is over for it. */
 void collect_leave(struct side *side);
 /* A landing is over: what a link should have brought of it and did not becomes a gap. */

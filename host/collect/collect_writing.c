@@ -2,18 +2,11 @@
  *
  * Going back to where a transaction began, when what was written since is taken back. All that the
  * collector knows is in one piece of memory, whose pointers point into itself or to what outlives
- * it: a copy of its bytes is a copy of it. Of the witness, most of whose megabytes are empty, only
- * what is in use is copied: a mark is set many times a second. */
+ * it: a copy of its bytes is a copy of it. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/collect/collect_state.h"
-
-static void copy(struct collector *to, const struct collector *from)
-{
-    memcpy(to, from, offsetof(struct collector, witness));
-    witness_copy(&to->witness, &from->witness);
-}
 
 enum mr_status collector_mark(struct collector *collector, struct error *error)
 {
@@ -22,7 +15,7 @@ enum mr_status collector_mark(struct collector *collector, struct error *error)
     if (!collector->mark)
         return error_set(error, MR_FULL, "no memory: logging to %s; close other programs",
                          store_path(collector->store));
-    copy(collector->mark, collector);
+    *collector->mark = *collector;
     return MR_OK;
 }
 
@@ -30,7 +23,7 @@ void collector_back_to_mark(struct collector *collector)
 {
     struct collector *mark = collector->mark;
     if (mark)
-        copy(collector, mark);
+        *collector = *mark;
 }
 
 void collector_forget_time(struct collector *collector, enum link_kind kind)

@@ -39,7 +39,6 @@ static bool follows(const struct mr_landing *from, const struct mr_landing *to)
 enum landing_belief landing_story_believe(struct landing_story *story,
                                           const struct mr_landing *message)
 {
-    story->dismissed += story->waits && !same(message, &story->doubted);
     story->waits = false;
     if (story->known == 0 || !same(message, &story->said)) {
         memmove(story->before + 1, story->before, sizeof story->before - sizeof story->before[0]);
@@ -62,8 +61,6 @@ static unsigned changes_since(const struct landing_story *story, const struct mr
 
 static enum landing_belief take_back(struct landing_story *story, unsigned changes)
 {
-    story->dismissed += changes +
-                        (story->waits && !same(&story->doubted, &story->before[changes - 1]));
     story->waits = false;
     story->said = story->before[changes - 1];
     story->known = 1;
@@ -76,17 +73,14 @@ enum landing_belief landing_story_hear(struct landing_story *story,
     bool impossible = message->state > MR_LANDING_DONE || message->cause > MR_LANDING_BY_LIMIT ||
                       (block >= 0 && (int64_t)message->block > block + AHEAD_BLOCKS);
     bool said_again = story->waits && same(message, &story->doubted);
-    if (impossible) {
-        story->dismissed++;
+    if (impossible)
         return LANDING_DOUBTED;
-    }
     unsigned changes = changes_since(story, message);
     if (changes == 1 || (changes > 1 && said_again))
         return take_back(story, changes);
     if (story->known == 0 || said_again || same(message, &story->said) ||
         (message->block >= story->said.block && follows(&story->said, message)))
         return landing_story_believe(story, message);
-    story->dismissed += story->waits;
     story->waits = true;
     story->doubted = *message;
     return LANDING_DOUBTED;

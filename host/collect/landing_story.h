@@ -17,8 +17,6 @@ struct landing_story {
     struct mr_landing before[LANDING_STORY_STATES - 1]; /* and those before it, the newest first */
     bool waits;
     struct mr_landing doubted; /* until it is said again */
-    /* messages that another one contradicted; the caller takes them away */
-    int64_t dismissed;
 };
 
 enum landing_belief {

@@ -44,11 +44,9 @@ enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
                    (int64_t)block + RESTART_BLOCKS >= timebase->block;
     bool confirms = doubt->waits && same_origin(origin, doubt->origin) && block > doubt->block;
     if (first || goes_on || confirms) {
-        doubt->dismissed += doubt->waits && !confirms;
         doubt->waits = false;
         return timebase_clock(timebase, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
     }
-    doubt->dismissed += doubt->waits;
     doubt->waits = true;
     doubt->block = block;
     doubt->origin = origin;

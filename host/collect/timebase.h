@@ -24,7 +24,6 @@ enum timebase_verdict { TIMEBASE_GOES_ON, TIMEBASE_BEGAN_AGAIN, TIMEBASE_DOUBTED
 struct timebase_doubt {
     bool waits;
     uint32_t block, origin;
-    int64_t dismissed; /* times that no second one confirmed; the caller takes them away */
 };
 /* As timebase_clock, on a link on which strangers may speak. A time that does not go on from the
  * one known is doubted, and changes nothing, until the next one goes on from it. */

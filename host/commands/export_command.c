@@ -27,10 +27,10 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
             landing->firmware);
     measured_source_text(measured, source);
     fprintf(out, "# readings from %s\n", source);
-    char doubt[DOUBTS_TEXT];
-    doubts_headline(&measured->doubts, doubt);
-    if (doubt[0])
-        fprintf(out, "# %s\n", doubt);
+    char torn[MEASURED_TORN_TEXT];
+    measured_torn_text(measured, torn);
+    if (torn[0])
+        fprintf(out, "# %s\n", torn);
     fprintf(out,
             "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
             measured->t0_is_touchdown ? "touchdown"

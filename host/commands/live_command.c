@@ -89,10 +89,6 @@ static enum mr_status look(struct watch *watch, struct error *error)
         if (status == MR_OK && found)
             live_hub_counts(watch->hub, (enum link_kind)kind, &counts);
     }
-    int64_t strangers = 0;
-    if (session && status == MR_OK)
-        status = store_doubted(watch->store, session, &strangers, error);
-    live_hub_strangers(watch->hub, strangers);
     live_hub_turn(watch->hub);
     return status;
 }

@@ -145,7 +145,6 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_serve_live(logger);
         typed_turn(logger);
         logger_note_health(logger);
-        logger_note_strangers(logger);
         logger_note_exchanged(logger);
         logger_note_unheard(logger);
         logger_show_progress(logger, false);
@@ -234,7 +233,6 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
         logger->ended_by = "error";
     if (logger_finish(logger, signals, &late) == MR_OK)
         logger_show_finished(logger, &late);
-    logger_note_strangers(logger);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
@@ -507,16 +505,18 @@ static const struct command_part parts[] = {
               "LINK is one of"),
 #define LINK_OF(name, form, text) HELP_ITEM(form, text),
 #include "host/link/kinds.def"
-    HELP_NOTE("Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus "
-              "has errors alone; the message says which.\n"
-              "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
-              "A device that goes away is waited for; what it lost is counted and said. What "
-              "serial lost of a landing is filled from CAN.\n"
-              "A campaign that another program holds, a slow and a full disk are waited for: a "
-              "queue keeps 60 s of full links. What it cannot keep\n"
-              "is counted and said. One that is moved, replaced, deleted or overwritten is saved "
-              "as DB-saved-DATE.db beside, and gone on\n"
-              "with; exit 3."),
+    HELP_NOTE(
+        "Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus "
+        "has errors alone; the message says which.\n"
+        "While serial sends, the record is taken from it alone: CAN is kept raw, and fills what "
+        "serial lost when a landing ends.\n"
+        "A device that goes away is waited for; what it lost is counted and said. What "
+        "serial lost of a landing is filled from CAN.\n"
+        "A campaign that another program holds, a slow and a full disk are waited for: a "
+        "queue keeps 60 s of full links. What it cannot keep\n"
+        "is counted and said. One that is moved, replaced, deleted or overwritten is saved "
+        "as DB-saved-DATE.db beside, and gone on\n"
+        "with; exit 3."),
 };
 
 const struct command command_log = {

@@ -456,7 +456,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     struct compare_clock clock;
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
-    doubts_headline(&measured->doubts, figures->doubt);
+    measured_torn_text(measured, figures->torn);
     snprintf(figures->against, sizeof figures->against, "%s", head->file);
     figures->run_ms = head->run_ms;
     figures->error_in = head->error_in;

@@ -134,7 +134,7 @@ struct compare_figures {
     int64_t run;
     char against[120]; /* file; empty: not kept */
     /* why the measured numbers are doubtful (host/analyse/doubts.h); "": they are not */
-    char doubt[DOUBTS_TEXT];
+    char torn[MEASURED_TORN_TEXT];
     double run_ms, error_in; /* of the simulation, and its own estimate */
     int64_t seeds, edges;
     double offset_s, scatter_s;

@@ -203,10 +203,10 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
                     struct answer *answer)
 {
     answer_count(answer, "run", "RUN", figures->run);
-    if (figures->doubt[0])
-        answer_sentence(answer, "doubtful", "%s", figures->doubt);
+    if (figures->torn[0])
+        answer_sentence(answer, "torn", "%s", figures->torn);
     else
-        answer_none(answer, "doubtful", NULL, NULL);
+        answer_none(answer, "torn", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->against);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
     answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, figures->error_in, 4)->end =

@@ -418,14 +418,14 @@ static void describe_readings(struct place *place, const struct measured_channel
          .unit = unit_of(UNIT_SPEED, si)->text,
          .type = MDF4_REAL,
          .invalid_bit = 3}};
-    char source[MEASURED_SOURCE_TEXT], doubt[DOUBTS_TEXT],
-        comment[MEASURED_SOURCE_TEXT + DOUBTS_TEXT + 100];
+    char source[MEASURED_SOURCE_TEXT], torn[MEASURED_TORN_TEXT],
+        comment[MEASURED_SOURCE_TEXT + MEASURED_TORN_TEXT + 100];
     measured_source_text(measured, source);
-    doubts_headline(&measured->doubts, doubt);
+    measured_torn_text(measured, torn);
     snprintf(comment, sizeof comment,
              "readings of the landing, a row a millisecond, from %s; what is not valid is marked "
              "invalid%s%s",
-             source, doubt[0] ? "; " : "", doubt);
+             source, torn[0] ? "; " : "", torn);
     mdf4_table(place->file, "readings", comment, 8 * COLUMNS_BEFORE + 4 * count,
                (COLUMNS_BEFORE + count + 7) / 8, 0);
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {

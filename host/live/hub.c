@@ -50,7 +50,6 @@ struct live_hub {
     bool warned, armed;
     int64_t heard_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
-    int64_t strangers;
 
     struct event event[EVENTS];
     uint64_t first, next; /* events held: first to next - 1, event[i % EVENTS] */
@@ -204,8 +203,8 @@ static json_t *state_json(const struct live_hub *hub)
     return json_pack("{sIsIsssIsIsoso}", "now_us", (json_int_t)link_now_us(), "block",
                      (json_int_t)block, "source",
                      record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN",
-                     "late", (json_int_t)hub->buckets.late, "strangers", (json_int_t)hub->strangers,
-                     "links", links, "readings", live_json_readings(&hub->buckets));
+                     "late", (json_int_t)hub->buckets.late, "links", links, "readings",
+                     live_json_readings(&hub->buckets));
 }
 
 /* What is due. Locked by the caller. */
@@ -421,13 +420,6 @@ void live_hub_counts(struct live_hub *hub, enum link_kind kind,
 {
     pthread_mutex_lock(&hub->lock);
     hub->counts[kind] = *counts;
-    pthread_mutex_unlock(&hub->lock);
-}
-
-void live_hub_strangers(struct live_hub *hub, int64_t count)
-{
-    pthread_mutex_lock(&hub->lock);
-    hub->strangers = count;
     pthread_mutex_unlock(&hub->lock);
 }
 

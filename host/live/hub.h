@@ -26,8 +26,6 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
 void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
 void live_hub_counts(struct live_hub *hub, enum link_kind kind,
                      const struct store_link_counts *counts);
-/* Frames by now that are not the board's, on its identifiers. */
-void live_hub_strangers(struct live_hub *hub, int64_t count);
 /* Makes the events that are due. Call it 20 times a second or oftener. */
 void live_hub_turn(struct live_hub *hub);
 

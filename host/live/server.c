@@ -424,7 +424,6 @@ void live_turn(struct live *live, const struct collector *collector)
     collector_progress(collector, &progress);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind]);
-    live_hub_strangers(live->hub, progress.strangers[LINK_CAN]);
     live_hub_turn(live->hub);
 }
 

@@ -26,10 +26,8 @@ struct logger_board {
     uint16_t base; /* on CAN */
     char *can;     /* LINK of the bus, with the base; NULL: not used */
     struct collector *collector;
-    int64_t hold_run;              /* the landing that was going on at the last commit */
-    struct link_frame hello;       /* its newest on CAN; length 0: none */
-    int64_t strangers[LINK_KINDS]; /* frames not the board's, seen by the user */
-    uint16_t stranger_id[LINK_KINDS];
+    int64_t hold_run;        /* the landing that was going on at the last commit */
+    struct link_frame hello; /* its newest on CAN; length 0: none */
     struct quicklook_silence silence;
     uint64_t asked_us; /* for the configuration; 0: not, or a landing came in between */
     unsigned asks;     /* since the beginning or the last landing */
@@ -53,7 +51,6 @@ struct logger {
     bool troubled[LOGGER_LINKS]; /* they have changed, and nobody has taken notice */
     uint64_t noted[LOGGER_LINKS][LINK_TROUBLES]; /* of them, seen by the user */
     uint64_t noted_us[LOGGER_LINKS][LINK_TROUBLES];
-    uint64_t strangers_us;     /* when they were last told */
     struct mr_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
@@ -167,7 +164,6 @@ void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
 void logger_note_troubles(struct logger *logger, unsigned link, const char *text);
 void logger_note_unheard(struct logger *logger);
-void logger_note_strangers(struct logger *logger);
 /* A serial line is not that of the board at its base: once for each. */
 void logger_note_exchanged(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);

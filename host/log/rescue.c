@@ -182,8 +182,6 @@ static void forget_landings(struct logger *logger) /* they come again, and have 
     json_array_clear(logger->landings);
     logger->shown = 0;
     logger->hold.cause = WATCH_NONE;
-    for (unsigned i = 0; i < logger->boards; i++)
-        memset(logger->board[i].strangers, 0, sizeof logger->board[i].strangers);
 }
 
 static enum mr_status start_over(struct logger *logger, enum store_place place,

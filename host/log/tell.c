@@ -3,7 +3,6 @@
 #include <stdio.h>
 
 #include "host/analyse/summary.h"
-#include "host/collect/doubt.h"
 #include "host/link/rx_diagnostics.h"
 #include "host/log/logger.h"
 #include "host/base/monotonic_clock.h"
@@ -63,40 +62,6 @@ void logger_note_troubles(struct logger *logger, unsigned link, const char *text
             cli_note(logger->cli, "%s: %s", link_spec(logger->link[link]), text);
         told = true;
     }
-}
-
-static void note_strangers(struct logger *logger, unsigned i, uint64_t now_us)
-{
-    struct logger_board *board = &logger->board[i];
-    struct collector_progress progress;
-    char at[LOGGER_AT_TEXT];
-    collector_progress(board->collector, &progress);
-    logger_at_text(logger, i, at);
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        int64_t count = progress.strangers[kind];
-        uint16_t id = progress.stranger_id[kind];
-        const struct mr_message_info *info = mr_message_find(id);
-        if (count == board->strangers[kind] && id == board->stranger_id[kind])
-            continue;
-        board->strangers[kind] = count;
-        board->stranger_id[kind] = id;
-        logger->strangers_us = now_us;
-        logger_clear_progress(logger);
-        cli_note(logger->cli, "%s: %lld %s not the board's%s so far, the newest a%s%s %s",
-                 link_spec(logger->link[logger_link_of(i, (enum link_kind)kind)]), (long long)count,
-                 count == 1 ? "frame is" : "frames are", at, info ? " " : "",
-                 info ? info->name : "", doubt_text(progress.stranger_doubt[kind]));
-    }
-}
-
-/* Frames of others on a board's identifiers: the first at once, then how many there are by now. */
-void logger_note_strangers(struct logger *logger)
-{
-    uint64_t now_us = monotonic_us();
-    if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
-        return;
-    for (unsigned i = 0; i < logger->boards; i++)
-        note_strangers(logger, i, now_us);
 }
 
 static enum mr_status exchanged(const struct logger *logger, unsigned i, struct error *error)
@@ -266,26 +231,22 @@ void logger_note_health(struct logger *logger)
 static size_t board_progress(const struct logger *logger, unsigned i, char *out, size_t size)
 {
     struct collector_progress p;
-    char strangers[50] = "", at[LOGGER_AT_TEXT];
+    char at[LOGGER_AT_TEXT];
     collector_progress(logger->board[i].collector, &p);
     logger_at_text(logger, i, at);
-    if (p.strangers[LINK_CAN] > 0)
-        snprintf(strangers, sizeof strangers, ", %lld not the board's",
-                 (long long)p.strangers[LINK_CAN]);
     const char *state = p.run   ? mr_landing_state_text(p.state)
                       : p.hello ? "no landing"
                                 : "waiting for a board";
     double block_s = p.block < 0 ? 0.0 : (double)p.block / 1000.0;
     int length = logger->boards > 1
-                   ? snprintf(out, size, "%s%s%s %8.3f s  %u switches, %lld lost%s",
-                              i ? "  |  " : "", state, at, block_s, p.edges,
-                              (long long)(p.counts[LINK_CAN].lost + p.counts[LINK_SERIAL].lost),
-                              strangers)
+                   ? snprintf(out, size, "%s%s%s %8.3f s  %u switches, %lld lost", i ? "  |  " : "",
+                              state, at, block_s, p.edges,
+                              (long long)(p.counts[LINK_CAN].lost + p.counts[LINK_SERIAL].lost))
                    : snprintf(out, size,
-                              "%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld "
+                              "%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld "
                               "frames, %lld lost",
                               state, block_s, p.edges, (long long)p.counts[LINK_CAN].received,
-                              (long long)p.counts[LINK_CAN].lost, strangers,
+                              (long long)p.counts[LINK_CAN].lost,
                               (long long)p.counts[LINK_SERIAL].received,
                               (long long)p.counts[LINK_SERIAL].lost);
     return length < 0 || (size_t)length >= size ? size - 1 : (size_t)length;
@@ -425,7 +386,6 @@ static void link_answer(const struct logger *logger, unsigned link,
     answer_count(answer, "dropped", NULL, c->dropped);
     answer_count(answer, "bad", NULL, c->bad);
     answer_count(answer, "foreign", NULL, c->foreign);
-    answer_count(answer, "strangers", NULL, p->strangers[kind]);
     missing_answer((int)kind, p->missing[kind], answer);
     answer_json_value(answer, "troubles", summary_troubles_json(trouble));
     if (line[0])
@@ -453,12 +413,6 @@ static void board_answer(const struct logger *logger, unsigned i, struct answer 
             link_answer(logger, one, &p, answer);
     }
     answer_close(answer);
-    if (p.strangers[LINK_CAN] > 0)
-        answer_sentence(
-            answer, NULL,
-            "CAN in this session: %lld frames on the board's identifiers%s that are not the "
-            "board's",
-            (long long)p.strangers[LINK_CAN], at);
     answer_words_or_none(answer, "unheard", NULL,
                          p.hello ? NULL : diagnosis_word(diagnose(logger, i, &link)), NULL);
 }

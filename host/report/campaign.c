@@ -44,10 +44,7 @@ static void summary_row(FILE *out, const struct report_facts *facts, bool si)
     double station = unit_of(UNIT_STATION, si)->factor;
     run_link(out, facts->landing.id);
     html_cell(out, "%lld, %s%s", (long long)facts->landing.board_landing,
-              mr_landing_state_text((unsigned)facts->landing.state),
-              facts->torn       ? ", torn"
-              : facts->doubtful ? ", doubtful"
-                                : "");
+              mr_landing_state_text((unsigned)facts->landing.state), facts->torn ? ", torn" : "");
     html_cell(out, "%zu of %zu", facts->gates, facts->switches);
     estimate(out, facts->speed_ft_s, UNIT_SPEED, si);
     estimate(out, facts->deceleration_ft_s2, UNIT_DECELERATION, si);

@@ -18,7 +18,6 @@ const char *report_wrong_text(unsigned i)
         "a zone without a warning, or before it",
         "a warning without a zone",
         "its first edges are missing",
-        "its numbers are doubtful: other senders on CAN",
         "speed or stop is not known",
         "a transducer or gage was not valid",
         "the board reported a fault",
@@ -132,9 +131,8 @@ static void take_compared(const struct report_landing *landing, struct report_fa
 
 static unsigned wrong_of(const struct summary *summary, const struct report_facts *facts)
 {
-    unsigned wrong = (facts->torn ? REPORT_TORN : 0u) | (facts->doubtful ? REPORT_DOUBTFUL : 0u) |
-                     (facts->fitted ? 0u : REPORT_NO_STOP) | (summary->faults ? REPORT_FAULT : 0u) |
-                     (facts->lost ? REPORT_LOST : 0u);
+    unsigned wrong = (facts->torn ? REPORT_TORN : 0u) | (facts->fitted ? 0u : REPORT_NO_STOP) |
+                     (summary->faults ? REPORT_FAULT : 0u) | (facts->lost ? REPORT_LOST : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         wrong |= summary->link[kind].used && summary->link[kind].silent ? REPORT_LOST : 0u;
     for (size_t i = 0; i < summary->channel_events; i++)
@@ -185,8 +183,7 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->landing = measured->landing;
     facts->series = landing->series;
     facts->source = measured->source;
-    facts->torn = measured->doubts.torn;
-    facts->doubtful = measured->doubts.doubtful;
+    facts->torn = measured->torn;
     facts->fitted = measured->fit_status == MR_OK;
     facts->sampled = measured->samples > 0;
     facts->gates = measured->gates;

@@ -34,19 +34,18 @@ struct report_landing {
 
 /* What can go wrong in a landing; bits of report_facts.wrong, in the order of wrong_text. */
 enum report_wrong {
-    REPORT_WAVE = 1,      /* seen by a person */
-    REPORT_BREAK = 2,     /* likewise */
-    REPORT_MISSED = 4,    /* a zone without a warning, or one after it */
-    REPORT_FALSE = 8,     /* a warning without a zone */
-    REPORT_TORN = 16,     /* its first edges are missing */
-    REPORT_DOUBTFUL = 32, /* its numbers may be a stranger's */
-    REPORT_NO_STOP = 64,  /* no speed, or no stop */
-    REPORT_CHANNEL = 128, /* a transducer or gage that was not valid to the end */
-    REPORT_FAULT = 256,   /* of the board */
-    REPORT_LOST = 512,    /* frames, or a silent link */
-    REPORT_NO_GO = 1024   /* by the check before it */
+    REPORT_WAVE = 1,     /* seen by a person */
+    REPORT_BREAK = 2,    /* likewise */
+    REPORT_MISSED = 4,   /* a zone without a warning, or one after it */
+    REPORT_FALSE = 8,    /* a warning without a zone */
+    REPORT_TORN = 16,    /* its first edges are missing */
+    REPORT_NO_STOP = 32, /* no speed, or no stop */
+    REPORT_CHANNEL = 64, /* a transducer or gage that was not valid to the end */
+    REPORT_FAULT = 128,  /* of the board */
+    REPORT_LOST = 256,   /* frames, or a silent link */
+    REPORT_NO_GO = 512   /* by the check before it */
 };
-#define REPORT_WRONGS 11u
+#define REPORT_WRONGS 10u
 
 /* What the front of a report says of a landing. Feet, pounds, inches, seconds; NaN: not known. */
 struct report_facts {
@@ -54,7 +53,7 @@ struct report_facts {
     struct store_series series; /* id 0: none */
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
-    bool torn, doubtful, fitted, sampled, recalibrated, config_read;
+    bool torn, fitted, sampled, recalibrated, config_read;
     size_t gates, switches, surveyed, statements;
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
     struct report_moved {

@@ -143,11 +143,8 @@ struct store_frame {
 };
 /* Frames wait for others and are written together (store_frames.c), at a commit or before anything
  * is read at the latest: an error of writing may come from a later call. */
-/* The newest row of the frames, 0: none; and the later ones of a link of a session, of one landing,
- * become another one's (STORE_NONE: none's). */
+/* The newest row of the frames, 0: none. */
 enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error);
-enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark,
-                                 int64_t from_run, int64_t to_run, struct error *error);
 enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error);
 /* Frames of a landing on one link, in order of reception. */
@@ -231,12 +228,6 @@ enum mr_status store_troubles(struct store *store, int64_t run, int link,
 /* The kind of their events: code is the trouble, detail how often it happened since the event
  * before, value how often in the session so far. */
 const char *store_trouble_kind(int link);
-/* What is doubted of a landing (host/collect/doubt.h), summed likewise: code is cause and
- * identifier. */
-enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows,
-                            size_t *count, struct error *error);
-#define STORE_DOUBT_KIND "doubt" /* of their events */
-
 /* Lost data. message "frame" counts frames of the link; a message's name says which of them, where
  * that is known. */
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,

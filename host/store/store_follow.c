@@ -4,12 +4,6 @@
 
 #define BLOCKS_A_TURN 5000
 
-enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count,
-                             struct error *error)
-{
-    return STORE_NUMBER(store, error, DOUBTED, count, BIND(session));
-}
-
 enum mr_status store_newest_session(struct store *store, int64_t base, int64_t *session,
                                     struct error *error)
 {

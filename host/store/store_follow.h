@@ -31,10 +31,6 @@ struct store_follower {
 enum mr_status store_follow(struct store *store, struct store_place *place, int64_t most,
                             const struct store_follower *follower, bool *more, struct error *error);
 
-/* Frames of a session that are not the board's: those recognised, or those in excess when they are
- * more (host/collect/doubt.h). */
-enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count,
-                             struct error *error);
 /* The newest session of the board at `base`; 0: none. */
 enum mr_status store_newest_session(struct store *store, int64_t base, int64_t *session,
                                     struct error *error);

@@ -95,12 +95,3 @@ enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct erro
     *mark = 0;
     return STORE_NUMBER(store, error, FRAMES_NEWEST, mark);
 }
-
-enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark,
-                                 int64_t from_run, int64_t to_run, struct error *error)
-{
-    enum mr_status status = store_frames_flush(store, error);
-    return status == MR_OK ? STORE_RUN(store, error, FRAMES_MOVE, BIND(to_run), BIND(mark),
-                                       BIND(session), BIND(link), BIND(from_run))
-                           : status;
-}

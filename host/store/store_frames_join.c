@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/catalogue.h"
 #include "host/store/store_sql.h"
 #include "host/base/xmalloc.h"
 
@@ -13,6 +14,15 @@ enum mr_status store_frames_join(struct store *store, const struct store_frames_
     return status == MR_OK ? STORE_RUN(store, error, FRAMES_JOIN, BIND(to_run), BIND(span->mark),
                                        BIND(span->session), BIND(span->link), BIND(from_run),
                                        BIND(span->from_us), BIND(span->to_us))
+                           : status;
+}
+
+enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
+                                  bool ended, struct error *error)
+{
+    enum mr_status status = store_frames_flush(store, error);
+    return status == MR_OK ? STORE_RUN(store, error, FRAMES_PLACE, BIND(session), BIND(run),
+                                       BIND(mark), BIND(MR_ID_LANDING), BIND((int64_t)ended))
                            : status;
 }
 
@@ -38,6 +48,7 @@ enum mr_status store_frames_since(struct store *store, int64_t run, int link, in
         struct store_kept_frame *frame = &(*frames)[(*count)++];
         *frame = (struct store_kept_frame){.id = (uint32_t)row.can_id,
                                            .host_us = (uint64_t)row.host_us,
+                                           .board_us = row.board_us,
                                            .length = (uint8_t)row.data.length};
         if (row.data.length > 0)
             memcpy(frame->data, row.data.data, row.data.length);

@@ -14,9 +14,16 @@ struct store_frames_span {
 enum mr_status store_frames_join(struct store *store, const struct store_frames_span *span,
                                  int64_t from_run, int64_t to_run, struct error *error);
 
+/* Of two links that are read one after the other: of the frames of CAN after `mark` those are the
+ * landing's that came from the state that serial said first of it to the one that it said last, if
+ * it said the end (`ended`). */
+enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
+                                  bool ended, struct error *error);
+
 struct store_kept_frame {
     uint32_t id;
     uint64_t host_us;
+    int64_t board_us; /* STORE_NONE: not known */
     uint8_t length, data[8];
 };
 /* Those of a landing that the board sent on CAN, later than `mark`, in order; the caller frees

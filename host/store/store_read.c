@@ -99,12 +99,6 @@ enum mr_status store_troubles(struct store *store, int64_t run, int link,
     STORE_ROWS(TROUBLES, BIND(store_trouble_kind(link)), BIND(run));
 }
 
-enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows,
-                            size_t *count, struct error *error)
-{
-    STORE_ROWS(TROUBLES, BIND(STORE_DOUBT_KIND), BIND(run));
-}
-
 const char *store_trouble_kind(int link)
 {
     return link == 0 ? "can-link" : "serial-link";

@@ -1,5 +1,4 @@
 /* The collector against hand-made streams: what it keeps, merges, misses and refuses. */
-#include "host/collect/doubt.h"
 #include "tests/host/session.h"
 
 static const struct stream_truth gentle = {.v0_ft_s = 28.0, .a_ft_s2 = 8.0, .peak_in = 0.4};
@@ -78,13 +77,13 @@ static void both_links_make_one_landing(void **state)
     free(segments);
 
     /* The gear stops at 3 + 28^2 / 16 = 52 ft: switches at 2.5 to 47.5 ft open, 10 of them. Both
-     * links told each. */
+     * links told each, and serial is the record. */
     struct store_edge *edges;
     assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
     assert_int_equal(count, 10);
     for (size_t i = 0; i < count; i++) {
         assert_int_equal(edges[i].position, i + 1);
-        assert_int_equal(edges[i].links, 3);
+        assert_int_equal(edges[i].links, 1 << LINK_SERIAL);
     }
     /* Switch 2, at 7.5 ft: 4.5 = 28 t - 4 t^2, t = 0.164609..., after touchdown at 1.5 s. */
     assert_near(edges[1].board_us, 1.5e6 + 1e6 * (28.0 - sqrt(28.0 * 28.0 - 16.0 * 4.5)) / 8.0,
@@ -97,7 +96,7 @@ static void both_links_make_one_landing(void **state)
     assert_true(found);
     assert_near(result.speed_ft_s, 28.0, 1e-6);
     assert_near(result.stop_station_ft, 52.0, 0.001);
-    assert_int_equal(result.links, 3);
+    assert_int_equal(result.links, 1 << LINK_SERIAL);
     assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
     assert_int_equal(counts_of(&s, LINK_SERIAL).lost, 0);
     struct store_gap *gaps;
@@ -512,6 +511,64 @@ static void others_on_the_bus_are_kept_apart(void **state)
     session_end(&s);
 }
 
+/* ---- serial is the record, CAN fills ---- */
+
+static bool lose_edges_on_serial(const struct stream *stream, uint16_t type)
+{
+    return type == MR_ID_EDGE && stream->block < 2200;
+}
+
+static void can_fills_what_serial_lost(void **state)
+{
+    struct session s;
+    struct store_edge *edges;
+    size_t count;
+    (void)state;
+    session_begin(&s, true, true);
+    s.stream.drop_serial = lose_edges_on_serial;
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_in_range(counts_of(&s, LINK_SERIAL).lost, 1, 10);
+    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(count, 10);
+    assert_int_equal(edges[0].links, 1 << LINK_CAN);
+    assert_true(edges[9].links & 1 << LINK_SERIAL);
+    for (size_t i = 0; i < count; i++)
+        assert_int_equal(edges[i].position, i + 1);
+    free(edges);
+    session_end(&s);
+}
+
+static bool cut_serial_after_2500(const struct stream *stream, uint16_t type)
+{
+    (void)type;
+    return stream->block > 2500;
+}
+
+static void can_is_the_record_when_serial_falls_silent(void **state)
+{
+    struct session s;
+    struct store_edge *edges;
+    struct store_result result;
+    size_t count;
+    bool found;
+    (void)state;
+    session_begin(&s, true, true);
+    s.stream.drop_serial = cut_serial_after_2500;
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(landing_of(&s, 1).state, 4);
+    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(count, 10); /* also of the second in which CAN was not obeyed yet */
+    free(edges);
+    assert_int_equal(store_result_get(s.store, 1, &result, &found, &s.error), MR_OK);
+    assert_true(found);
+    session_end(&s);
+}
+
 /* ---- who speaks ---- */
 
 /* The second board says hello by its own name, with the first one's firmware. */
@@ -536,18 +593,6 @@ static void another_board_on_serial_asks_for_a_new_log(void **state)
     assert_int_equal(landing_of(&s, 1).state, 4); /* what came before is kept */
     assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");
     session_end(&s);
-}
-
-static int64_t doubts_of(struct session *session, int64_t run, unsigned cause)
-{
-    struct store_trouble *rows;
-    size_t count;
-    int64_t sum = 0;
-    assert_int_equal(store_doubts(session->store, run, &rows, &count, &session->error), MR_OK);
-    for (size_t i = 0; i < count; i++)
-        sum += rows[i].code % DOUBT_ID == cause ? rows[i].count : 0;
-    free(rows);
-    return sum;
 }
 
 /* A landing in whose middle `intrude` writes on CAN what the board did not send. */
@@ -598,8 +643,6 @@ static void serial_denies_the_end(void **state)
     assert_int_equal(landing_count(&s), 1);
     assert_int_equal(store_blocks_count(s.store, 1, &blocks, &s.error), MR_OK);
     assert_int_equal(blocks, 4000);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_UNSAID), 1);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_TORN), 0);
     session_end(&s);
 }
 
@@ -610,8 +653,6 @@ static void what_can_tore_is_joined(void **state)
     log_with(&s, false, over);
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_TORN), 1);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_EXCESS), 1);
     session_end(&s);
 }
 
@@ -627,7 +668,6 @@ static void no_landing_is_armed_in_one(void **state)
     log_with(&s, false, arm_another);
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_STATE), 1);
     session_end(&s);
 }
 
@@ -644,8 +684,6 @@ static void another_board_on_can_is_a_stranger(void **state)
         log_with(&s, serial, another_uid);
         assert_no_error(&s.error);
         assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");
-        /* its hello is like the board's */
-        assert_true(doubts_of(&s, 1, serial ? DOUBT_UNSAID : DOUBT_BOARD) >= 1);
         session_end(&s);
     }
 }
@@ -666,8 +704,6 @@ static void time_and_counts_of_nobody(void **state)
     assert_int_equal(landing_count(&s), 1);
     assert_int_equal(landing_of(&s, 1).boot, 0);
     assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_TIME), 2);
-    assert_int_equal(doubts_of(&s, 1, DOUBT_EXCESS), 3);
     session_end(&s);
 }
 
@@ -675,6 +711,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(another_board_on_serial_asks_for_a_new_log),
+        cmocka_unit_test(can_fills_what_serial_lost),
+        cmocka_unit_test(can_is_the_record_when_serial_falls_silent),
         cmocka_unit_test(serial_denies_the_end),
         cmocka_unit_test(what_can_tore_is_joined),
         cmocka_unit_test(no_landing_is_armed_in_one),

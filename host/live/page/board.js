@@ -21,7 +21,7 @@ class Board {
     this.notices = [];
     this.noticed = 0;
     this.configured = 0; /* counts changes of what configuration() has */
-    this.host = { now_us: 0, block: -1, source: 'CAN', late: 0, strangers: 0, links: [], readings: [] }; /* the newest state event */
+    this.host = { now_us: 0, block: -1, source: 'CAN', late: 0, links: [], readings: [] }; /* the newest state event */
     this.forgetLanding();
   }
   forgetLanding() {
@@ -186,7 +186,6 @@ class Board {
       if (before && link.lost > before.lost) this.notice('alarm', host.now_us, link.name + ': ' + (link.lost - before.lost) + ' frames lost on the way');
       if (before && link.dropped > before.dropped) this.notice('alarm', host.now_us, link.name + ': the board could not send ' + (link.dropped - before.dropped) + ' frames');
     });
-    if (host.strangers > this.host.strangers) this.notice('alarm', host.now_us, 'CAN: ' + host.strangers + (host.strangers === 1 ? ' frame is' : ' frames are') + ' not the board\'s');
     this.host = host;
   }
 

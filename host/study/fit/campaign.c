@@ -241,12 +241,12 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
     struct measured measured;
     struct fit_landing landing = {0};
     struct fit_series series[MR_TRANSDUCERS];
-    char doubt[DOUBTS_TEXT];
+    char torn[MEASURED_TORN_TEXT];
     enum mr_status status = measured_load(store, run, &measured, error);
-    doubts_headline(&measured.doubts, doubt);
-    if (status == MR_OK && doubt[0])
+    measured_torn_text(&measured, torn);
+    if (status == MR_OK && torn[0])
         status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out",
-                           (long long)run, doubt);
+                           (long long)run, torn);
     if (status == MR_OK)
         status = set_landing(store, &measured, scene_path, list, &landing, error);
     if (status == MR_OK) {
