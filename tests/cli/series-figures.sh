@@ -15,7 +15,7 @@ told() {
     local standard=host/landing_series/series/standard.json
     build/matrig --quiet study $standard --seeds 1 >"$tmp/c.txt" &&
         build/matrig --quiet --json study $standard --seeds 1 >"$tmp/c.json" &&
-        SEEDS=1 build/tests/campaigns/campaigns $standard >"$tmp/c.md" 2>/dev/null || return 1
+        SEEDS=1 build/tests/scoreboard/scoreboard $standard >"$tmp/c.md" 2>/dev/null || return 1
     cat "$tmp/c.md"
     grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
         [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&

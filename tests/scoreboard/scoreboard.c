@@ -149,7 +149,7 @@ static int play(struct played *p, const char *path, const char *ground)
     struct error error = {0};
     *p = (struct played){0};
     if (series_load_on(&p->series, path, ground, &error) != MR_OK) {
-        fprintf(stderr, "campaigns: %s\n", error.text);
+        fprintf(stderr, "scoreboard: %s\n", error.text);
         return 3;
     }
     struct landing_series *c = &p->series;
@@ -170,11 +170,11 @@ static int play(struct played *p, const char *path, const char *ground)
             clock_s(CLOCK_MONOTONIC) - begin_s, p->cpu_s);
     for (size_t i = 0; p->runs && i < c->seeds; i++) {
         if (p->runs[i].error.status != MR_OK)
-            fprintf(stderr, "campaigns: %s: seed %llu: %s\n", path,
+            fprintf(stderr, "scoreboard: %s: seed %llu: %s\n", path,
                     (unsigned long long)p->runs[i].seed, p->runs[i].error.text);
     }
     if (error.status != MR_OK)
-        fprintf(stderr, "campaigns: %s\n", error.text);
+        fprintf(stderr, "scoreboard: %s\n", error.text);
     return error.status != MR_OK ? 3 : p->summary.failed > 0 ? 5 : 0;
 }
 
@@ -225,7 +225,7 @@ int main(int argc, char **argv)
     }
     FILE *notes = tmpfile();
     if (!notes) {
-        perror("campaigns: no temporary file");
+        perror("scoreboard: no temporary file");
         return 3;
     }
     puts("| series | observed, with the report's section | weightless gear: median (5 to 95 %); "
