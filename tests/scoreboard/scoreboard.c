@@ -1,4 +1,4 @@
-/* campaigns SERIES...: the scoreboard of the series of the report on both grounds: observed
+/* scoreboard SERIES...: the scoreboard of the series of the report on both grounds: observed
  * | weightless gear | elastic ground, a row each for the series and for each of its facts on
  * stdout, then where the parameters come from. SEEDS=n plays so many
  * runways (the files' number else), FIRST=n from that seed on: fresh ones. A series that awaits
