@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/base/monotonic_clock.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/base/progress.h"
@@ -16,12 +15,10 @@
 #define M_PER_FT  0.3048
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
 
-#define PROGRESS_S 0.5 /* between two lines of --progress */
-
 struct request {
     const char *scene_path;
     const char *csv_path;
-    bool progress, keys;
+    bool keys;
     struct sim_options options;
 };
 
@@ -48,26 +45,9 @@ static void on_interrupt(int number)
     interrupted = 1;
 }
 
-struct bar {
-    bool shown, drawn; /* by --progress; a line is on the terminal */
-    double next_s;
-    struct progress progress; /* without it */
-};
-
-/* Every answer takes at least two passes; how many more is not known before. */
-static bool go_on(void *ctx, int pass, double part)
+static bool go_on(void *progress, int pass, double part)
 {
-    struct bar *bar = ctx;
-    if (bar->shown && monotonic_s() >= bar->next_s) {
-        fprintf(stderr,
-                cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%"
-                               : "matrig: sim: pass %d: %.0f %%\n",
-                pass, 100.0 * part);
-        bar->drawn = cli_terminal();
-        bar->next_s = monotonic_s() + PROGRESS_S;
-    }
-    sim_progress(&bar->progress, pass, part);
-    return !interrupted;
+    return sim_progress(progress, pass, part) && !interrupted;
 }
 
 /* Ctrl-C ends the run and leaves what was computed; a second one ends the program. */
@@ -75,20 +55,17 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
 {
-    struct bar bar = {.shown = request->progress && !cli->quiet,
-                      .next_s = monotonic_s() + PROGRESS_S};
-    progress_begin(&bar.progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
-                   cli->quiet || request->progress);
+    struct progress progress;
+    progress_begin(&progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
+                   cli->quiet);
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.go_on = go_on;
-    request->options.go_on_ctx = &bar;
+    request->options.go_on_ctx = &progress;
     interrupted = 0;
     sigaction(SIGINT, &action, &before);
     sim_run(scene, &request->options, result, error);
     sigaction(SIGINT, &before, NULL);
-    progress_end(&bar.progress);
-    if (bar.drawn)
-        fputc('\n', stderr);
+    progress_end(&progress);
     return error->status;
 }
 
@@ -203,24 +180,20 @@ static const struct command_part parts[] = {
         "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
         "tolerance of the solver; staggered: the error estimate allowed, of the largest movement"),
     OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and staggered"),
-    OPTION_FLAG("--no-prune", options.no_prune,
-                "integrate every mat all the time, also those at rest"),
     OPTION_TEXT("--csv", "F", csv_path,
                 "write the history of the mats in u_mats (or all): displacements, heights of their "
                 "left ends"),
-    OPTION_FLAG("--progress", progress,
-                "say how far the run is; without it a run says so every 30 s"),
     OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
                   "stop after S seconds of computing, as Ctrl-C does; else never"),
-    HELP_NOTE("Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5)."),
+    HELP_NOTE("A run reports how far it is every 30 s. Ctrl-C ends a run and leaves what was "
+              "computed (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
 };
 
 const struct command command_sim = {
     "sim",
     sim_command,
-    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress] [--limit "
-    "S] | --keys",
+    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--limit S] | --keys",
     "run a mat scene",
     COMMAND_PARTS(parts),
     {0, 1, "SCENE"},
