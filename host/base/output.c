@@ -8,6 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "host/base/xmalloc.h"
+
 #define LINKS_MAX  40 /* symbolic ones in a row, as the kernel has it */
 #define DRAFTS_MAX 100
 #define TRIES_MAX  20 /* of another program that makes and removes the file meanwhile */
@@ -281,10 +283,8 @@ enum mr_status output_begin(struct output *output, const char *path, struct erro
     output->file = NULL;
     if (check(path, error) != MR_OK)
         return error->status;
-    output->file = open_memstream(&output->text, &output->length);
-    return output->file ? MR_OK
-                        : error_set(error, MR_FULL,
-                                    "no memory for the output: %s; close other programs", path);
+    output->file = xopen_memstream(&output->text, &output->length);
+    return MR_OK;
 }
 
 enum mr_status output_end(struct output *output, struct error *error)

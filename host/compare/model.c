@@ -379,9 +379,7 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
         lay(model);
     if (!model->as_is)
         take_survey(model, survey);
-    double *columns = calloc(stations + POINTS, sizeof *columns);
-    if (!columns)
-        return error_set(error, MR_FULL, "no memory: %zu stations; close other programs", stations);
+    double *columns = xcalloc(stations + POINTS, sizeof *columns);
     memcpy(columns, station_ft, stations * sizeof *columns);
     for (size_t p = 1; p <= POINTS; p++)
         columns[stations + p - 1] = ((double)(p * MR_MATS_PER_SEGMENT) - 1.0) * s->scene.length_ft;
