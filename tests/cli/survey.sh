@@ -185,7 +185,7 @@ report_has_them() {
     $matrig survey "$tmp/a.db" --new --edges both --note '<script>alert(1)</script>' --from "$tmp/next.csv" >/dev/null || return 1
     $matrig report "$tmp/a.db" -o "$tmp/a.html" && grep -q '<section id="survey">' "$tmp/a.html" &&
         grep -q 'opening of joints, movement and in-plane bow' "$tmp/a.html" && ! grep -q '<script>alert' "$tmp/a.html" &&
-        [ "$(grep -o 'class="line s[0-9]"' "$tmp/a.html" | wc -l)" -ge 9 ]
+        [ "$(sed -n '/<section id="survey">/,/<.section>/p' "$tmp/a.html" | grep -o '"k":"marks"' | wc -l)" -ge 9 ]
 }
 
 # The board that begins again has no survey, and says so; the landing was armed with one.
