@@ -200,7 +200,7 @@ static json_t *state_json(const struct live_hub *hub)
                              "bad", (json_int_t)counts->bad, "foreign", (json_int_t)counts->foreign,
                              "heard_us", (json_int_t)hub->heard_us[kind]));
     }
-    return json_pack("{sIsIsssIsIsoso}", "now_us", (json_int_t)link_now_us(), "block",
+    return json_pack("{sIsIsssIsoso}", "now_us", (json_int_t)link_now_us(), "block",
                      (json_int_t)block, "source",
                      record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN",
                      "late", (json_int_t)hub->buckets.late, "links", links, "readings",
