@@ -71,10 +71,7 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
                      c->ahead_simulated_ft, 1);
         answer_value(answer, "ahead_difference", NULL, UNIT_STATION,
                      c->ahead_measured_ft - c->ahead_simulated_ft, 1);
-        answer_value(answer, "correlation", "correlation|at lag 0", UNIT_NUMBER, f->correlation, 4);
-        answer_value(answer, "lag", "best lag", UNIT_TIME, f->lag_s, 4);
-        answer_value(answer, "lag_correlation", "correlation|there", UNIT_NUMBER,
-                     f->lag_correlation, 4);
+        answer_value(answer, "correlation", "correlation", UNIT_NUMBER, f->correlation, 4);
         answer_value(answer, "alignment", "alignment's|part", UNIT_DISPLACEMENT, c->alignment_in,
                      4);
     }

@@ -4,10 +4,7 @@
 
 /* standard deviations: none of some thousand samples is so far off by chance */
 #define FAR_FROM_NOISE 5.0
-#define COARSE         10 /* lags between those tried first */
-#define THIN           5  /* and of the samples every fifth then */
 #define ROUNDING       1e-9
-#define LEAST_SHARE    0.5 /* of the samples that overlap at a lag */
 
 double signal_en(double measured, double measured_error, double simulated, double simulated_error)
 {
@@ -138,32 +135,22 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
     return arrival;
 }
 
-struct moments {
-    double n, x, y, xx, yy, xy;
-};
-
-/* The measured at i against the simulated `lag` samples before. */
-static double correlate(const struct signal *s, long lag, size_t step)
+static double correlate(const struct signal *s)
 {
-    struct moments m = {0};
-    size_t wanted = 0;
-    for (size_t i = 0; i < s->count; i += step) {
-        long k = (long)i - lag;
-        wanted++;
-        if (k < 0 || k >= (long)s->count || isnan(s->measured[i]) || isnan(s->simulated[k]))
+    double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+    for (size_t i = 0; i < s->count; i++) {
+        double m = s->measured[i], k = s->simulated[i];
+        if (isnan(m) || isnan(k))
             continue;
-        double x = s->measured[i], y = s->simulated[k];
-        m.n += 1.0;
-        m.x += x;
-        m.y += y;
-        m.xx += x * x;
-        m.yy += y * y;
-        m.xy += x * y;
+        n += 1.0;
+        x += m;
+        y += k;
+        xx += m * m;
+        yy += k * k;
+        xy += m * k;
     }
-    double vx = m.xx - m.x * m.x / m.n, vy = m.yy - m.y * m.y / m.n;
-    if (m.n < LEAST_SHARE * (double)wanted || !(vx > 0.0) || !(vy > 0.0))
-        return (double)NAN;
-    return (m.xy - m.x * m.y / m.n) / sqrt(vx * vy);
+    double vx = xx - x * x / n, vy = yy - y * y / n;
+    return vx > 0.0 && vy > 0.0 ? (xy - x * y / n) / sqrt(vx * vy) : (double)NAN;
 }
 
 /* It varies by no more than noise, or than rounding. */
@@ -184,41 +171,6 @@ static bool is_flat(const struct signal *s, const double *values)
     return !(n > 1.0 && sqrt(squares / (n - 1.0)) > fmax(2.0 * s->noise, ROUNDING * size));
 }
 
-static long best_lag(const struct signal *s, long from, long to, long step, size_t thin)
-{
-    long best = from;
-    double most = -2.0;
-    for (long lag = from; lag <= to; lag += step) {
-        double r = correlate(s, lag, thin);
-        if (r > most) {
-            most = r;
-            best = lag;
-        }
-    }
-    return best;
-}
-
-static void find_correlation(const struct signal *s, struct signal_figures *f)
-{
-    f->flat_measured = is_flat(s, s->measured);
-    f->flat_simulated = is_flat(s, s->simulated);
-    if (f->flat_measured || f->flat_simulated)
-        return;
-    f->correlation = correlate(s, 0, 1);
-    long most = lround(SIGNAL_LAG_S / s->dt_s);
-    long near = best_lag(s, -most, most, COARSE, THIN);
-    long from = near - COARSE < -most ? -most : near - COARSE,
-         to = near + COARSE > most ? most : near + COARSE;
-    long lag = best_lag(s, from, to, 1, 1);
-    double left = correlate(s, lag - 1, 1), at = correlate(s, lag, 1),
-           right = correlate(s, lag + 1, 1);
-    double bend = left - 2.0 * at + right;
-    if (lag <= -most || lag >= most || isnan(bend))
-        return;
-    f->lag_correlation = at;
-    f->lag_s = s->dt_s * ((double)lag + (bend < 0.0 ? 0.5 * (left - right) / bend : 0.0));
-}
-
 void signal_compare(const struct signal *s, struct signal_figures *f)
 {
     const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN,
@@ -234,8 +186,6 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
         .arrival_measured = unknown,
         .arrival_simulated = unknown,
         .correlation = (double)NAN,
-        .lag_s = (double)NAN,
-        .lag_correlation = (double)NAN,
     };
     double noise = s->noise / sqrt(SIGNAL_WINDOW);
     find_differences(s, f);
@@ -247,5 +197,8 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
                                        f->peak_measured.value, true);
     f->arrival_simulated = find_arrival(s, s->simulated, s->simulated_error, noise,
                                         f->peak_simulated.value, false);
-    find_correlation(s, f);
+    f->flat_measured = is_flat(s, s->measured);
+    f->flat_simulated = is_flat(s, s->simulated);
+    if (!f->flat_measured && !f->flat_simulated)
+        f->correlation = correlate(s);
 }

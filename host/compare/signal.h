@@ -16,10 +16,8 @@
  *                  two samples by a straight line. Error: noise and error of the value over the
  *                  slope there; alignment; spacing of the samples / sqrt(12). Not known when the
  *                  threshold is below five standard deviations of the noise
- *     correlation  Pearson's, at lag 0; and the lag in +-SIGNAL_LAG_S at which it is largest
- *                  (positive: the measured is later; a parabola through three lags), not known when
- *                  that is at either end. None of a flat series: one whose standard deviation is
- *                  within twice that of the noise
+ *     correlation  Pearson's. None of a flat series: one whose standard deviation is within twice
+ *                  that of the noise
  *     En           |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two agree (ISO 13528,
  *                  coverage factor 2)
  *
@@ -33,7 +31,6 @@
 #define SIGNAL_WINDOW  11
 #define SIGNAL_ARRIVAL 0.1
 #define SIGNAL_NEAR    0.01
-#define SIGNAL_LAG_S   0.5
 
 /* Sample i is at t0_s + i dt_s. Arrays are the caller's. */
 struct signal {
@@ -58,7 +55,7 @@ struct signal_figures {
     double rms, chi, inside;
     struct signal_moment peak_measured, peak_simulated;
     struct signal_moment arrival_measured, arrival_simulated; /* value: the threshold */
-    double correlation, lag_s, lag_correlation;
+    double correlation;
     bool flat_measured, flat_simulated;
 };
 

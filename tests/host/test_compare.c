@@ -168,7 +168,6 @@ static void differences_of_a_known_series(void **state)
     /* En is the difference over twice the error of both */
     double u = hypot(f.channel[3].end_measured.error, f.channel[3].end_simulated.error);
     assert_near(f.channel[3].end_en, 0.1 / (2.0 * u), 0.01);
-    assert_near(f.channel[4].f.lag_s, 0.04, 5e-4);
     assert_near(f.channel[4].f.arrival_measured.t_s - f.channel[4].f.arrival_simulated.t_s, 0.04,
                 2e-3);
     assert_false(f.channel[5].compared);
@@ -497,7 +496,7 @@ static struct compare_figures two_channels(void)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
             .compared = true,
-            .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .lag_s = (double)NAN}};
+            .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .chi = (double)NAN}};
     f.zones.count = 1;
     f.zones.moment[0] =
         (struct compare_zone_moment){.what = "at rest",
@@ -541,8 +540,8 @@ static void limits_decide(void **state)
     assert_string_equal(
         v.text, "channels.1.correlation of RUN 7 is 0.9500; its limit is 0.9900, missed by 0.0400");
     /* what is not known does not pass */
-    v = verdict_of("{\"channels.*.lag_s\": 0.1}", &f);
-    assert_true(v.failed == 2 && strstr(v.text, "lag_s of RUN 7 is not known"));
+    v = verdict_of("{\"channels.*.chi\": 0.1}", &f);
+    assert_true(v.failed == 2 && strstr(v.text, "chi of RUN 7 is not known"));
     v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
     assert_true(v.failed == 1 && strstr(v.text, "channels.5.rms_in is not in the answer of RUN 7"));
     v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
