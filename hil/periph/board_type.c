@@ -13,12 +13,11 @@
         HIL_NO_PORT, 0 \
     }
 /* The memory is not selected, the thermometer's bus and its data rest, CAN is recessive; the lamp
- * warns, no shunts are on, nothing asks for the brake to be released, the camera is not
- * triggered. */
+ * warns, no shunts are on, the camera is not triggered. */
 #define PULLS(warning, shunts)                                                       \
     {                                                                                \
         {P('B', 12), true}, {P('B', 6), true}, {P('B', 7), true}, {P('D', 1), true}, \
-            {warning, false}, {shunts, false}, {P('E', 7), false},                   \
+            {warning, false}, {shunts, false},                                       \
         {                                                                            \
             P('E', 2), false                                                         \
         }                                                                            \

@@ -9,7 +9,7 @@
 
 #define HIL_BOARD_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
 #define HIL_BOARD_PORTS    9u
-#define HIL_BOARD_PULLS    8u
+#define HIL_BOARD_PULLS    7u
 
 struct hil_pin_place {
     uint8_t port, pin; /* port 0 = A; HIL_NO_PORT: it is not there */
