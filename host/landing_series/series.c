@@ -94,8 +94,8 @@ static void range_of(const struct keys *keys, const char *where, const char *key
         keys_wrong(keys, where, key, wanted);
 }
 
-void keys_range(const struct keys *keys, const char *where, const json_t *object, const char *key,
-                double low, double high, struct series_range *value)
+static void keys_range(const struct keys *keys, const char *where, const json_t *object,
+                       const char *key, double low, double high, struct series_range *value)
 {
     const json_t *entry = json_object_get(object, key);
     if (entry && !keys_failed(keys))

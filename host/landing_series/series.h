@@ -179,8 +179,6 @@ void keys_check(const struct keys *keys, const char *where, const json_t *object
 
 void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key,
                  double low, double high, double *value);
-void keys_range(const struct keys *keys, const char *where, const json_t *object, const char *key,
-                double low, double high, struct series_range *value);
 /* Index of a word among `choices` (short words; the list ends with NULL), or `now` when the key is
  * absent. */
 unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object,

@@ -194,9 +194,10 @@ double facts_value(const struct landing_series *c, const struct series_fact *fac
     return other > 0.0 ? value / other : (double)NAN;
 }
 
-struct series_fact_summary facts_summarise(const struct landing_series *c,
-                                           const struct series_fact *fact,
-                                           const struct series_run *runs, double *values)
+/* `values` is room for a number per seed. */
+static struct series_fact_summary facts_summarise(const struct landing_series *c,
+                                                  const struct series_fact *fact,
+                                                  const struct series_run *runs, double *values)
 {
     struct series_fact_summary s = {0};
     size_t count = 0, runways = 0;
@@ -212,7 +213,7 @@ struct series_fact_summary facts_summarise(const struct landing_series *c,
     return s;
 }
 
-const char *facts_unit(const struct series_fact *fact)
+static const char *facts_unit(const struct series_fact *fact)
 {
     static const char *const units[] = {"in",       "in",       "in",       "in",       "mats",
                                         "landings", "landings", "landings", "stations", "ft"};
@@ -482,8 +483,9 @@ static void add_told(struct answer *answer, const char *label, const char *text)
         answer_words(answer, NULL, label, "%s", text);
 }
 
-void series_answer_outcome(struct answer *answer, const struct landing_series *c,
-                           const struct series_run *runs, const struct series_summary *s)
+/* What came out of it, and what the answer is worth. */
+static void series_answer_outcome(struct answer *answer, const struct landing_series *c,
+                                  const struct series_run *runs, const struct series_summary *s)
 {
     answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
                     c->name, c->landing_count, c->seeds, (unsigned long long)c->first_seed,
@@ -511,8 +513,9 @@ void series_answer_outcome(struct answer *answer, const struct landing_series *c
     add_facts(answer, c, s);
 }
 
-void series_answer_landings(struct answer *answer, const struct landing_series *c,
-                            const struct series_run *runs, const struct series_summary *s)
+/* Landing by landing. */
+static void series_answer_landings(struct answer *answer, const struct landing_series *c,
+                                   const struct series_run *runs, const struct series_summary *s)
 {
     json_t *list = json_array();
     answer_table(answer, "landings",

@@ -68,24 +68,12 @@ void facts_read(const struct keys *keys, const json_t *root, struct landing_seri
 double facts_value(const struct landing_series *series, const struct series_fact *fact,
                    const struct series_run *run);
 
-/* `values` is room for a number per seed. */
-struct series_fact_summary facts_summarise(const struct landing_series *series,
-                                           const struct series_fact *fact,
-                                           const struct series_run *runs, double *values);
-
 /* "0.25 to 0.33 in", "at least 3 times", "35 mats or more": the range that agrees. */
 void facts_range_text(const struct series_fact *fact, char *text, size_t size);
-const char *facts_unit(const struct series_fact *fact);
 
 /* What matrig study answers: an ensemble's outcome, in words and tables, and for programs every
  * landing of every runway. */
 
-/* What came out of it, and what the answer is worth. */
-void series_answer_outcome(struct answer *answer, const struct landing_series *series,
-                           const struct series_run *runs, const struct series_summary *summary);
-/* Landing by landing. */
-void series_answer_landings(struct answer *answer, const struct landing_series *series,
-                            const struct series_run *runs, const struct series_summary *summary);
 /* Both. A new answer, the caller's; for programs in the units of the keys' names, also with `si`.
  */
 struct answer *series_answer(const struct landing_series *series, const struct series_run *runs,

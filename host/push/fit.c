@@ -60,7 +60,10 @@ static void add_step(struct push_path *path, const struct push_series *series, d
     path->falling += !grows || through_0;
 }
 
-bool push_path_make(struct push_path *path, const struct push_series *series, double force_error_lb)
+/* A force turns where it comes back by more than its gage's error explains; steps within that go on
+ * as before. False: no force of the series stands out of the gage's error. */
+static bool push_path_make(struct push_path *path, const struct push_series *series,
+                           double force_error_lb)
 {
     int direction[PUSH_READINGS_MAX];
     double turn_lb = TURNS * force_error_lb, most_lb = 0.0;

@@ -80,9 +80,4 @@ struct push_path {
     double falls[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
-/* A force turns where it comes back by more than its gage's error explains; steps within that go on
- * as before. False: no force of the series stands out of the gage's error. */
-bool push_path_make(struct push_path *path, const struct push_series *series,
-                    double force_error_lb);
-
 #endif

@@ -13,7 +13,8 @@
 #define IN_PER_FT 12.0
 #define SPRUNG    1.0 /* a ground that springs back more than it went is no ground */
 
-const char *push_law_name(enum push_law law)
+/* "elastic", "rigid", "cannot tell". */
+static const char *push_law_name(enum push_law law)
 {
     static const char *const names[] = {"cannot tell", "elastic", "rigid"};
     return names[law];

@@ -75,7 +75,5 @@ void push_answer_law(struct answer *answer, const struct push_ground *ground,
 /* A row for each test. */
 void push_answer_tests(struct answer *answer, const struct push_readings *readings,
                        const struct push_ground *ground);
-/* "elastic", "rigid", "cannot tell". */
-const char *push_law_name(enum push_law law);
 
 #endif

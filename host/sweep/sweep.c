@@ -111,7 +111,8 @@ static double design_round(double value)
     return strtod(text, NULL);
 }
 
-json_t *design_json(double value)
+/* A number as JSON: whole ones as integers. */
+static json_t *design_json(double value)
 {
     return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value)
                                                        : json_real(value);
@@ -197,13 +198,14 @@ enum mr_status design_range_read(struct design_range *range, const json_t *value
     return read_count(range, value, where, error);
 }
 
-void design_range_free(struct design_range *range)
+static void design_range_free(struct design_range *range)
 {
     json_decref(range->levels);
     range->levels = NULL;
 }
 
-size_t design_levels(const struct design_range *range)
+/* How many levels it has: those of the list, or count. */
+static size_t design_levels(const struct design_range *range)
 {
     return range->levels ? json_array_size(range->levels) : range->count;
 }
@@ -227,7 +229,8 @@ json_t *design_level(const struct design_range *range, size_t i)
     return design_json(design_number(range, (double)i / (double)(range->count - 1)));
 }
 
-json_t *design_at(const struct design_range *range, double u)
+/* At the part u of the range, 0 to 1; of a list the level that u falls on. A new reference. */
+static json_t *design_at(const struct design_range *range, double u)
 {
     if (!range->levels)
         return design_json(design_number(range, u));
@@ -236,7 +239,9 @@ json_t *design_at(const struct design_range *range, double u)
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
 }
 
-void design_latin(double *u, size_t n, uint64_t seed, const char *name)
+/* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on
+ * seed and name alone, so another key more, or another order of the keys, changes nothing. */
+static void design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
     for (size_t i = 0; i < n; i++)

@@ -48,22 +48,11 @@ struct design_range {
  * vary KL". The object may have other keys, which are the caller's. */
 enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
                                  const char *where, struct error *error);
-void design_range_free(struct design_range *range);
 
-/* How many levels it has: those of the list, or count. */
-size_t design_levels(const struct design_range *range);
 /* The i-th of them, a new reference. */
 json_t *design_level(const struct design_range *range, size_t i);
-/* At the part u of the range, 0 to 1; of a list the level that u falls on. A new reference. */
-json_t *design_at(const struct design_range *range, double u);
 /* The number at the part u of a range (not of a list). */
 double design_number(const struct design_range *range, double u);
-/* A number as JSON: whole ones as integers. */
-json_t *design_json(double value);
-
-/* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on
- * seed and name alone, so another key more, or another order of the keys, changes nothing. */
-void design_latin(double *u, size_t n, uint64_t seed, const char *name);
 
 /* A column of a design for indices of sensitivity (Saltelli 2010): two Latin hypercubes A and B of
  * n points, and for each of `keys` keys A with that key's column from B. Block by block: u[n (keys

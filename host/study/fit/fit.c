@@ -37,7 +37,8 @@ struct work {
     atomic_bool stop;
 };
 
-void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
+/* z of a w. */
+static void ensemble_at(const struct ensemble_place *place, const double *w, double *z)
 {
     for (size_t i = 0; i < place->parameters; i++) {
         z[i] = place->middle[i];
@@ -205,7 +206,7 @@ void ensemble_free(struct ensemble *ensemble)
 
 /* ---- surface ---- */
 
-size_t surface_terms(size_t parameters)
+static size_t surface_terms(size_t parameters)
 {
     return 1 + parameters + parameters * (parameters + 1) / 2;
 }
@@ -251,7 +252,8 @@ void surface_at(const struct surface *surface, const double *w, double *statisti
     }
 }
 
-double surface_leverage(const struct surface *surface, const double *w)
+/* Variance of what surface_at says, as a share of a data set's. */
+static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
     set_terms(surface->parameters, w, term);
@@ -557,7 +559,8 @@ void solve_information(const struct solve *solve, const double *w, square inform
     }
 }
 
-void solve_covariance(size_t parameters, square information, square covariance)
+/* (information + priors)^-1. */
+static void solve_covariance(size_t parameters, square information, square covariance)
 {
     square sum, lower, inverse;
     for (size_t i = 0; i < parameters; i++) {

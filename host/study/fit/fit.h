@@ -130,9 +130,6 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
                              struct ensemble *ensemble, struct error *error);
 void ensemble_free(struct ensemble *ensemble);
 
-/* z of a w. */
-void ensemble_at(const struct ensemble_place *place, const double *w, double *z);
-
 /* Surface: statistics as polynomials of second degree of w, and their scatter about it, from an
  * ensemble. */
 
@@ -148,7 +145,6 @@ struct surface {
     gsl_matrix *spread;     /* terms x terms: inverse of the normal matrix */
 };
 
-size_t surface_terms(size_t parameters);
 /* MR_TOO_FEW when the draws do not exceed twice the terms. Released with surface_free, also after
  * an error. */
 enum mr_status surface_make(const struct ensemble *ensemble, struct surface *surface,
@@ -158,8 +154,6 @@ void surface_free(struct surface *surface);
 /* Expected statistics at w, and their derivatives (statistics rows of parameters; NULL: not
  * wanted). */
 void surface_at(const struct surface *surface, const double *w, double *statistic, double *slope);
-/* Variance of what surface_at says, as a share of a data set's. */
-double surface_leverage(const struct surface *surface, const double *w);
 
 /* A covariance estimated from n data sets, moved towards its own diagonal as far as its
  * correlations are scatter (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, on standardised
@@ -200,9 +194,6 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
 /* Information of the data alone at w, about z. */
 void solve_information(const struct solve *solve, const double *w,
                        double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]);
-/* (information + priors)^-1. */
-void solve_covariance(size_t parameters, double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX],
-                      double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]);
 /* Lower Cholesky factor; false when it is not positive definite. */
 bool solve_cholesky(size_t n, double matrix[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX],
                     double factor[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]);

@@ -30,7 +30,8 @@ bool beside_can(const struct sim_scene *scene)
            isfinite(sim_scene_end_s(scene));
 }
 
-size_t beside_samples(const struct sim_scene *scene, double dt_s)
+/* Rows of samples, one every dt from 0 on. */
+static size_t beside_samples(const struct sim_scene *scene, double dt_s)
 {
     return (size_t)(sim_scene_end_s(scene) / dt_s + 1e-9) + 1;
 }
@@ -146,8 +147,9 @@ static unsigned march(struct playing *p, size_t samples, unsigned each)
     return away;
 }
 
-bool beside_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
-                double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
+/* False: a parameter without sense. sample_dt_s is a whole number of milliseconds. */
+static bool beside_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
+                       double sample_dt_s, struct beside_lane lane[CHAINS_LANES])
 {
     struct playing p = {.scene = scene, .lane = lane, .stations = stations};
     if (stations > MR_CHAIN_MATS || !start(&p))
@@ -336,6 +338,14 @@ void fit_landings_lay(const struct fit_landings *list, const struct fit_landing 
         if (isnan(landing->survey_in[s]))
             sum_in[s] = (double)NAN;
     }
+}
+
+#define BEND_IN 0.05 /* u0 of asinh */
+
+/* Of a displacement its statistic. */
+static double fit_bent(double u_in)
+{
+    return BEND_IN * asinh(u_in / BEND_IN);
 }
 
 /* What one data set's landing came to. */
@@ -551,7 +561,6 @@ struct fit_model fit_landings_model(const struct fit_landings *list)
 #define END_S          0.2
 #define LEAST_WINDOW_S 0.01
 #define VALID_SHARE    0.5
-#define BEND_IN        0.05 /* u0 of asinh */
 
 const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", "in"},
@@ -588,11 +597,6 @@ void fit_landings_free(struct fit_landings *list)
     free(list->landing);
     free(list->measured);
     *list = (struct fit_landings){0};
-}
-
-double fit_bent(double u_in)
-{
-    return BEND_IN * asinh(u_in / BEND_IN);
 }
 
 double fit_movement_in(double statistic)

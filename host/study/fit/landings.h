@@ -115,8 +115,6 @@ void fit_landings_joints(const struct fit_landings *list, const double *z, uint6
  * `landing` has none. */
 void fit_landings_lay(const struct fit_landings *list, const struct fit_landing *landing,
                       gsl_rng *random, double sum_in[MR_SEGMENTS]);
-/* Of a displacement its statistic. */
-double fit_bent(double u_in);
 /* A displacement from its statistic. */
 double fit_movement_in(double statistic);
 
@@ -140,10 +138,5 @@ struct beside_lane {
 /* Whether that chain has all that the scene has: nothing but mats, slack, grit, dry friction under
  * their own weight, ends that are fixed, and a path whose thrust goes from mat to mat. */
 bool beside_can(const struct sim_scene *scene);
-/* Rows of samples, one every dt from 0 on. */
-size_t beside_samples(const struct sim_scene *scene, double dt_s);
-/* False: a parameter without sense. sample_dt_s is a whole number of milliseconds. */
-bool beside_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
-                double sample_dt_s, struct beside_lane lane[CHAINS_LANES]);
 
 #endif
