@@ -1,10 +1,11 @@
 /* matrig board ... config: a board's configuration as text: reading it, changing it, checking a
  * file. */
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/board/buslisten.h"
+#include "host/base/monotonic_clock.h"
 #include "host/board/calibration_history.h"
 #include "host/board/config_client.h"
 #include "host/board/config_text.h"
@@ -13,13 +14,12 @@
 #include "host/base/output.h"
 #include "host/store/store_readiness.h"
 
-#define LISTEN_S       2.0  /* each board says hello once a second */
-#define CONFLICTS_MOST 100u /* each message of the catalogue */
+#define LISTEN_S 2.0 /* each board says hello once a second */
 
 struct request {
     const struct cli *cli;
     const char *can, *serial, *file, *output, *changed, *db;
-    bool force, any_base;
+    bool force;
 };
 
 struct session {
@@ -185,30 +185,26 @@ static enum mr_status keep_note(const struct request *request, const struct sess
 
 /* ---- another base on CAN ---- */
 
-/* Who would share an identifier with the board at its new base, as far as it was heard. */
-static enum mr_status judge_base(const struct request *request, const struct session *session,
-                                 const struct busscan *scan, uint16_t base, struct error *error)
+/* Whether a board says hello at this base. */
+static bool speaks_at(struct link *link, uint16_t base)
 {
-    struct busscan_conflict list[CONFLICTS_MOST];
-    char ids[250], free_bases[64];
-    struct busscan_found *found = calloc(1, sizeof *found);
-    if (!found)
-        abort();
-    busscan_find(scan, found);
-    busscan_leave(found, session->config.site[0].can_base, &session->dialogue.identity);
-    size_t there = busscan_conflicts(found, base, list, CONFLICTS_MOST);
-    busscan_conflicts_text(list, there < CONFLICTS_MOST ? there : CONFLICTS_MOST, there, ids,
-                           sizeof ids);
-    busscan_free_text(found, free_bases, sizeof free_bases);
-    free(found);
-    if (there && !request->any_base)
-        return error_set(error, MR_LIMIT,
-                         "base 0x%03x is not free: %s; %s; free bases: %s; --any-base sets it "
-                         "nevertheless",
-                         base, request->can, ids, free_bases);
-    if (there)
-        cli_note(request->cli, "base 0x%03x is not free: %s; %s", base, request->can, ids);
-    return MR_OK;
+    const double until_s = monotonic_s() + LISTEN_S;
+    struct link_frame frame;
+    struct mr_message message;
+    struct error error = {0};
+    while (monotonic_s() < until_s) {
+        enum mr_status status = link_receive_frame(link, &frame, &error);
+        uint32_t id = status == MR_OK ? link_id_from_bus(frame.id, base) : UINT32_MAX;
+        struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};
+        if (id == MR_ID_HELLO &&
+            mr_message_read(&message, MR_ID_HELLO, frame.data, frame.length) == MR_OK)
+            return true;
+        if (status == MR_TOO_FEW)
+            poll(&ready, 1, 50);
+        else if (status != MR_OK)
+            break;
+    }
+    return false;
 }
 
 /* Listens to the bus before the board is given this base. */
@@ -216,39 +212,21 @@ static enum mr_status look_for_base(const struct request *request, struct sessio
                                     uint16_t base, struct error *error)
 {
     struct link *own = NULL;
-    double heard_s = 0.0;
-    if (!request->can) {
-        cli_note(request->cli,
-                 "not known whether base 0x%03x is free: no --can LINK to listen to; see matrig "
-                 "bus --help",
-                 base);
+    if (!request->can)
         return MR_OK;
-    }
-    struct busscan *scan = calloc(1, sizeof *scan);
-    if (!scan)
-        abort();
-    /* its own identifiers on the bus are not in its way */
-    enum mr_status status = dialogue_who(&session->dialogue, LISTEN_S, error);
-    if (status == MR_TIMEOUT)
-        status = MR_OK;
-    if (status == MR_OK && request->serial)
-        status = link_open(request->can, LINK_CAN, &own, error);
+    if (request->serial && link_open(request->can, LINK_CAN, &own, error) != MR_OK)
+        return error->status;
     struct link *link = own ? own : dialogue_link(&session->dialogue);
-    if (status == MR_OK)
-        status = buslisten(link, LISTEN_S, scan, &heard_s, error);
-    if (status == MR_OK && scan->frames + scan->extended == 0) {
-        status = buslisten_silent(link, error);
-        if (status == MR_OK)
-            cli_note(request->cli,
-                     "not known whether base 0x%03x is free: nothing was heard in %.0f s: %s; is "
-                     "it the board's bus?",
-                     base, heard_s, request->can);
-    }
-    if (status == MR_OK)
-        status = judge_base(request, session, scan, base, error);
+    uint16_t before = link_base(link);
+    link_set_base(link, base);
+    bool taken = speaks_at(link, base);
+    link_set_base(link, before);
     link_close(own);
-    free(scan);
-    return status;
+    return taken ? error_set(error, MR_LIMIT,
+                             "another board speaks here: base 0x%03x of %s; give this board "
+                             "another base",
+                             base, request->can)
+                 : MR_OK;
 }
 
 /* Where the board is on CAN from now on, as a LINK. */
@@ -398,9 +376,6 @@ static int config_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && request.db && is_get)
         status = error_set(&error, MR_USAGE,
                            "--db is config set's and check's: matrig board config get");
-    if (status == MR_OK && request.any_base && !is_set)
-        status = error_set(&error, MR_USAGE, "--any-base is config set's: matrig board config %s",
-                           verb);
     if (status == MR_OK && !is_check && !request.can == !request.serial && !(is_set && request.can))
         status = error_set(&error, MR_USAGE,
                            "which link? matrig board config %s needs --serial LINK or --can LINK; "
@@ -425,10 +400,9 @@ static const struct command_part parts[] = {
               "refused from arm to done. A gain that has\n"
               "jumped (see matrig ready --help) since the campaign of --db, else "
               "since the board's, is refused, but for\n"
-              "--changed NOTE --db DB, which keeps the note in the campaign. Over "
-              "--serial, --can LINK is listened to before\n"
-              "site.can_base is changed, so is --can alone: a base that somebody on "
-              "the bus uses is refused, but for --any-base"),
+              "--changed NOTE --db DB, which keeps the note in the campaign. A base "
+              "at which another board says hello on --can LINK\n"
+              "is refused"),
     HELP_WORD("config check F", "check F alone, without a board; --db DB holds its gains against "
                                 "those that the campaign knows"),
     OPTION_TEXT("--can", "LINK", can, NULL),
@@ -437,7 +411,6 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--changed", "NOTE", changed, NULL),
     OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_FLAG("--force", force, NULL),
-    OPTION_FLAG("--any-base", any_base, NULL),
 };
 
 /* Of matrig board. */

@@ -96,9 +96,8 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     if (result->counts.foreign && result->runs == 0)
         answer_sentence(
             answer, NULL,
-            "no landing of a board at base 0x%03x is in it: matrig bus file:%s says who "
-            "speaks there, --base B takes another board's",
-            request->base, request->path);
+            "no landing of a board at base 0x%03x is in it: --base B takes another board's",
+            request->base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
         " frames, by the board's own counts";
     answer_list(answer, "runs", NULL);

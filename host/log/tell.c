@@ -299,8 +299,7 @@ static enum mr_status check_board(const struct logger *logger, unsigned i, bool 
         return MR_OK;
     if (others)
         return error_set(error, MR_TIMEOUT,
-                         "no board at base 0x%03x: %s; is it on, and set to that base? matrig bus "
-                         "says who is there",
+                         "no board at base 0x%03x: %s; is it on, and set to that base?",
                          board->base, board->can);
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
