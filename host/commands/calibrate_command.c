@@ -29,7 +29,7 @@
 struct request {
     const struct cli *cli;
     const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
-        *reason, *who, *changed, *db, *certificate;
+        *reason, *who, *db, *certificate;
     bool table, zeros, force;
     double days, known; /* days: NaN while it is not given */
     int64_t run;
@@ -86,32 +86,13 @@ static int tell(const struct request *r, const struct calibrate_points *points,
     return answer_show(r->cli, answer, 0);
 }
 
-/* What was said of a change stands before the configuration: the file tells why its gain is
- * another. */
-static void write_changed(const struct request *r, const struct jump *jump,
-                          const struct mr_channel_config *channel, FILE *out)
-{
-    char day[20], what[160];
-    time_t now = time(NULL);
-    struct tm utc;
-    gmtime_r(&now, &utc);
-    strftime(day, sizeof day, "%Y-%m-%d", &utc);
-    jump_text(jump, channel, what, sizeof what);
-    fprintf(out, "# %s %s: %s%sthis was said: ", day, r->word, what, what[0] ? "; " : "");
-    for (const char *p = r->changed; *p; p++)
-        fputc((unsigned char)*p < ' ' ? ' ' : *p, out);
-    fputc('\n', out);
-}
-
 static enum mr_status write_config(const struct request *r, const struct mr_config *config,
-                                   const struct jump *jump, struct error *error)
+                                   struct error *error)
 {
     struct output output;
     if (output_begin(&output, r->output, error) != MR_OK)
         return error->status;
     char *text = config_text_write(config);
-    if (r->changed)
-        write_changed(r, jump, &config->channel[r->channel], output.file);
     fputs(text, output.file);
     free(text);
     return output_end(&output, error);
@@ -139,85 +120,24 @@ static enum mr_status check_codes(const struct request *r, const struct calibrat
     return MR_OK;
 }
 
-/* What the new calibration is held against. */
-struct last {
-    struct store *store; /* the campaign's; NULL: not given */
-    char uid[25];
-    struct mr_channel_config channel;
-    const char *text;
-};
-
-/* The campaign's, when it knows the channel; else that of the configuration. */
-static enum mr_status find_last(const struct request *r, const struct mr_channel_config *old,
-                                struct last *last, struct error *error)
-{
-    struct calibration_history past = {.run = {0}};
-    *last = (struct last){.channel = *old,
-                          .text = old->calibrated_day ? "the last calibration"
-                                                      : "the configuration"};
-    if (!r->db)
-        return MR_OK;
-    enum mr_status status = store_open(r->db, r->changed ? STORE_OPEN : STORE_READ, &last->store,
-                                       error);
-    if (status == MR_OK)
-        status = store_board_newest(last->store, last->uid, error);
-    if (status == MR_OK && r->changed && !last->uid[0])
-        status = error_set(error, MR_UNKNOWN,
-                           "the campaign knows no board yet, so that no note can be kept for one: "
-                           "%s; matrig ready DB comes first",
-                           r->db);
-    if (status == MR_OK)
-        status = calibration_history_read(last->store, last->uid, &past, error);
-    if (status == MR_OK && past.channel[r->channel].kind != MR_KIND_NONE) {
-        last->channel = past.channel[r->channel];
-        last->text = "the campaign";
-    }
-    return status;
-}
-
-/* Is it possible, and does it follow from the last calibration? */
+/* A jump is only reported here: config set and ready refuse it until somebody says what changed. */
 static enum mr_status check_gain(const struct request *r, const struct mr_config *config,
-                                 const struct last *last, struct jump *jump, struct error *error)
+                                 const struct mr_channel_config *old, struct error *error)
 {
     struct mr_config_reason reason;
+    struct jump jump;
     char text[500];
     const struct mr_channel_config *channel = &config->channel[r->channel];
-    (void)jump_find(&last->channel, channel, jump);
     if (mr_config_check(config, &reason) != MR_OK) {
         config_text_reason(config, &reason, text, sizeof text);
         return error_set(error, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
     }
-    if (!jump->gain && !jump->zero)
-        return MR_OK;
-    jump_text(jump, channel, text, sizeof text);
-    if (!jump->gain || r->changed) {
-        cli_note(r->cli, "%s: %s, compared with %s", r->word, text, last->text);
-        return MR_OK;
+    if (jump_find(old, channel, &jump)) {
+        jump_text(&jump, channel, text, sizeof text);
+        cli_note(r->cli, "%s: %s, compared with %s: look at unit and points", r->word, text,
+                 old->calibrated_day ? "the last calibration" : "the configuration");
     }
-    return error_set(error, MR_LIMIT,
-                     "%s: %s, compared with %s: %s; look at unit and points; %s--changed NOTE says "
-                     "what is another now",
-                     r->word, text, last->text, source(r),
-                     jump->another || !last->channel.serial[0] ? ""
-                                                               : "of another sensor: --sensor S; ");
-}
-
-/* What the configuration and the campaign keep of it. */
-static enum mr_status keep(const struct request *r, const struct mr_config *config,
-                           const struct mr_channel_config *old, struct error *error)
-{
-    struct last last;
-    struct jump jump;
-    enum mr_status status = find_last(r, old, &last, error);
-    if (status == MR_OK)
-        status = check_gain(r, config, &last, &jump, error);
-    if (status == MR_OK && r->output)
-        status = write_config(r, config, &jump, error);
-    if (status == MR_OK && r->changed && last.store)
-        status = calibration_history_say(last.store, last.uid, config, 1u << r->channel, r->changed,
-                                         (int64_t)link_now_us(), error);
-    store_close(last.store);
-    return status;
+    return MR_OK;
 }
 
 static enum mr_status calibrate(const struct request *r, struct error *error)
@@ -250,7 +170,9 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
         memset(channel->serial, 0, sizeof channel->serial);
         memcpy(channel->serial, r->sensor, strlen(r->sensor));
     }
-    status = keep(r, &config, &old, error);
+    status = check_gain(r, &config, &old, error);
+    if (status == MR_OK && r->output)
+        status = write_config(r, &config, error);
     if (status != MR_OK)
         return status;
     (void)tell(r, &points, &fit, channel);
@@ -407,8 +329,8 @@ static enum mr_status check(struct request *r, struct error *error)
     enum mr_status status = MR_OK;
     struct mr_channel_config room;
     if (r->recompute) {
-        if (r->changed || r->db || r->certificate || r->serial || r->points || r->config ||
-            r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
+        if (r->db || r->certificate || r->serial || r->points || r->config || r->output ||
+            r->sensor || !isnan(r->days) || r->known_text || r->table)
             return error_set(error, MR_USAGE,
                              "--recompute goes with --series, --run, --zeros, --reason and --who "
                              "alone; see matrig calibrate --help");
@@ -422,9 +344,10 @@ static enum mr_status check(struct request *r, struct error *error)
         return error_set(error, MR_USAGE,
                          "--series, --run, --zeros, --reason and --who go with --recompute; see "
                          "matrig calibrate --help");
-    if (r->certificate && !r->db)
+    if ((r->certificate != NULL) != (r->db != NULL))
         return error_set(error, MR_USAGE,
-                         "--certificate goes with --db DB: matrig calibrate; see matrig calibrate "
+                         "--certificate goes with --db DB, and --db with it: matrig calibrate; see "
+                         "matrig calibrate "
                          "--help");
     bool measures = r->serial || r->points || !r->certificate;
     if (measures && (r->serial != NULL) == (r->points != NULL))
@@ -442,13 +365,6 @@ static enum mr_status check(struct request *r, struct error *error)
     if (status == MR_OK && r->certificate)
         status = certificates_parse(r->certificate,
                                     &(struct store_certificate){.index = r->channel}, error);
-    if (status == MR_OK && r->changed && !r->changed[strspn(r->changed, " \t")])
-        return error_set(error, MR_USAGE,
-                         "what was changed? --changed needs a NOTE; who reads it later will ask");
-    if (status == MR_OK && r->changed && !r->output)
-        return error_set(
-            error, MR_USAGE,
-            "--changed goes with -o F: the note stands in that file; see matrig calibrate --help");
     if (isnan(r->days))
         r->days = VALID_DAYS;
     return status == MR_OK && r->known_text ? read_known(r, error) : status;
@@ -497,14 +413,7 @@ static const struct command_part parts[] = {
         "standard error of the known values, in or lb, or with its unit (0.05mm), common to all"),
     OPTION_FLAG("--table", table,
                 "the values become a table of points (2 to 8); else a straight line"),
-    OPTION_TEXT("--changed", "NOTE", changed,
-                "the gain may be another than the last calibration's, because of this; else a jump "
-                "is refused (exit 1): a tenth of\n"
-                "the same sensor, half of another transducer, five times of another gage. The note "
-                "stands in the file of -o"),
-    OPTION_TEXT("--db", "DB", db,
-                "hold the gain against what the campaign knows of its last board too, and keep the "
-                "note of --changed there"),
+    OPTION_TEXT("--db", "DB", db, "the campaign that keeps the certificate"),
     OPTION_TEXT(
         "--certificate", "C", certificate,
         "enter the laboratory's certificate of the sensor into the campaign of --db, also "
@@ -536,8 +445,7 @@ const struct command command_calibrate = {
     "calibrate",
     calibrate_command,
     "CHANNEL (--serial LINK | --points F --config F) [-o F] [--force] [--sensor S] "
-    "[--days N] [--known E] [--table]\n"
-    "                         [--changed NOTE] [--db DB] |\n"
+    "[--days N] [--known E] [--table] |\n"
     "                         CHANNEL --certificate C --db DB [--sensor S] |\n"
     "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason "
     "T [--who W]",

@@ -272,7 +272,6 @@ static void calibrate(struct day *day)
         remove(file);
         add_option(&line, "--serial", day->facts.serial);
         add_option(&line, "-o", file);
-        add_option(&line, "--db", day->r.db);
         if (!run(day, &line))
             continue;
         line = line_of("board", NULL);
