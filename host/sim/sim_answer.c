@@ -93,7 +93,11 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
                   s->cleat_mat[worst]);
 }
 
-void mods_answer(struct answer *answer, const struct sim_scene *scene, const struct mods_state *s)
+/* "mods": for programs the state as scene keys would have it (band_T0, band_slipped, band_pulled,
+ * cleat_left, torn) and each part's extremes of the run; for people the extremes of all. Nothing
+ * without modifications (`state` NULL). */
+static void mods_answer(struct answer *answer, const struct sim_scene *scene,
+                        const struct mods_state *s)
 {
     size_t segment = 0, connection = 0, torn = 0;
     if (!s)

@@ -14,10 +14,4 @@ int sim_shown_mat(const struct sim_scene *scene, size_t i);
  * forces in lb, also with `si`. */
 struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si);
 
-/* "mods": for programs the state as scene keys would have it (band_T0, band_slipped, band_pulled,
- * cleat_left, torn) and each part's extremes of the run; for people the extremes of all. Nothing
- * without modifications (`state` NULL). */
-void mods_answer(struct answer *answer, const struct sim_scene *scene,
-                 const struct mods_state *state);
-
 #endif

@@ -7,6 +7,29 @@
 
 #include "host/sim/scene/result.h"
 
+/* The ground, mats 0 and N+1, does not move. */
+static double view_u_ft(const struct mods_view *view, int mats, int mat)
+{
+    return mat < 1 || mat > mats ? 0.0 : view->u_ft[mat * view->stride + view->offset];
+}
+
+static double view_v_ft_s(const struct mods_view *view, int mats, int mat)
+{
+    return mat < 1 || mat > mats ? 0.0 : view->v_ft_s[mat * view->stride + view->offset];
+}
+
+/* What a segment pulls with; a slack one nothing. */
+static double taut_lb(double raw_lb)
+{
+    return raw_lb > 0.0 ? raw_lb : 0.0;
+}
+
+static void mods_reset_bands(struct mods *m);
+
+static void mods_place_bands(struct mods *m, double *at);
+
+static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_view *view);
+
 #define RADIANS (3.14159265358979323846 / 180.0)
 
 /* --- state --- */
@@ -187,7 +210,7 @@ void mods_reset(struct mods *m)
 
 /* --- cleats --- */
 
-int mods_cleat_of(const struct mods *m, int mat)
+static int mods_cleat_of(const struct mods *m, int mat)
 {
     if (!m->cleated)
         return -1;
@@ -253,7 +276,8 @@ bool mods_is_torn(const struct mods *m, int joint)
     return m->tears && m->state->torn[joint] != 0.0;
 }
 
-double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
+/* Bending moment of the stiffeners at joint j turned by d. */
+static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 {
     if (!(m->turn_lb_ft_rad[joint] > 0.0))
         return 0.0;
@@ -339,7 +363,7 @@ static void find_braces(struct mods *m)
     }
 }
 
-void mods_place_bands(struct mods *m, double *at)
+static void mods_place_bands(struct mods *m, double *at)
 {
     size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
            connection = 0;
@@ -516,7 +540,8 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
     }
 }
 
-void mods_reset_bands(struct mods *m)
+/* Bands. */
+static void mods_reset_bands(struct mods *m)
 {
     for (int i = 0; i < m->braces; i++)
         m->carried_lb[i] = 0.0;
@@ -530,7 +555,7 @@ void mods_reset_bands(struct mods *m)
     }
 }
 
-double mods_band_energy_lb_ft(const struct mods *m, const struct mods_view *view)
+static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 {
     double energy = 0.0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {

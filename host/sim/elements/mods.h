@@ -110,9 +110,6 @@ void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first
 
 bool mods_is_torn(const struct mods *mods, int joint);
 
-/* Bending moment of the stiffeners at joint j turned by d. */
-double mods_moment_lb_ft(struct mods *mods, int joint, double turn_rad);
-
 /* The part of a planar model that heaves: mats first..last from 0, heights as in model.h. */
 struct mods_heave {
     const double *z;
@@ -127,7 +124,6 @@ void mods_brace_heave(struct mods *mods, const struct mods_heave *heave);
 
 /* Hold of a mat's cleat where its ends are at heights Y (down): less of it is in the ground when it
  * has risen. And what the wheel does to those that had. */
-int mods_cleat_of(const struct mods *mods, int mat); /* -1: none */
 double mods_raised_cleat_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
 void mods_press_cleats(struct mods *mods, const struct sim_touch *touch, int count);
 
@@ -156,27 +152,5 @@ void mods_describe(const struct mods *mods, struct sim_result *result);
  * rivets of the bands, cleats, stiffeners, torn joints; band_dT becomes 0, as the tensions hold it.
  * Gaps are the caller's. Nothing happens when the result has none. */
 void mods_carry(struct sim_scene *scene, const struct sim_result *result);
-
-/* The ground, mats 0 and N+1, does not move. */
-static inline double view_u_ft(const struct mods_view *view, int mats, int mat)
-{
-    return mat < 1 || mat > mats ? 0.0 : view->u_ft[mat * view->stride + view->offset];
-}
-
-static inline double view_v_ft_s(const struct mods_view *view, int mats, int mat)
-{
-    return mat < 1 || mat > mats ? 0.0 : view->v_ft_s[mat * view->stride + view->offset];
-}
-
-/* Bands. */
-void mods_place_bands(struct mods *mods, double *storage); /* 3 a segment, 5 a connection */
-void mods_reset_bands(struct mods *mods);
-double mods_band_energy_lb_ft(const struct mods *mods, const struct mods_view *view);
-
-/* What a segment pulls with; a slack one nothing. */
-static inline double taut_lb(double raw_lb)
-{
-    return raw_lb > 0.0 ? raw_lb : 0.0;
-}
 
 #endif

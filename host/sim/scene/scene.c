@@ -8,6 +8,11 @@
 
 #include "host/sim/scene/scene_keys.h"
 
+static void mods_defaults(struct sim_mods *mods);
+
+static enum mr_status mods_check(const struct sim_scene *scene, const char *where,
+                                 struct error *error);
+
 const char *sim_model_name(enum sim_model model)
 {
     return sim_models[model];
@@ -295,7 +300,7 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
 /* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
  * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in), AM2's thickness
  * (1.5 in). */
-void mods_defaults(struct sim_mods *mods)
+static void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
         .cleat_travel_ft = (double)INFINITY,
@@ -426,7 +431,8 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
     return MR_OK;
 }
 
-enum mr_status mods_check(const struct sim_scene *scene, const char *where, struct error *error)
+static enum mr_status mods_check(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
 {
     const struct sim_mods *m = &scene->mods;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {

@@ -208,12 +208,10 @@ const char *sim_model_name(enum sim_model model);
  * and cleats from 0. The scene owns its lists. */
 
 /* Defaults, and release of lists. */
-void mods_defaults(struct sim_mods *mods);
 void mods_free_lists(struct sim_mods *mods);
 #define MODS_LISTS (3 * SIM_BAND_GROUPS + 3)
 void mods_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]); /* all that it owns */
 /* MR_MALFORMED: the error names the key. */
-enum mr_status mods_check(const struct sim_scene *scene, const char *where, struct error *error);
 bool mods_any(const struct sim_scene *scene);
 
 /* How many connections (riveted mats) a group of bands and how many cleats a scene has, and the mat

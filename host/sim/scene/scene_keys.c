@@ -202,8 +202,10 @@ const struct sim_key *sim_key_find(const char *name)
     return NULL;
 }
 
-bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
-                   struct quantity_wrong *wrong)
+/* A number, or text "NUMBER UNIT", in the key's unit. False: neither; text without a unit is none,
+ * nor is text for a key that has none. */
+static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
+                          struct quantity_wrong *wrong)
 {
     return quantity_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
 }

@@ -53,11 +53,6 @@ const struct sim_key *sim_key_find(const char *name);
 /* Units of a scene's numbers: each key has its own in ft, lb, s, slug; a value may be written as
  * text with any unit of its kind (host/base/quantity.h): "ground_damping": "175 N s/m". */
 
-/* A number, or text "NUMBER UNIT", in the key's unit. False: neither; text without a unit is none,
- * nor is text for a key that has none. */
-bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
-                   struct quantity_wrong *wrong);
-
 /* The keys of a scene, told to programs (JSON Schema) and to people: from the table that reads and
  * checks them. */
 

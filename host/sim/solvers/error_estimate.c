@@ -58,9 +58,10 @@ static struct model nudged(const struct model *m, int run)
     return other;
 }
 
-void divergence_nudged(const struct model *m, const struct pass_request *request,
-                       const struct sim_options *options, int run, struct pass_outcome *pass,
-                       struct sim_result *result)
+/* One pass of the scene, known a little otherwise: run 0 to DIVERGENCE_RUNS - 1. */
+static void divergence_nudged(const struct model *m, const struct pass_request *request,
+                              const struct sim_options *options, int run, struct pass_outcome *pass,
+                              struct sim_result *result)
 {
     struct model near = nudged(m, run);
     struct pass_request again = *request;

@@ -36,11 +36,6 @@ bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
 void divergence_find(struct sim_result *result, const struct sim_record *given,
                      const struct sim_record *other, double most_u_ft, double most_lift_ft);
 
-/* One pass of the scene, known a little otherwise: run 0 to DIVERGENCE_RUNS - 1. */
-void divergence_nudged(const struct model *model, const struct pass_request *request,
-                       const struct sim_options *options, int run, struct pass_outcome *pass,
-                       struct sim_result *result);
-
 /* Passes that contradict each other, both complete: `given` is the one whose numbers are taken. */
 void divergence_state(const struct model *model, const struct pass_request *request,
                       const struct sim_options *options, const struct pass_outcome *given,

@@ -8,6 +8,14 @@
 #include "host/sim/elements/hinge.h"
 #include "host/sim/models/kernel.h"
 
+static bool engine_settle_ends(struct planar_engine *l, double h_s);
+
+static void engine_load_heaves(struct planar_engine *l);
+
+static double engine_kick_ends(struct planar_engine *l, double h_s);
+
+static void engine_brace_heaves(struct planar_engine *l);
+
 /* ---- memory ---- */
 
 static void lay_ground(struct planar_engine *l)
@@ -381,7 +389,7 @@ void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch,
 
 /* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the
  * heaving part. */
-void engine_brace_heaves(struct planar_engine *l)
+static void engine_brace_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     struct mods_heave heave = {.z = l->z,
@@ -572,7 +580,8 @@ void engine_mount(struct planar_engine *l, struct sim_wheel *wheel, double h_s)
     sim_wheel_yield(wheel, span_of_rider, l);
 }
 
-void engine_load_heaves(struct planar_engine *l)
+/* The gear's weight on the nodes of the heaving part, beside what modifications do. */
+static void engine_load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
     if (l->mods && (l->mods->banded || l->mods->stiffened)) {
@@ -661,7 +670,7 @@ static bool within(const struct model *m, int joint)
     return joint > m->first && joint <= m->last;
 }
 
-bool engine_settle_ends(struct planar_engine *l, double h_s)
+static bool engine_settle_ends(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     struct parting *p = l->parting;
@@ -678,7 +687,7 @@ bool engine_settle_ends(struct planar_engine *l, double h_s)
     return changed;
 }
 
-double engine_kick_ends(struct planar_engine *l, double h_s)
+static double engine_kick_ends(struct planar_engine *l, double h_s)
 {
     struct parting *p = l->parting;
     double jolt_ft_s = 0.0;

@@ -94,13 +94,11 @@ bool engine_mat_rests(const struct planar_engine *l, int n);
 /* Tensions of all joints of the sliding part, and the most that each has had. */
 void engine_stretch_joints(struct planar_engine *l);
 
-/* With parting: joints that come apart at t_s; the hinges of the heaving part; its ends' speeds
- * (returns the largest change by the soil) and heights over a step. */
+/* With parting: joints that come apart at t_s; the hinges of the heaving part; the heights of its
+ * ends over a step. */
 void engine_part_joints(struct planar_engine *l, double t_s);
 void engine_shape_ends(struct planar_engine *l);
-double engine_kick_ends(struct planar_engine *l, double h_s);
 void engine_move_ends(struct planar_engine *l, double h_s);
-bool engine_settle_ends(struct planar_engine *l, double h_s); /* as the soil's contacts */
 double engine_worst_angle_deg(const struct planar_engine *l, int *mat_from_1);
 /* Mat n stands upright: if it has come apart from a neighbour it is pushed over and lies loose on
  * the ground. False: it has not. */
@@ -118,20 +116,16 @@ static inline double engine_slope(const struct planar_engine *l, int n)
            m->length_ft;
 }
 
-/* What modifications do in a step, before its kicks: along the runway, and on nodes and joints of
- * the heaving part. */
+/* What modifications do along the runway in a step, before its kicks. */
 void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                          double h_s);
-void engine_brace_heaves(struct planar_engine *l);
 
-/* With gear: at the start of a run in steps of h_s; its spans are then the
- * wheel's, and what it loads is taken in. */
+/* With gear: at the start of a run in steps of h_s; its spans are then the wheel's, and what it
+ * loads is taken in. */
 void engine_mount(struct planar_engine *l, struct sim_wheel *wheel, double h_s);
-/* The gear's weight on the nodes of the heaving part, beside what modifications do. */
-void engine_load_heaves(struct planar_engine *l);
 /* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
- * that step. Slides say how many mats came to rest within the step. */
-/* The largest change of a node's speed by the soil. */
+ * that step. The first returns the largest change of a node's speed by the soil, the second how many
+ * mats came to rest within the step. */
 double engine_kick_heaves(struct planar_engine *l, double h_s);
 double engine_soil_lb(const struct model *m, const double *z, int node);
 unsigned engine_kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
