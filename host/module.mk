@@ -1,4 +1,4 @@
-# The host tool: matrig, and matrig-study, which it starts for studies (host/commands/study_start.h).
+# The host tool: matrig, and matrig-study, which it starts for studies (host/commands/studies.h).
 host_src := $(filter-out host/main.c host/study/% %/cvode.c %/error_study.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
 # What needs GSL or SUNDIALS, and the commands that run there.
 study_src := $(filter-out host/study/main.c,$(wildcard host/study/*.c host/study/*/*.c)) $(filter %/cvode.c %/error_study.c,$(wildcard host/sim/*.c host/sim/*/*.c))

@@ -2,7 +2,6 @@
 #include "host/commands/studies.h"
 
 #include "host/commands/commands.h"
-#include "host/commands/study_start.h"
 
 #define VALUES struct fit_request
 static const struct command_part parts[] = {

@@ -10,7 +10,7 @@
 #include "host/sim/scene/scene_keys.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_answer.h"
-#include "host/commands/study_start.h"
+#include "host/commands/studies.h"
 
 #define M_PER_FT  0.3048
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */

@@ -43,4 +43,12 @@ int error_command(int argc, char **argv, const struct cli *cli);
 int fit_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);
 
+/* Before all other words: the version and the path of the matrig that starts matrig-study. */
+#define STUDY_STARTED_BY "--started-by"
+
+/* A command's run (host/base/command.h) in matrig: matrig-study takes its place in this process,
+ * with the same words, standard streams, signals and exit code. Returns only when that fails:
+ * printed, and the exit code. */
+int study_start(int argc, char **argv, const struct cli *cli);
+
 #endif

@@ -3,7 +3,6 @@
 
 #include "host/landing_series/series.h"
 #include "host/commands/commands.h"
-#include "host/commands/study_start.h"
 
 #define VALUES struct study_request
 static const struct command_part parts[] = {

@@ -1,4 +1,4 @@
-#include "host/commands/study_start.h"
+#include "host/commands/studies.h"
 #include "host/base/xmalloc.h"
 
 #include <errno.h>
@@ -24,7 +24,10 @@ static bool try(char *path, size_t size, const char *folder, size_t length, cons
            access(path, X_OK) == 0;
 }
 
-bool study_find(const char *matrig, const char *search, char *path, size_t size)
+/* Where matrig-study is: beside the matrig of this path, else in ../libexec/matrig from there, else
+ * in the first folder of `search` that has it (as PATH; empty ones are left out; NULL: none).
+ * False: nowhere. */
+static bool study_find(const char *matrig, const char *search, char *path, size_t size)
 {
     const char *slash = strrchr(matrig, '/');
     size_t length = slash ? (size_t)(slash - matrig) : 0;

@@ -1,5 +1,5 @@
 /* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many
- * simulations. People type matrig, which starts this program (host/commands/study_start.h) and
+ * simulations. People type matrig, which starts this program (host/commands/studies.h) and
  * answers --help, help and completion itself. */
 #include <stdio.h>
 #include <string.h>
@@ -9,7 +9,6 @@
 #include "host/base/data_dir.h"
 #include "host/commands/program.h"
 #include "host/commands/studies.h"
-#include "host/commands/study_start.h"
 
 static int (*find_run(const char *name))(int argc, char **argv, const struct cli *cli)
 {
