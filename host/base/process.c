@@ -41,15 +41,10 @@ enum mr_status process_start(const char *const words[], const int streams[3], pi
                       : MR_OK;
 }
 
-bool process_ended(pid_t child, int *status)
-{
-    return waitpid(child, status, WNOHANG) != 0;
-}
-
 bool process_wait(pid_t child, double limit_s, int *status)
 {
     double until_s = monotonic_s() + limit_s;
-    while (!process_ended(child, status)) {
+    while (waitpid(child, status, WNOHANG) == 0) {
         if (monotonic_s() > until_s) {
             kill(child, SIGKILL);
             waitpid(child, status, 0);
@@ -58,13 +53,6 @@ bool process_wait(pid_t child, double limit_s, int *status)
         nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
     }
     return true;
-}
-
-void process_stop(pid_t child, double limit_s)
-{
-    int status;
-    kill(child, SIGTERM);
-    process_wait(child, limit_s, &status);
 }
 
 void shell_quote(FILE *out, const char *text)

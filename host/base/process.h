@@ -16,12 +16,8 @@
 enum mr_status process_start(const char *const words[], const int streams[3], pid_t *child,
                              struct error *error);
 
-/* True when it has ended; `*status` as of waitpid. */
-bool process_ended(pid_t child, int *status);
-/* Until it ends; false: it did not within limit_s, and was killed. */
+/* Until it ends, `*status` as of waitpid; false: it did not within limit_s, and was killed. */
 bool process_wait(pid_t child, double limit_s, int *status);
-/* Asks it to end, and kills it when it has not within limit_s. */
-void process_stop(pid_t child, double limit_s);
 
 /* Words as a POSIX shell takes them. */
 
