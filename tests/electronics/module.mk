@@ -1,5 +1,5 @@
 # Drawn boards on the emulated rig. Of the host only the straight line of matrig calibrate: what links Unicorn links nothing of libserialport.
-electronics_parts := $(B)/tests/electronics/boards.o $(patsubst %,$(B)/host/%.o,firmware/config host/calibrate/fit host/base/line host/base/error)
+electronics_parts := $(B)/tests/electronics/boards.o $(patsubst %,$(B)/host/%.o,firmware/config host/calibrate/fit host/base/statistics host/base/error)
 $(B)/tests/electronics/electronics: $(B)/tests/electronics/main.o $(electronics_parts) $(hil_lib) $(common_lib) | $(firmware)
 	$(call link,$(HIL_LIBS))
 test-programs: $(B)/tests/electronics/electronics
