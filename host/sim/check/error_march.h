@@ -4,7 +4,7 @@
  * Independent of solvers/staggered.c, models/chain.c and elements/: the same equations (README.md,
  * "Chain and landings"; elements/joint.h on grit), another method, and no code of theirs for
  * joints, grit and friction; only the thrust (elements/wheel.h) is the planar models'. What is a row
- * of elements/table.h is refused, as nothing here has such a force a second time. Joints have modes
+ * of elements/element.h is refused, as nothing here has such a force a second time. Joints have modes
  * (hooked, open, held by grit, grit giving way, pressed together) and mats have modes (stuck,
  * sliding either way), within which the right-hand side is smooth but for the clamp on what grit
  * holds. A step whose end does not fit a mode is shortened to the earliest such moment, to 1e-9 s,

@@ -18,10 +18,13 @@
 #include <stddef.h>
 
 #include "host/sim/elements/law.h"
-#include "host/sim/elements/table.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_keys.h"
+
+/* The elements: one row each. A row gives the element its place in a scene
+ * (sim_scene.element[ELEMENT_name]), its key in scene files, and its part in every engine. */
+#define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
 #define ELEMENT_PLACE(name) ELEMENT_##name,
 enum element_place { ELEMENT_TABLE(ELEMENT_PLACE) ELEMENTS };

@@ -199,9 +199,6 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
     }
 /* clang-format on */
 
-void report_rates(const struct model *model, double t_s, const double *z, double *accel);
-void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
-
 /* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions
  * model->given_lb and the soil's dampers taken at the end of the step. What it writes for the mats
  * has no meaning. */

@@ -201,4 +201,24 @@ double model_fastest_rate(struct model *model, const double *z, enum model_steps
 
 void model_describe(const struct model *model, struct sim_result *result);
 
+/* Solving with the banded matrices of a model, partial pivoting, O(n). Half-bandwidth MODEL_BAND. */
+
+#define BAND_WIDTH (3 * MODEL_BAND + 1) /* room for what pivoting moves up */
+
+/* a = x mass + y by_p + z by_v, rows spread out for band_factor: entry (i, k) at [i BAND_WIDTH + k
+ * - i + MODEL_BAND]. */
+void band_load(int size, double x, const double *mass, double y, const double *by_p, double z,
+               const double *by_v, double *a);
+
+/* Factor in place. False when singular or not finite. */
+bool band_factor(int size, double *a, int *pivot);
+void band_solve(int size, const double *a, const int *pivot, double *x);
+
+/* y = rows (of model_linearise) times x. */
+void band_multiply(int size, const double *rows, const double *x, double *y);
+
+/* The right-hand sides of both models. */
+void report_rates(const struct model *model, double t_s, const double *z, double *accel);
+void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
+
 #endif

@@ -162,7 +162,7 @@ struct sim_scene {
     double t_dwell_s; /* negative: not given */
     struct sim_mods mods;
     struct sim_gear gear;
-    /* by place in elements/table.h: parameter of each element; 0: absent */
+    /* by place in elements/element.h: parameter of each element; 0: absent */
     double element[SIM_ELEMENTS_MAX];
 };
 

@@ -657,3 +657,254 @@ void sim_scene_print_keys(FILE *to)
         json_decref(standard);
     }
 }
+
+/* ---- checking a scene ---- */
+
+const char *sim_model_name(enum sim_model model)
+{
+    return sim_models[model];
+}
+
+static enum mr_status check_length(const struct sim_list *list, int wanted, const char *key,
+                                   const char *part, const char *where, struct error *error)
+{
+    if (list->count <= 1 || list->count == (size_t)wanted)
+        return MR_OK;
+    return error_set(
+        error, MR_MALFORMED,
+        "list of the wrong length: %s: %s has %zu values; give one number or %d, one per %s", where,
+        key, list->count, wanted, part);
+}
+
+static enum mr_status check_bands(const struct sim_scene *scene, int group, const char *where,
+                                  struct error *error)
+{
+    static const char *const t0_names[] = {"band_T0", "band2_T0"}, *const slip_names[] = {
+                                                                       "band_slipped",
+                                                                       "band2_slipped"};
+    static const char *const prefixes[] = {"band", "band2"};
+    const struct sim_bands *b = &scene->mods.band[group];
+    int connections = mods_connections(scene, group), first = mods_connection_mat(scene, group, 0);
+    if (!(b->count > 0.0))
+        return MR_OK;
+    if (connections == 0)
+        return error_set(error, MR_MALFORMED,
+                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (%s_first, "
+                         "%s_every); give a "
+                         "smaller one",
+                         where, first, scene->mats, prefixes[group], prefixes[group]);
+    if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
+                     where, error) != MR_OK ||
+        check_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where, error) !=
+            MR_OK)
+        return error->status;
+    for (size_t i = 0; i < b->pulled.count; i++) {
+        double at = (b->pulled.values[i] - first) / b->every;
+        if (!(at >= 0.0 && at < connections && at == floor(at)))
+            return error_set(error, MR_MALFORMED,
+                             "not a riveted mat: %s: %s_pulled[%zu] is %g; rivets are in every "
+                             "%dth mat from %d on",
+                             where, prefixes[group], i, b->pulled.values[i], b->every, first);
+    }
+    return MR_OK;
+}
+
+static enum mr_status mods_check(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    const struct sim_mods *m = &scene->mods;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        if (check_bands(scene, g, where, error) != MR_OK)
+            return error->status;
+    }
+    if (m->cleat_every > 0 && check_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
+                                           "cleated mat", where, error) != MR_OK)
+        return error->status;
+    if (m->stiff_span > 1 && m->lay_deg > 0.0)
+        return error_set(
+            error, MR_MALFORMED,
+            "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give one of them",
+            where);
+    if (m->lay_deg > 0.0 && !(scene->slack_ft > 0.0) && m->lay_slide_lb == 0.0 && m->lay_mu == 0.0)
+        return error_set(
+            error, MR_MALFORMED,
+            "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give one of them",
+            where);
+    for (size_t i = 0; i < m->torn.count; i++) {
+        if (m->torn.values[i] > scene->mats + 1 || m->torn.values[i] != floor(m->torn.values[i]))
+            return error_set(error, MR_MALFORMED,
+                             "no such joint: %s: torn[%zu] is %g; there are %d", where, i,
+                             m->torn.values[i], scene->mats + 1);
+    }
+    return MR_OK;
+}
+
+static enum mr_status out_of_range(const struct sim_key *key, const char *where, double value,
+                                   size_t index, bool listed, struct error *error)
+{
+    char entry[32] = "";
+    if (listed)
+        snprintf(entry, sizeof entry, "[%zu]", index);
+    if (key->high >= SIM_LARGEST)
+        return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
+                         where, key->name, entry, value,
+                         key->above ? "a number above" : "a finite number from", key->low);
+    return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %g to %g",
+                     where, key->name, entry, value, key->low, key->high);
+}
+
+static bool allowed(const struct sim_key *key, double value)
+{
+    return value >= key->low && value <= key->high && !(key->above && value == key->low);
+}
+
+static enum mr_status check_key(const struct sim_scene *scene, const struct sim_key *key,
+                                const char *where, struct error *error)
+{
+    const void *field = (const char *)scene + key->offset;
+    double value;
+    switch (key->kind) {
+    case SIM_KEY_TEXT:
+    case SIM_KEY_PATH: return MR_OK;
+    case SIM_KEY_CHOICE: {
+        unsigned choice;
+        size_t count = 0;
+        memcpy(&choice, field, sizeof choice);
+        while (key->choices[count])
+            count++;
+        if (choice >= count)
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: %s is choice %u; there are %zu", where,
+                             key->name, choice, count);
+        return MR_OK;
+    }
+    case SIM_KEY_REAL:
+        value = *(const double *)field;
+        return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+    case SIM_KEY_INTEGER:
+        value = *(const int *)field;
+        return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+    case SIM_KEY_LIST:
+    case SIM_KEY_MATS:
+    case SIM_KEY_JOINTS:
+    case SIM_KEY_PARTS: break;
+    }
+    const struct sim_list *list = field;
+    for (size_t i = 0; i < list->count; i++) {
+        if (!allowed(key, list->values[i]))
+            return out_of_range(key, where, list->values[i], i, true, error);
+    }
+    size_t joints = (size_t)scene->mats + 1;
+    if (key->kind == SIM_KEY_JOINTS && list->count > 1 && list->count != joints)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: %s has %zu values; give one number or %zu, "
+                         "one per joint (N + 1)",
+                         where, key->name, list->count, joints);
+    return MR_OK;
+}
+
+/* The stiffness is an element's key, so its place is known by name alone here. */
+static bool stands_on_ground(const struct sim_scene *scene)
+{
+    const struct sim_key *key = sim_key_find("gear_k_lb_ft");
+    return key && *(const double *)((const char *)scene + key->offset) > 0.0;
+}
+
+static enum mr_status check_gear(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
+    size_t count = lines->count > 0 ? lines->count : 1;
+    if (count > SIM_GEAR_LINES_MAX)
+        return error_set(error, MR_MALFORMED,
+                         "list too long: %s: gear_lines_ft has %zu axle lines; give at most %d",
+                         where, count, SIM_GEAR_LINES_MAX);
+    if (axles->count > 0 && axles->count != count)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: gear_axles has %zu values; give %zu, one "
+                         "per axle line",
+                         where, axles->count, count);
+    if (scene->gear.foot_ft > 4.0 * scene->length_ft)
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
+                         where, scene->gear.foot_ft, 4.0 * scene->length_ft);
+    if ((lines->count > 0 || axles->count > 0) && !stands_on_ground(scene))
+        return error_set(error, MR_MALFORMED,
+                         "axle lines without ground: %s: gear_lines_ft or gear_axles without "
+                         "gear_k_lb_ft; give the stiffness of the ground, or leave them out",
+                         where);
+    return MR_OK;
+}
+
+static enum mr_status check_path(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    for (size_t i = 0; i < scene->path_count; i++) {
+        const struct sim_path_row *row = &scene->path[i];
+        if (!(fabs(row->t_s) <= SIM_LARGEST && fabs(row->x_ft) <= SIM_LARGEST &&
+              fabs(row->force_lb) <= SIM_LARGEST))
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: path row %zu; give finite t_s, x_ft, F_lb",
+                             where, i);
+        if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
+            return error_set(error, MR_MALFORMED,
+                             "times out of order: %s: path row %zu is at %g s; give rows in order "
+                             "of time from 0 s on (equal times: a jump of F)",
+                             where, i, row->t_s);
+        if (i > 0 && row->t_s == row[-1].t_s && row->x_ft != row[-1].x_ft)
+            return error_set(error, MR_MALFORMED,
+                             "aircraft jumps: %s: path row %zu has the time of the row before and "
+                             "another x; give it a later time",
+                             where, i);
+    }
+    if (scene->path_count == 1)
+        return error_set(error, MR_MALFORMED,
+                         "list too short: %s: path has one row; give at least two", where);
+    return MR_OK;
+}
+
+enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
+                               struct error *error)
+{
+    const struct sim_key *key;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        if (check_key(scene, key, where, error) != MR_OK)
+            return error->status;
+    }
+    if (check_path(scene, where, error) != MR_OK)
+        return error->status;
+    for (size_t i = 0; i < scene->u_mats.count; i++) {
+        double mat = scene->u_mats.values[i];
+        if (mat > scene->mats || mat != floor(mat))
+            return error_set(error, MR_MALFORMED, "no such mat: %s: u_mats[%zu] is %g; N is %d",
+                             where, i, mat, scene->mats);
+    }
+    if (scene->v0_mat > scene->mats)
+        return error_set(error, MR_MALFORMED, "no such mat: %s: v0_mat is %d; N is %d", where,
+                         scene->v0_mat, scene->mats);
+    if (scene->bump_ft.count > 0 &&
+        (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
+        return error_set(error, MR_MALFORMED,
+                         "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
+                         (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
+    if (scene->ground_ft.count > 0 && scene->ground_ft.count != (size_t)scene->mats + 1)
+        return error_set(
+            error, MR_MALFORMED,
+            "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)",
+            where, scene->ground_ft.count, scene->mats + 1);
+    if (mods_check(scene, where, error) != MR_OK || check_gear(scene, where, error) != MR_OK)
+        return error->status;
+    double end_s = sim_scene_end_s(scene);
+    if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
+        return error_set(error, MR_MALFORMED,
+                         "no end: %s: nothing says when the run ends; give tend", where);
+    for (size_t i = 0; i < scene->t_out_s.count; i++) {
+        if (scene->t_out_s.values[i] > end_s)
+            return error_set(
+                error, MR_MALFORMED,
+                "output after the end: %s: t_out[%zu] is %g s and the run ends at %g s; "
+                "give a later tend",
+                where, i, scene->t_out_s.values[i], end_s);
+    }
+    return MR_OK;
+}

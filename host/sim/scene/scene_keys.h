@@ -1,6 +1,6 @@
 /* The keys of a scene: name in the file, place in struct sim_scene, unit, what is allowed. One
  * table reads and checks them, and explains them to people and programs. An
- * element that is a file of its own brings its key along (elements/element.h); elements/table.c
+ * element that is a file of its own brings its key along (elements/element.h); elements/element.c
  * puts those at the end. */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
@@ -40,7 +40,7 @@ struct sim_key {
 
 extern const char *const sim_models[];
 
-/* Keys of elements; elements/table.c. */
+/* Keys of elements; elements/element.c. */
 extern const struct sim_key *const sim_element_keys[];
 extern const size_t sim_element_key_count;
 

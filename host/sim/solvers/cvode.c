@@ -19,7 +19,7 @@
 #include <sunmatrix/sunmatrix_band.h>
 
 #include "host/base/xmalloc.h"
-#include "host/sim/models/band.h"
+#include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
 struct work {

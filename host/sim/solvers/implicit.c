@@ -9,7 +9,7 @@
  * M, R_p, R_v from model_linearise: one banded factorisation per step, O(N). */
 #include <math.h>
 
-#include "host/sim/models/band.h"
+#include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
 #define STAGES 6

@@ -18,7 +18,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/sim/models/band.h"
+#include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
 #define SHARED_MAX  32 /* switches with a share at once */

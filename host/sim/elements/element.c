@@ -1,6 +1,6 @@
-#include <math.h>
-
 #include "host/sim/elements/element.h"
+
+#include <math.h>
 
 #define ELEMENT_NAME(name) extern const struct element element_##name;
 ELEMENT_TABLE(ELEMENT_NAME)
