@@ -74,40 +74,32 @@ static void find_path(struct named_path *named)
         named->path[0] = '\0';
 }
 
-enum { READ_ONLY = 4, WRITTEN = 8, PATHS = READ_ONLY + WRITTEN };
+enum { READ_ONLY = 4, PATHS = 12 }; /* read, and written too */
 
-enum mr_status hil_arguments_check_paths(const struct hil_arguments all[], unsigned boards)
+enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
 {
-    static struct named_path given[PATHS * HIL_CANBUS_BOARDS];
-    unsigned read = READ_ONLY * boards, count = PATHS * boards;
-    for (unsigned i = 0; i < boards; i++) {
-        const struct hil_arguments *a = &all[i];
-        const struct named_path of_one[PATHS] = {
-            {"--elf", a->elf, ""},
-            {"--rig", a->rig, ""},
-            {"--replay", a->replay, ""},
-            {"--faults", a->faults, ""},
-            {"--can", a->can, ""},
-            {"--serial", a->serial, ""},
-            {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL, ""},
-            {"--vcd", a->vcd, ""},
-            {"--profile", a->profile, ""},
-            {"--margins", a->margins, ""},
-            {"--flash", a->flash, ""},
-            {"--nor", a->nor, ""},
-        };
-        memcpy(given + READ_ONLY * i, of_one, READ_ONLY * sizeof of_one[0]);
-        memcpy(given + read + WRITTEN * i, of_one + READ_ONLY, WRITTEN * sizeof of_one[0]);
-    }
-    for (unsigned i = 0; i < count; i++) {
+    struct named_path given[PATHS] = {
+        {"--elf", a->elf, ""},
+        {"--rig", a->rig, ""},
+        {"--replay", a->replay, ""},
+        {"--faults", a->faults, ""},
+        {"--can", a->can, ""},
+        {"--serial", a->serial, ""},
+        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL, ""},
+        {"--vcd", a->vcd, ""},
+        {"--profile", a->profile, ""},
+        {"--margins", a->margins, ""},
+        {"--flash", a->flash, ""},
+        {"--nor", a->nor, ""},
+    };
+    for (unsigned i = 0; i < PATHS; i++) {
         find_path(&given[i]);
-        for (unsigned k = 0; i >= read && k < i; k++) {
+        for (unsigned k = 0; i >= READ_ONLY && k < i; k++) {
             if (given[i].path[0] && given[k].path[0] && same_file(given[i].path, given[k].path))
                 return refuse("%s and %s are both %s; give each its own", given[k].option,
                               given[i].option, given[i].path);
         }
-        enum mr_status status = check_record(&all[0], given[i].option, given[i].text,
-                                             given[i].path);
+        enum mr_status status = check_record(a, given[i].option, given[i].text, given[i].path);
         if (status != MR_OK)
             return status;
     }

@@ -22,7 +22,6 @@
 const char hil_help[] =
     "usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
     "       matrig-board --flash F | --boot0 [options]\n"
-    "       matrig-board [options] --and [options of one more board] ...\n"
     "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
     "  --elf F          firmware image (ELF); else the one that came with matrig-board\n"
     "  --board B        which board it is, by the name in common/boards.def: zg, discovery ...; "
@@ -31,16 +30,6 @@ const char hil_help[] =
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
     "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) "
     "or none\n"
-    "  --and            what follows is of one more board on the same CAN bus; up to four, each "
-    "with "
-    "an identity,\n"
-    "                   a serial link and a rig of its own, and the first's image where it has "
-    "none. "
-    "--can, --for,\n"
-    "                   --speed and the limits are of the run, --vcd, --profile and --margins look "
-    "at the first\n"
-    "                   board: they stand before --and. No --gdb then, and no fault that holds or "
-    "shorts the bus\n"
     "  --can-base N     the base of the board's CAN identifiers, as its configuration has it "
     "(default 0): CAN commands of\n"
     "                   the run file or record are sent to it\n"
@@ -332,20 +321,6 @@ static const struct option {
 #undef AT
 };
 
-/* Not behind --and: of the run, or of the board that is looked at. */
-static const char *const of_run[] = {"--can",           "--for",        "--speed",   "--hang",
-                                     "--stall",         "--wall-limit", "--gdb",     "--vcd",
-                                     "--vcd-functions", "--profile",    "--margins", "--force"};
-
-static bool is_of_run(const char *name)
-{
-    for (size_t i = 0; i < sizeof of_run / sizeof of_run[0]; i++) {
-        if (strcmp(of_run[i], name) == 0)
-            return true;
-    }
-    return false;
-}
-
 static const struct option *find(const char *name)
 {
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
@@ -393,9 +368,7 @@ static bool is_repeated(char **argv, int i)
 static bool find_image(const struct hil_board_type *type, const char **elf)
 {
     static const char *const places[] = {"firmware", "../share/matrig"};
-    static char paths[HIL_CANBUS_BOARDS][PATH_MAX];
-    static unsigned found;
-    char *path = paths[found % HIL_CANBUS_BOARDS];
+    static char path[PATH_MAX];
     char program[PATH_MAX - 80];
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     const char *slash = length > 0 ? memrchr(program, '/', (size_t)length) : NULL;
@@ -404,15 +377,13 @@ static bool find_image(const struct hil_board_type *type, const char **elf)
                  places[i], type->number ? hil_board_type_name(type) : "", type->number ? "/" : "");
         if (access(path, R_OK) == 0) {
             *elf = path;
-            found++;
             return true;
         }
     }
     return false;
 }
 
-/* The options of one board, up to the next --and: argv[1] to argv[argc - 1]. */
-static enum mr_status parse_one(struct hil_arguments *a, bool is_first, int argc, char **argv)
+static enum mr_status parse(struct hil_arguments *a, int argc, char **argv)
 {
     *a = (struct hil_arguments){.can = "none",
                                 .serial = "none",
@@ -432,10 +403,6 @@ static enum mr_status parse_one(struct hil_arguments *a, bool is_first, int argc
         const struct option *option = find(argv[i]);
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
-        if (!is_first && is_of_run(argv[i]))
-            return refuse("%s behind --and: it is of the whole run or of the first board; give it "
-                          "before --and",
-                          argv[i]);
         bool is_set = set(a, option, argv[i + 1]);
         if (!is_set && option->parse == parse_board)
             return refuse_board(argv[i + 1]);
@@ -447,7 +414,7 @@ static enum mr_status parse_one(struct hil_arguments *a, bool is_first, int argc
     return MR_OK;
 }
 
-static enum mr_status check_one(struct hil_arguments *a)
+static enum mr_status check(struct hil_arguments *a)
 {
     if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
         return refuse("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
@@ -463,42 +430,13 @@ static enum mr_status check_one(struct hil_arguments *a)
     return MR_OK;
 }
 
-/* What a board behind --and has of the first, and what it must not have. */
-static void follow(struct hil_arguments *a, const struct hil_arguments *first, unsigned number)
+enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv)
 {
-    if (!a->elf && !a->flash && !a->options.boot0 && !a->board_given)
-        a->elf = first->elf;
-    a->options.uid[0] += number; /* another place on the wafer; what is drawn has its own */
-    a->hang_s = first->hang_s;
-}
-
-enum mr_status hil_arguments_parse(struct hil_arguments a[HIL_CANBUS_BOARDS], unsigned *boards,
-                                   int argc, char **argv)
-{
-    enum mr_status status = MR_OK;
-    *boards = 0;
     if (argc == 1)
         return refuse("nothing is asked: give a landing with --rig, links with --can and --serial, "
                       "an image with --elf; see matrig-board --help");
-    for (int from = 0, to; from < argc && status == MR_OK; from = to) {
-        for (to = from + 1; to < argc && strcmp(argv[to], "--and") != 0; to++)
-            continue;
-        if (*boards == HIL_CANBUS_BOARDS)
-            return refuse("one board and %u more by --and are as many as a bus can have here; "
-                          "leave one out",
-                          HIL_CANBUS_BOARDS - 1u);
-        struct hil_arguments *one = &a[*boards];
-        status = parse_one(one, *boards == 0, to - from, argv + from);
-        if (status == MR_OK && *boards)
-            follow(one, &a[0], *boards);
-        if (status == MR_OK)
-            status = check_one(one);
-        ++*boards;
-    }
-    if (status == MR_OK && *boards > 1 && a[0].gdb)
-        return refuse("--gdb with --and: a debugger holds one board, and the others on its bus "
-                      "cannot wait; debug it alone");
-    return status;
+    enum mr_status status = parse(a, argc, argv);
+    return status == MR_OK ? check(a) : status;
 }
 
 enum mr_status hil_arguments_check_board(const struct hil_arguments *a)

@@ -5,7 +5,6 @@
 #include <stdbool.h>
 
 #include "common/status.h"
-#include "hil/board/canbus.h"
 #include "hil/periph/options.h"
 
 #define HIL_FOREVER_S 100000.0
@@ -13,7 +12,7 @@
 /* What --help prints. */
 extern const char hil_help[];
 
-/* Of one board. The texts are those of argv. */
+/* The texts are those of argv. */
 struct hil_arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd,
         *vcd_functions, *profile, *margins;
@@ -29,14 +28,12 @@ struct hil_arguments {
 /* One line on stderr, with the program's name. */
 __attribute__((format(printf, 1, 2))) void hil_complain(const char *format, ...);
 
-/* All boards that are asked for; what is of the run is the first's. MR_USAGE: cannot be; stderr
- * says why. */
-enum mr_status hil_arguments_parse(struct hil_arguments a[HIL_CANBUS_BOARDS], unsigned *boards,
-                                   int argc, char **argv);
+/* MR_USAGE: cannot be; stderr says why. */
+enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **argv);
 /* Once it is known which board it is. MR_USAGE: it cannot do what was asked. */
 enum mr_status hil_arguments_check_board(const struct hil_arguments *a);
 /* What is written must not be what is read or written elsewhere; devices may be. A record takes the
  * place of no campaign. MR_USAGE. */
-enum mr_status hil_arguments_check_paths(const struct hil_arguments a[], unsigned boards);
+enum mr_status hil_arguments_check_paths(const struct hil_arguments *a);
 
 #endif

@@ -27,34 +27,24 @@ static void on_signal(int number)
     hil_stop_asked = 1;
 }
 
-static void tell_rules(const struct hil_member *member)
+static void tell_rules(const struct hil_session *session)
 {
     uint64_t times;
-    unsigned broken = hil_board_rules_counted(member->board, &times);
+    unsigned broken = hil_board_rules_counted(session->board, &times);
     if (broken)
-        hil_complain("%s%u %s broken, %llu %s in all%s", member->name, broken,
-                     broken == 1 ? "rule" : "rules", (unsigned long long)times,
-                     times == 1 ? "time" : "times",
-                     member->a->margins ? "" : "; --margins FILE says which");
+        hil_complain("%u %s broken, %llu %s in all%s", broken, broken == 1 ? "rule" : "rules",
+                     (unsigned long long)times, times == 1 ? "time" : "times",
+                     session->a->margins ? "" : "; --margins FILE says which");
 }
 
-static double length_of(const struct hil_member *member)
-{
-    const struct hil_arguments *a = member->a;
-    return a->rig    ? member->rig.duration_s
-         : a->replay ? hil_replay_duration_s(&member->replay)
-                     : 0.0;
-}
-
-/* As long as the longest that is played. */
 static double duration_of(const struct hil_session *session)
 {
-    double longest_s = session->member[0].a->for_s;
-    for (unsigned i = 0; i < session->members && !(session->member[0].a->for_s > 0); i++) {
-        double length_s = length_of(&session->member[i]);
-        longest_s = length_s > longest_s ? length_s : longest_s;
-    }
-    return longest_s > 0 ? longest_s : HIL_FOREVER_S;
+    const struct hil_arguments *a = session->a;
+    double length_s = a->for_s > 0 ? a->for_s
+                    : a->rig       ? session->rig.duration_s
+                    : a->replay    ? hil_replay_duration_s(&session->replay)
+                                   : 0.0;
+    return length_s > 0 ? length_s : HIL_FOREVER_S;
 }
 
 static enum mr_status load_memories(struct hil_board *board, const struct hil_arguments *a)
@@ -84,38 +74,17 @@ static enum mr_status save_memories(struct hil_board *board, const struct hil_ar
     return status == MR_OK ? saved : status;
 }
 
-/* What a fault of one board's links would do to the others is not modelled for all of them. */
-static enum mr_status fits_shared_bus(const char *path, const struct hil_fault_script *script)
-{
-    for (size_t i = 0; i < script->count; i++) {
-        const struct hil_fault *fault = &script->fault[i];
-        bool holds = fault->action == HIL_FAULT_BUS &&
-                     (fault->choice == HIL_CAN_SHORTED || fault->choice == HIL_CAN_DOMINANT);
-        bool host = fault->action == HIL_FAULT_LINE && fault->line == HIL_CAN_IN &&
-                    fault->choice != HIL_CORRUPT;
-        if (!holds && !host)
-            continue;
-        hil_complain("%s: line %u: with --and a bus can be unplugged, and CAN frames in can be "
-                     "corrupted, nothing else; leave the line out, or run the board alone",
-                     path, fault->file_line);
-        return MR_USAGE;
-    }
-    return MR_OK;
-}
-
-static enum mr_status order_faults(const struct hil_member *member, bool shared)
+static enum mr_status order_faults(const struct hil_session *session)
 {
     static struct hil_fault_script script;
-    const struct hil_arguments *a = member->a;
+    const struct hil_arguments *a = session->a;
     char error[512];
     enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
     if (hil_told(status, error) != MR_OK)
         return status;
-    if (shared && (status = fits_shared_bus(a->faults, &script)) != MR_OK)
-        return status;
-    status = hil_board_add_faults(member->board, &script);
+    status = hil_board_add_faults(session->board, &script);
     if (status != MR_OK)
-        hil_complain("%s: %s", a->faults, hil_board_reason(member->board));
+        hil_complain("%s: %s", a->faults, hil_board_reason(session->board));
     return status;
 }
 
@@ -150,7 +119,7 @@ static enum mr_status close_record(const char *option, const char *path, FILE *f
 
 static enum mr_status open_records(struct hil_session *session, const struct hil_arguments *a)
 {
-    struct hil_board *board = session->member[0].board;
+    struct hil_board *board = session->board;
     char error[512];
     enum mr_status status = open_record("--profile", a->profile, &session->profile);
     if (status == MR_OK)
@@ -159,15 +128,15 @@ static enum mr_status open_records(struct hil_session *session, const struct hil
         return status;
     if (a->profile)
         hil_profile_begin(board);
-    return a->vcd ? hil_told(hil_vcd_open(board, a->vcd, a->vcd_functions,
-                                          &session->member[0].symbols, error, sizeof error),
+    return a->vcd ? hil_told(hil_vcd_open(board, a->vcd, a->vcd_functions, &session->symbols, error,
+                                          sizeof error),
                              error)
                   : MR_OK;
 }
 
 static enum mr_status close_records(struct hil_session *session, const struct hil_arguments *a)
 {
-    struct hil_board *board = session->member[0].board;
+    struct hil_board *board = session->board;
     char error[512];
     enum mr_status status = hil_told(hil_vcd_close(board, error, sizeof error), error), closed;
     if (session->margins) {
@@ -176,8 +145,7 @@ static enum mr_status close_records(struct hil_session *session, const struct hi
         status = status == MR_OK ? closed : status;
     }
     if (session->profile) {
-        bool failed = hil_profile_print(board, &session->member[0].symbols, session->profile) !=
-                      MR_OK;
+        bool failed = hil_profile_print(board, &session->symbols, session->profile) != MR_OK;
         closed = close_record("--profile", a->profile, session->profile, failed);
         status = status == MR_OK ? closed : status;
     }
@@ -185,35 +153,29 @@ static enum mr_status close_records(struct hil_session *session, const struct hi
 }
 
 /* A board with its memories, its rig and its faults, as it is before power comes. */
-static enum mr_status prepare(struct hil_session *session, struct hil_member *member)
+static enum mr_status prepare(struct hil_session *session)
 {
-    const struct hil_arguments *a = member->a;
-    struct hil_board *board = member->board;
+    const struct hil_arguments *a = session->a;
+    struct hil_board *board = session->board;
     char error[512];
     enum mr_status status = hil_told(load_memories(board, a), hil_board_reason(board));
     if (status == MR_OK && a->elf)
-        status = hil_told(hil_symbols_read(&member->symbols, a->elf, error, sizeof error), error);
+        status = hil_told(hil_symbols_read(&session->symbols, a->elf, error, sizeof error), error);
     if (status != MR_OK)
         return status;
-    hil_board_attach_rig(board, a->rig ? &member->rig : NULL);
+    hil_board_attach_rig(board, a->rig ? &session->rig : NULL);
     if (a->replay)
-        hil_board_attach_replay(board, &member->replay);
-    if (session->bus && (status = hil_canbus_join(session->bus, board)) != MR_OK)
-        hil_complain("%sits chip has the identity of one before it: no two chips have the same; "
-                     "give another --board-seed, or another record",
-                     member->name);
-    if (status == MR_OK && a->faults)
-        status = order_faults(member, session->bus != NULL);
-    hil_hang_start(&member->hang, a->hang_s);
+        hil_board_attach_replay(board, &session->replay);
+    if (a->faults)
+        status = order_faults(session);
+    hil_hang_start(&session->hang, a->hang_s);
     return status;
 }
 
 static enum mr_status run(struct hil_session *session)
 {
-    const struct hil_arguments *a = session->member[0].a;
-    enum mr_status status = MR_OK, saved;
-    for (unsigned i = 0; i < session->members && status == MR_OK; i++)
-        status = prepare(session, &session->member[i]);
+    const struct hil_arguments *a = session->a;
+    enum mr_status status = prepare(session);
     if (status != MR_OK)
         return status;
     session->real = a->real;
@@ -230,33 +192,28 @@ static enum mr_status run(struct hil_session *session)
     status = hil_session_play(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
-    for (unsigned i = 0; i < session->members; i++) {
-        hil_board_tell_faults_left(session->member[i].board);
-        tell_rules(&session->member[i]);
-    }
+    hil_board_tell_faults_left(session->board);
+    tell_rules(session);
     hil_session_summarise(session, took_s);
     if (status == MR_OK)
         status = closed;
-    for (unsigned i = 0; i < session->members; i++) {
-        saved = save_memories(session->member[i].board, session->member[i].a, status);
-        status = status == MR_OK ? saved : status;
-    }
-    return status;
+    enum mr_status saved = save_memories(session->board, a, status);
+    return status == MR_OK ? saved : status;
 }
 
 /* The files that say what is played, and which board it is. */
-static enum mr_status read_files(struct hil_member *member, struct hil_arguments *a)
+static enum mr_status read_files(struct hil_session *session, struct hil_arguments *a)
 {
     char error[512];
     enum mr_status status = MR_OK;
     if (a->rig)
-        status = hil_told(hil_run_read(a->rig, &member->rig, error, sizeof error), error);
+        status = hil_told(hil_run_read(a->rig, &session->rig, error, sizeof error), error);
     else if (a->replay)
-        status = hil_told(hil_replay_read(a->replay, &member->replay, error, sizeof error), error);
+        status = hil_told(hil_replay_read(a->replay, &session->replay, error, sizeof error), error);
     return status;
 }
 
-static enum mr_status make_board(struct hil_member *member, struct hil_arguments *a)
+static enum mr_status make_board(struct hil_session *session, struct hil_arguments *a)
 {
     char error[512];
     if (!a->board_given &&
@@ -265,7 +222,7 @@ static enum mr_status make_board(struct hil_member *member, struct hil_arguments
         return MR_VERSION;
     enum mr_status status = hil_arguments_check_board(a);
     if (status == MR_OK)
-        member->board = hil_board_create(&a->options);
+        session->board = hil_board_create(&a->options);
     return status;
 }
 
@@ -281,8 +238,10 @@ static void hold_standard_streams(void)
 
 int main(int argc, char **argv)
 {
-    static struct hil_arguments a[HIL_CANBUS_BOARDS];
-    static struct hil_session session = {.can = {.listener = -1, .fd = -1},
+    static struct hil_arguments a;
+    static struct hil_session session = {.a = &a,
+                                         .can = {.listener = -1, .fd = -1},
+                                         .serial = {.listener = -1, .fd = -1},
                                          .gdb = {.listener = -1, .line = {.fd = -1}}};
     hold_standard_streams();
     for (int i = 1; i < argc; i++) {
@@ -299,31 +258,19 @@ int main(int argc, char **argv)
             return 0;
         }
     }
-    enum mr_status status = hil_arguments_parse(a, &session.members, argc, argv);
+    enum mr_status status = hil_arguments_parse(&a, argc, argv);
     if (status == MR_OK)
-        status = hil_arguments_check_paths(a, session.members);
-    for (unsigned i = 0; i < session.members; i++) {
-        struct hil_member *member = &session.member[i];
-        member->a = &a[i];
-        member->serial.listener = member->serial.fd = -1;
-        if (session.members > 1)
-            snprintf(member->name, sizeof member->name, "board %u: ", i + 1);
-        a[i].options.name = member->name;
-        if (status == MR_OK)
-            status = read_files(member, &a[i]);
-    }
+        status = hil_arguments_check_paths(&a);
+    if (status == MR_OK)
+        status = read_files(&session, &a);
     if (status != MR_OK)
         return mr_status_exit_code(status);
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
-    for (unsigned i = 0; i < session.members; i++) {
-        status = make_board(&session.member[i], &a[i]);
-        if (status != MR_OK)
-            return mr_status_exit_code(status);
-    }
-    if (session.members > 1)
-        session.bus = hil_canbus_create();
+    status = make_board(&session, &a);
+    if (status != MR_OK)
+        return mr_status_exit_code(status);
     status = run(&session);
     hil_session_close(&session, status);
     return mr_status_exit_code(status);

@@ -1,4 +1,4 @@
-/* A run of matrig-board: its boards, their links, their bus, and how time goes on for them. */
+/* A run of matrig-board: its board, its links, and how time goes on for it. */
 #ifndef MATRIG_HIL_SESSION_H
 #define MATRIG_HIL_SESSION_H
 
@@ -10,7 +10,6 @@
 #include "common/symbols.h"
 #include "hil/arguments.h"
 #include "hil/board/board.h"
-#include "hil/board/canbus.h"
 #include "hil/core/wall.h"
 #include "hil/debug/gdb.h"
 #include "hil/debug/hang.h"
@@ -18,28 +17,18 @@
 #include "hil/rig/replay.h"
 #include "hil/rig/runfile.h"
 
-/* One board, and what is its own. */
-struct hil_member {
+struct hil_session {
     const struct hil_arguments *a;
     struct hil_board *board;
-    struct hil_link *can; /* the run's */
-    struct hil_link serial;
+    struct hil_link can, serial;
     uint64_t host_seen_ps; /* when the pty: was last in use */
     struct mr_symbols symbols;
     struct hil_hang hang;
     struct hil_run rig;
     struct hil_replay replay;
-    char name[16]; /* for what is told: "board 2: ", or nothing where there is one */
-};
-
-struct hil_session {
-    struct hil_member member[HIL_CANBUS_BOARDS];
-    unsigned members;
-    struct hil_canbus *bus; /* NULL: one board, whose bus is its own */
-    struct hil_link can;
     struct hil_pace pace;
     struct hil_gdb gdb;
-    FILE *profile, *margins; /* of the first board */
+    FILE *profile, *margins;
     int stall_ms;
     bool real;
 };
@@ -50,12 +39,12 @@ extern volatile int hil_stop_asked;
 /* Says why, if there is something to say. */
 enum mr_status hil_told(enum mr_status status, const char *why);
 
-/* Open all links and wait for their hosts; MR_CLOSED: it was to stop meanwhile. stderr says why
+/* Open the links and wait for their hosts; MR_CLOSED: it was to stop meanwhile. stderr says why
  * not. */
 enum mr_status hil_session_open(struct hil_session *session);
 /* Run for that long. */
 enum mr_status hil_session_play(struct hil_session *session, double duration_s);
-/* What the run was, on stderr: a line for each board, and one for a bus that they share. */
+/* What the run was, in a line on stderr. */
 void hil_session_summarise(const struct hil_session *session, double took_s);
 void hil_session_close(struct hil_session *session, enum mr_status status);
 

@@ -83,7 +83,6 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     if (options->board_drawn)
         hil_electronics_identity(options->board_seed, board->options.uid);
     board->options.log = NULL; /* an empty board has nothing to tell, nor core.trace */
-    board->core.name = options->name ? options->name : "";
     hil_board_wire(board);
     for (unsigned i = 0; i < 2; i++)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +

@@ -25,7 +25,7 @@ void hil_core_trace_line(struct hil_core *core, const char *format, ...)
 {
     va_list arguments;
     uint64_t t_ns = hil_now_ps(core) / HIL_NS_PS;
-    fprintf(core->trace, "%s%4llu.%09llu ", core->name, (unsigned long long)(t_ns / 1000000000u),
+    fprintf(core->trace, "%4llu.%09llu ", (unsigned long long)(t_ns / 1000000000u),
             (unsigned long long)(t_ns % 1000000000u));
     va_start(arguments, format);
     vfprintf(core->trace, format, arguments);

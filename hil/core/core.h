@@ -46,7 +46,6 @@ struct hil_core {
     struct hil_memory *memory; /* page-aligned: the core runs directly on it */
     struct uc_struct *uc;
     FILE *trace;          /* NULL, or where exceptions and unusual events are told */
-    const char *name;     /* of the board, in front of what is told; "": there is one */
     bool watch_alignment; /* hil_options.watch_alignment */
 
     /* Of the present run; nothing of it outlives the run. */

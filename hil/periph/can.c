@@ -208,11 +208,6 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
     int mine = silent && !loopback ? -1 : next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
-    if (dev->shared.who && !loopback && bus == HIL_CAN_CONNECTED) {
-        if (mine >= 0)
-            hil_can_ask(dev, (unsigned)mine, at);
-        return;
-    }
     bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
                  other_is_ready(dev, at);
     struct hil_can_frame frame;
@@ -365,8 +360,6 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
-        if (c->on_shared)
-            hil_can_forget_other(c); /* who sent it is another */
         phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
         error_states(dev, before_esr, true);
         return;
@@ -387,8 +380,6 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
     enum hil_can_bus bus = hil_can_bus_seen(dev);
-    if (dev->shared.who) /* as when it began */
-        bus = c->on_shared ? HIL_CAN_CONNECTED : bus == HIL_CAN_CONNECTED ? HIL_CAN_UNPLUGGED : bus;
     if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
         transmission_failed(dev, m, bus, at);
         return;
@@ -412,8 +403,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
 void hil_can_update_mode(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    bool busy = c->phase == HIL_CAN_FRAME || c->phase == HIL_CAN_ASKING;
-    if (busy)
+    if (c->phase == HIL_CAN_FRAME)
         return;
     if (c->mcr & MCR_SLEEP) {
         if (!(c->msr & MSR_INAK) || !(c->mcr & MCR_INRQ)) {
@@ -440,10 +430,7 @@ void hil_can_event(void *device, uint64_t at)
     struct hil_can_device *dev = device;
     struct hil_can *c = dev->state;
     switch (c->phase) {
-    case HIL_CAN_FRAME:
-        frame_ended(dev, at);
-        c->on_shared = false;
-        break;
+    case HIL_CAN_FRAME: frame_ended(dev, at); break;
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
@@ -463,14 +450,10 @@ void hil_can_event(void *device, uint64_t at)
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame)
 {
     struct hil_can *c = dev->state;
-    uint64_t now_ps = hil_now_ps(dev->core);
-    if (dev->shared.who ? !dev->shared.inject(dev->shared.who, now_ps, frame)
-                        : c->queue_count == HIL_CAN_QUEUE) {
+    if (c->queue_count == HIL_CAN_QUEUE) {
         dev->core->state.counters.can_in_dropped++;
         return MR_FULL;
     }
-    if (dev->shared.who)
-        return MR_OK;
     c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
     c->queue_count++;
     hil_can_try_start(dev, hil_now(dev->core));
@@ -524,13 +507,8 @@ void hil_can_reset(void *device, unsigned unit)
     (void)unit;
     struct hil_can *c = dev->state;
     struct hil_can before = *c;
-    if (before.on_shared && before.phase == HIL_CAN_FRAME && before.sender != HIL_CAN_OTHER_NODE)
-        dev->shared.broke_off(dev->shared.who, hil_now_ps(dev->core));
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
-    /* What the other node still wants to send is not ours to forget; a bus that is shared keeps it
-     * itself. */
-    if (dev->shared.who)
-        before.queue_count = 0;
+    /* what the other node still wants to send is not ours to forget */
     c->other_waits_ps = before.other_waits_ps;
     c->queue_head = before.queue_head;
     c->queue_count = before.queue_count;

@@ -6,9 +6,7 @@
  * the bus becomes free. Nobody there: no acknowledge, TEC rises to 128 and sticks. Wires touching,
  * a wrong bit rate, or pins not given to CAN: bit errors, TEC rises to bus-off. Held dominant:
  * nothing begins, initialisation is not left, a transmitter counts to bus-off and a receiver to
- * error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled.
- *
- * Where several boards share a bus (hil/board/canbus.h), the bus decides who begins. */
+ * error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled. */
 #ifndef MATRIG_HIL_CAN_H
 #define MATRIG_HIL_CAN_H
 
@@ -43,7 +41,6 @@ enum hil_can_phase {
     HIL_CAN_IDLE,
     HIL_CAN_FRAME,   /* from start of frame to the end, good or bad */
     HIL_CAN_GAP,     /* intermission; suspended transmission of a passive node included */
-    HIL_CAN_ASKING,  /* on a shared bus: it has begun, or waits for who has; the bus decides */
     HIL_CAN_JOINING, /* leaving initialisation: waits for 11 recessive bits */
     HIL_CAN_OFF,     /* bus-off, waiting */
     HIL_CAN_JAMMED,  /* the bus is held dominant: counting errors, then waiting */
@@ -66,19 +63,8 @@ struct hil_can {
     bool repeated;           /* the other node's frame has been sent once too often */
     uint64_t other_waits_ps; /* the other node does not begin before */
     bool abort_current;
-    bool on_shared;       /* the frame under way is one of a shared bus */
-    uint64_t asked_cycle; /* since when its next frame would begin */
     uint32_t queue_head, queue_count;
     struct hil_can_frame queue[HIL_CAN_QUEUE];
-};
-
-/* The bus of several boards, as one of them sees it. */
-struct hil_can_shared {
-    void *who; /* NULL: this board is alone with its other node */
-    /* A frame of the host, which waits from t_ps on; false: too many wait. */
-    bool (*inject)(void *who, uint64_t t_ps, const struct hil_can_frame *frame);
-    /* The frame that this board was sending ends at t_ps, for it was reset. */
-    void (*broke_off)(void *who, uint64_t t_ps);
 };
 
 struct hil_can_device {
@@ -88,7 +74,6 @@ struct hil_can_device {
     struct hil_rcc_device *rcc;
     struct hil_gpio_device *gpio;
     struct hil_wire wire;
-    struct hil_can_shared shared;
 };
 
 /* A frame of the other node; it waits for the bus and arbitrates. MR_FULL when HIL_CAN_QUEUE
@@ -118,26 +103,6 @@ enum hil_can_bus hil_can_bus_seen(const struct hil_can_device *dev);
 bool hil_can_on_bus(const struct hil_can *can);
 void hil_can_mailbox_frame(const struct hil_can_mailbox *mailbox, struct hil_can_frame *frame);
 void hil_can_forget_other(struct hil_can *can);
-
-/* On a shared bus (can_shared.c). The board has a frame that begins now, unless another has
- * begun. */
-void hil_can_ask(struct hil_can_device *dev, unsigned mailbox, uint64_t at);
-/* Has it asked? Since when, and with which frame. */
-bool hil_can_asks(const struct hil_can_device *dev, uint64_t *since_ps,
-                  struct hil_can_frame *frame);
-/* Does it listen to a frame that begins, and would it say so? A silent one does not. */
-bool hil_can_hears(const struct hil_can_device *dev);
-bool hil_can_acknowledges(const struct hil_can_device *dev);
-/* What it has asked for is decided: its frame begins at start_ps and takes so many bits; when it
- * ends. */
-uint64_t hil_can_begin(struct hil_can_device *dev, uint64_t start_ps, unsigned bits, bool spoiled);
-/* Its frame was one with that of another board, whose rate tells when it ends: it fails. */
-void hil_can_collide(struct hil_can_device *dev, uint64_t end_ps);
-/* Another's frame has begun. `lost`: it has arbitrated against that. */
-void hil_can_listen(struct hil_can_device *dev, const struct hil_can_frame *frame, uint64_t end_ps,
-                    bool spoiled, bool lost);
-/* The frame that it listens to breaks off. */
-void hil_can_listen_cut(struct hil_can_device *dev, uint64_t end_ps);
 
 /* Does the frame pass the filters, into which FIFO, by which filter number? (32.7.4) */
 bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,

@@ -70,7 +70,7 @@ static void tsr_write(struct hil_can_device *dev, uint32_t value)
         if (bits & 1u) /* RQCP clears its companions too */
             c->tsr &= ~(0xfu << (8u * m));
         if ((bits & 0x80u) && !hil_can_mailbox_empty(c, m)) { /* ABRQ */
-            bool begun = c->phase == HIL_CAN_FRAME || c->phase == HIL_CAN_ASKING;
+            bool begun = c->phase == HIL_CAN_FRAME;
             if (begun && c->sender == (int)m)
                 c->abort_current = true;
             else

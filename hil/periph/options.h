@@ -48,8 +48,7 @@ struct hil_options {
     /* fault on multiple and double transfers that are not aligned to words; two to three times
      * slower, since every instruction is looked at */
     bool watch_alignment;
-    const char *name; /* in front of what is told of it; NULL: nothing */
-    FILE *trace;      /* NULL, or where exceptions and unusual events are told */
+    FILE *trace; /* NULL, or where exceptions and unusual events are told */
     /* NULL, or where injected faults are told, a line each (hil/rig/faults.h) */
     FILE *log;
 };

@@ -17,9 +17,8 @@ void hil_fault_tell(struct hil_core *core, FILE *log, unsigned file_line, const 
     if (!log)
         return;
     uint64_t t_ns = hil_now_ps(core) / HIL_NS_PS;
-    fprintf(log, "%sfault at %llu.%09llu s: %s", core->name,
-            (unsigned long long)(t_ns / 1000000000u), (unsigned long long)(t_ns % 1000000000u),
-            text);
+    fprintf(log, "fault at %llu.%09llu s: %s", (unsigned long long)(t_ns / 1000000000u),
+            (unsigned long long)(t_ns % 1000000000u), text);
     if (file_line)
         fprintf(log, " (line %u)", file_line);
     fputc('\n', log);

@@ -368,8 +368,7 @@ void hil_faults_tell_rest(const struct hil_faults_device *dev)
     const struct hil_faults *faults = dev->state;
     for (unsigned i = 0; i < faults->count && dev->options->log; i++) {
         if (!faults->over[i])
-            fprintf(dev->options->log,
-                    "%sfault of line %u did not happen: the run ended before it\n", dev->core->name,
+            fprintf(dev->options->log, "fault of line %u did not happen: the run ended before it\n",
                     faults->fault[i].file_line);
     }
 }

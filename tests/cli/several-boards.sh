@@ -79,18 +79,6 @@ imports_both() { # of one log, one after the other; each once
     [ "$(sqlite3 "$tmp/twice.db" 'select group_concat(board_landing) from landings')" = 1,5 ] &&
         fails_with 2 'imported already, as session 1' $matrig --quiet import "$tmp/twice.db" "$tmp/bus.can" --base 400
 }
-lines_exchanged() { # which board is which, and no landing silently under another's base
-    fails_with 3 'two boards taken for one: on CAN at base 0x000 is 003100425847500F, on its serial line 003100435847500F; exchange the lines' \
-        $matrig --quiet log --can "file:$tmp/pair.can@0,0x190" --serial "file:$tmp/pair.b" --db "$tmp/exchanged.db"
-}
-pair() { # two chips, for what needs two identities
-    build/matrig-board --elf $elf --for 6 --can "file:$tmp/pair.can" --serial "file:$tmp/pair.a" --and --flash "$tmp/second.flash" --serial "file:$tmp/pair.b" 2>"$tmp/pair.err"
-}
-one_is_exchanged_for_another() { # from 2.5 s on another chip answers at 0x190: its log ends, the first's goes on
-    awk -F'[(). ]' '{ t = $2 + $3 / 1e6; if (t > 2.5) sub(/ 381#../, " 381#99"); print }' "$tmp/pair.can" >"$tmp/other.can"
-    fails_with 3 'another board speaks than the one this log began with .*0x190' $matrig --quiet log --can "file:$tmp/other.can@0,0x190" --db "$tmp/other.db" &&
-        [ "$(sqlite3 "$tmp/other.db" "select max(board_us) > 5500000 from frames where session = 1")" = 1 ]
-}
 nobody_there() { # 0x1a0: the other one speaks, and is kept
     fails_with 3 'no board at base 0x1a0: file:.*bus.can@0x1a0' $matrig --quiet log --can "file:$tmp/bus.can@0,0x1a0" --db "$tmp/nobody.db" &&
         [ "$(sqlite3 "$tmp/nobody.db" 'select count(*) from landings')" = 1 ]
@@ -108,81 +96,8 @@ killed_and_gone_on() { # 1 s before the end of the landings; then all of it agai
     [ "$(sqlite3 "$tmp/again.db" 'select count(*) from landings where state = 4')" = 2 ]
 }
 
-# Two boards linked on one bus, each with its serial line; both are armed within a millisecond. The second's base was set as people set
-# it, over its serial port.
-sockets=$(mktemp -d /tmp/matrig.XXXXXX)
-trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
-sets_its_base() {
-    local board status
-    for step in get set; do
-        timeout 60 build/matrig-board --elf $elf --flash "$tmp/second.flash" --serial "unix:$sockets/s" --for 30 2>"$tmp/$step.err" &
-        board=$!
-        if [ $step = get ]; then
-            $matrig board --serial "unix:$sockets/s" config get -o "$tmp/second.cfg" && sed -i 's/^site.can_base = 0$/site.can_base = 400/' "$tmp/second.cfg"
-        else
-            $matrig board --serial "unix:$sockets/s" config set "$tmp/second.cfg"
-        fi
-        status=$?
-        kill $board
-        wait $board
-        [ $status = 0 ] || return 1
-    done
-}
-linked() {
-    local boards
-    timeout 120 build/matrig-board --elf $elf --can "unix:$sockets/bus" --serial "unix:$sockets/a" --rig tests/runs/landing5.run --for 11.645 \
-        --and --flash "$tmp/second.flash" --serial "unix:$sockets/b" --rig tests/runs/landing1.run --can-base 400 --seed 2 2>"$tmp/linked.err" &
-    boards=$!
-    $matrig --json --quiet log --can "unix:$sockets/bus@0,0x190" --serial "unix:$sockets/a,unix:$sockets/b" --db "$tmp/linked.db" >"$tmp/linked.json" 2>"$tmp/log.err"
-    local status=$?
-    wait $boards || status=1
-    cat "$tmp/linked.err" "$tmp/log.err"
-    return $status
-}
-both_whole() { # nothing is lost or dropped, records have no hole, and CAN says what serial says
-    sqlite3 "$tmp/linked.db" 'select * from links' 'select * from gaps limit 5' 'select * from landings'
-    [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from links where lost = 0 and dropped = 0 and bad = 0 and outside = 0')" = 4 ] &&
-        [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from gaps')" = 0 ] &&
-        [ "$(sqlite3 "$tmp/linked.db" 'select group_concat(board_landing || state) from (select * from landings order by session)')" = 54,14 ] || return 1
-    for run in 1 2; do
-        [ "$(sqlite3 "$tmp/linked.db" "select max(idx) - min(idx) + 1 - count(*) from blocks where landing = $run")" = 0 ] &&
-            [ "$(sqlite3 "$tmp/linked.db" "select count(*) > 7000 from blocks where landing = $run")" = 1 ] &&
-            $matrig show "$tmp/linked.db" $run | grep -Eq 'cross-check +[0-9]{5} values of CAN against serial, 0 differ' || return 1
-    done
-}
-each_its_own() { # two chips, two configurations, and where each was
-    [ "$(sqlite3 "$tmp/linked.db" 'select count(distinct board_uid), count(distinct config_crc) from landings')" = '2|2' ] &&
-        [ "$(sqlite3 "$tmp/linked.db" 'select count(*) from configurations')" = 2 ] &&
-        [ "$(jq -r '.boards | keys | join(" ")' "$tmp/linked.json")" = '0x000 0x190' ] &&
-        $matrig show "$tmp/linked.db" | grep -Eq '^ +[12] .* 1, done +0x190'
-}
-as_without_the_other() { # what the switches, the fit and the transducers gave is what the same board gives alone
-    local first # armed in the same millisecond, either may be RUN 1
-    first=$(sqlite3 "$tmp/linked.db" 'select id from landings where session = 1')
-    diff <(sqlite3 "$tmp/linked.db" "select position, tick, board_us from edges where landing = $first") <(sqlite3 "$tmp/a.db" 'select position, tick, board_us from edges') &&
-        [ "$(sqlite3 "$tmp/linked.db" "select count(*) from edges where landing = $first")" -gt 10 ] || return 1
-    [ "$(sqlite3 "$tmp/linked.db" "select hex(record) from blocks where landing = $first order by idx" | md5sum)" = \
-        "$(sqlite3 "$tmp/a.db" 'select hex(record) from blocks where landing = 1 order by idx' | md5sum)" ]
-}
-not_added_up() { # what one's transducers saw is not added to the other's
-    local uid
-    $matrig --quiet report "$tmp/linked.db" -o "$tmp/linked.html" || return 1
-    for uid in $(sqlite3 "$tmp/linked.db" 'select board_uid from landings'); do
-        grep -q "<h3>Series: none named, board $uid</h3>" "$tmp/linked.html" || return 1
-    done
-}
-shown_alone() { # the live view of the campaign: one board's, the first unless asked
-    [ "$($matrig --json live "$tmp/linked.db" 2>"$tmp/live.err" | jq '[.messages[] | select(.m == "landing").landing] | last')" = 5 ] && grep -q '2 boards are logged.*0x000; --base' "$tmp/live.err" &&
-        [ "$($matrig --json live "$tmp/linked.db" --base 0x190 | jq '[.messages[] | select(.m == "landing").landing] | last')" = 1 ] || return 1
-}
 one_is_spoken_with() {
     fails_with 2 'one board is spoken with: can0@0,0x190 names 2' $matrig board --can can0@0,0x190 arm
-}
-plays_again() { # the second, by its own configuration: at its base
-    $matrig replay "$tmp/linked.db" "$(sqlite3 "$tmp/linked.db" 'select id from landings where board_landing = 1')" >"$tmp/replay.txt" 2>&1
-    local status=$?
-    cat "$tmp/replay.txt"
-    [ $status = 0 ]
 }
 
 check "each board alone" alone a
@@ -197,21 +112,10 @@ check "one of them alone, out of the same bus" one_of_them
 check "exported as it was on the bus, and imported with its base" out_and_in
 check "no board at a base: told, and the other one kept" nobody_there
 check "cut off, and the same bus again" killed_and_gone_on
+check "both boards of one log are imported, one after the other" imports_both
 check "boards that would share identifiers are refused" refuses 'share identifiers \(0x100\)' --can "file:$tmp/bus.can@0,0x80"
 check "more serial lines than boards" refuses 'more serial lines than boards' --can "file:$tmp/bus.can@0,0x190" --serial "file:$tmp/a.serial,file:$tmp/b.serial,file:$tmp/b.serial"
 check "serial lines of several boards need their bases" refuses 'serial lines of several boards: .*--can can0@0,0x190' --serial "file:$tmp/a.serial,file:$tmp/b.serial"
 check "the live view is of one board" refuses '--live shows one board' --can "file:$tmp/bus.can@0,0x190" --live 0
-check "a board's base is set over its serial port" sets_its_base
-check "two boards linked on one bus, and one log" linked
-check "both landings are whole: none lost, none dropped, CAN says what serial says" both_whole
-check "each with its own identity, configuration and base" each_its_own
-check "the first measures what it measures alone" as_without_the_other
-check "in the report each board's movement is its own" not_added_up
-check "the live view of the campaign shows one of them" shown_alone
 check "a command speaks with one board" one_is_spoken_with
-check "two boards for 6 s" pair
-check "serial lines of the wrong boards are told, and exit 3" lines_exchanged
-check "a board that is another one ends its own log alone" one_is_exchanged_for_another
-check "both boards of one log are imported, one after the other" imports_both
-check "the second is played again, at its base" plays_again
 finish
