@@ -1,11 +1,11 @@
 #include "host/ensemble/chains.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 /* 32 bytes: one register with AVX2, two elsewhere. Comparisons give -1 or 0 in each lane. */
 typedef float lanes __attribute__((vector_size(4 * CHAINS_LANES)));
 typedef int32_t masks __attribute__((vector_size(4 * CHAINS_LANES)));

@@ -1,5 +1,4 @@
 #include "host/landing_series/summary.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,6 +7,7 @@
 
 #include "host/base/cli.h"
 #include "host/base/statistics.h"
+#include "host/base/xmalloc.h"
 
 /* ---- facts ---- */
 

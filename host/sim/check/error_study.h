@@ -13,9 +13,9 @@
  * Chain: the same two on the report model with flat mats, whose horizontal equations are the
  * chain's. Chain with grit, which the planar models do not have, or too long for them: Runge-Kutta
  * with located switches (error_march.h) and `staggered` at a fine step; the former is the
- * reference. On a runway whether a joint's grit gives way can hang on rounding, so single mats differ at any
- * step: there the rms over mats and times is what has to agree. When the two differ by more than
- * the limits below there is no reference and no table: MR_NUMERICS.
+ * reference. On a runway whether a joint's grit gives way can hang on rounding, so single mats
+ * differ at any step: there the rms over mats and times is what has to agree. When the two differ
+ * by more than the limits below there is no reference and no table: MR_NUMERICS.
  *
  * Units ft, s; run times in ms. */
 #ifndef MATRIG_HOST_SIM_CHECK_ERROR_STUDY_H

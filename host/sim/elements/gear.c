@@ -1,10 +1,10 @@
 #include "host/sim/elements/gear.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
 
 static double value_of(const struct sim_scene *scene)

@@ -1,10 +1,10 @@
 #include "host/sim/elements/mods.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/scene/result.h"
 
 /* The ground, mats 0 and N+1, does not move. */

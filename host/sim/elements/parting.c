@@ -1,10 +1,10 @@
 #include "host/sim/elements/parting.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 #define RADIANS (3.14159265358979323846 / 180.0)
 
 struct parting *parting_make(const struct sim_scene *scene)

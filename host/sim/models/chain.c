@@ -1,10 +1,10 @@
 #include "host/sim/models/chain.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/elements/friction.h"
 
 #define ARRAYS    12

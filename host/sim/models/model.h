@@ -201,7 +201,7 @@ double model_fastest_rate(struct model *model, const double *z, enum model_steps
 
 void model_describe(const struct model *model, struct sim_result *result);
 
-/* Solving with the banded matrices of a model, partial pivoting, O(n). Half-bandwidth MODEL_BAND. */
+/* Solving with the banded matrices of a model, half-bandwidth MODEL_BAND: pivoting, O(n). */
 
 #define BAND_WIDTH (3 * MODEL_BAND + 1) /* room for what pivoting moves up */
 

@@ -1,11 +1,11 @@
 #include "host/sim/scene/scene.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 static void mods_defaults(struct sim_mods *mods);
 
 void sim_scene_defaults(struct sim_scene *scene)

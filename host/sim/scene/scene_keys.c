@@ -1,5 +1,4 @@
 #include "host/sim/scene/scene_keys.h"
-#include "host/base/xmalloc.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -9,6 +8,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/scene/scene.h"
 
 const char *const sim_models[] = {"report", "consistent", "chain", NULL};

@@ -46,7 +46,7 @@ void divergence_state(const struct model *model, const struct pass_request *requ
 /* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
  * every other switch would be sampled at the same moment in both. */
 #define ESTIMATE_GRID_RATIO     1.9
-#define ESTIMATE_FIRST_PART     0.72 /* the same of steps that are halved and doubled: the first one */
+#define ESTIMATE_FIRST_PART     0.72 /* the first of steps that are halved and doubled */
 #define ESTIMATE_LEAST_RTOL     1e-13
 /* Where the negative real axis leaves the classical method's stability region, and, about, the
  * order 8 method's. */

@@ -1,9 +1,9 @@
 #include "host/sim/solvers/planar_engine.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/base/xmalloc.h"
 #include "host/sim/elements/friction.h"
 #include "host/sim/elements/hinge.h"
 #include "host/sim/models/kernel.h"

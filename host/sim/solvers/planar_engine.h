@@ -124,8 +124,8 @@ void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch,
  * loads is taken in. */
 void engine_mount(struct planar_engine *l, struct sim_wheel *wheel, double h_s);
 /* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
- * that step. The first returns the largest change of a node's speed by the soil, the second how many
- * mats came to rest within the step. */
+ * that step. The first returns the largest change of a node's speed by the soil, the second how
+ * many mats came to rest within the step. */
 double engine_kick_heaves(struct planar_engine *l, double h_s);
 double engine_soil_lb(const struct model *m, const double *z, int node);
 unsigned engine_kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,

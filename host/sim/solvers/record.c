@@ -1,10 +1,10 @@
 #include "host/sim/solvers/record.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 #define EVEN_TIMES 64
 
 static int by_time(const void *a, const void *b)

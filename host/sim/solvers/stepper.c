@@ -1,10 +1,10 @@
 #include "host/sim/solvers/stepper.h"
-#include "host/base/xmalloc.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
 const struct stepper_kind *stepper_find(const char *name)
 {
     static const struct stepper_kind *const kinds[] = {
