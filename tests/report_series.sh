@@ -20,7 +20,7 @@ sheet() { # RUN-FILE WORD SEED NOTE
                       for (k = 0; k < 12; k++) e += rand()
                       printf "gap,%d,%d,%.3f\n", line, span, 33.5 + sum + 0.003 * (e - 6)
                   } }' "$1" >"$out/sheet.csv"
-    build/matrig --quiet survey "$db" --new --edges none --from "$out/sheet.csv" --doubtful --who jk --note "$4" >/dev/null
+    USER=jk build/matrig --quiet survey "$db" --new --edges none --from "$out/sheet.csv" --doubtful --note "$4" >/dev/null
 }
 play() { # LANDING: and on, until the runway is in the board's memory, 0.5 s after it is disarmed
     local for_s

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/commands/annotation.h"
 #include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
@@ -19,7 +20,7 @@
 
 struct request {
     const struct cli *cli;
-    const char *db, *pattern_text, *edges_text, *who, *note, *caliper, *from, *sheet, *load;
+    const char *db, *pattern_text, *edges_text, *note, *caliper, *from, *sheet, *load;
     bool begin_new, end, show, list, can, doubtful, force;
     enum survey_pattern pattern;
     enum survey_edges edges;
@@ -305,10 +306,7 @@ static enum mr_status begin(const struct request *request, struct store *store,
                                     .closed_in = request->closed_in};
     snprintf(row.pattern, sizeof row.pattern, "%s", survey_pattern_text(request->pattern));
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text(request->edges));
-    snprintf(row.who, sizeof row.who, "%s",
-             request->who     ? request->who
-             : getenv("USER") ? getenv("USER")
-                              : "");
+    annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
     status = store_gage_survey_add(store, &row, error);
     return status == MR_OK ? survey_get(store, row.id, survey, error) : status;
@@ -567,9 +565,7 @@ static const struct command_part parts[] = {
     HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; "
               "a station: 1 in) is asked for again.\n"
               "With --si all lengths are millimetres. "),
-    HELP_EXAMPLE(
-        "matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
-    OPTION_TEXT("--who", "W", who, NULL),
+    HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
     OPTION_FLAG("--can", can, NULL),
@@ -580,7 +576,7 @@ const struct command command_survey = {
     "survey",
     survey_command,
     "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] "
-    "[--who W] [--note T]\n"
+    "[--note T]\n"
     "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F "
     "[--force] | --show | --list | --load LINK [--can]] [--survey N]",
     "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the "
