@@ -21,8 +21,8 @@ double scale_factor(const struct scale_request *request, struct mr_dimension dim
 
 /* ---- joints laid diagonally ----
  *
- * The joints of a standard pattern are turned. With c the cosine of the angle and b the width of the
- * strip:
+ * The joints of a standard pattern are turned. With c the cosine of the angle and b the width of
+ * the strip:
  *
  * - Rows are L/c apart along the runway, so each weighs W/c, stands on 1/c of the soil (KV, CV),
  *   and has 1/c of the play.

@@ -11,9 +11,9 @@
  *
  * The first two have to agree within a fifth (of the largest movement, of the lift) and on whether
  * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then
- * the run is `unpredictable` (error_estimate.h); `unstable` when the step or tolerance was given. A
- * fixed step beyond the stability limit of the equations with every node on the ground is refused before
- * it runs: what it would return can look right.
+ * the run is `unpredictable` (error_estimate.h); `unstable` when the step or tolerance was given.
+ * A fixed step beyond the stability limit of the equations with every node on the ground is
+ * refused before it runs: what it would return can look right.
  *
  * auto: where its first solver makes no progress the other one takes over, then hamming, which
  * samples what piles up, then moreau, which settles it; together they have a minute, and what they
