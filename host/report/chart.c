@@ -70,26 +70,23 @@ struct points {
     size_t *at, count;
 };
 
-static void keep(struct points *kept, size_t i)
-{
-    if (kept->count == 0 || kept->at[kept->count - 1] != i)
-        kept->at[kept->count++] = i;
-}
-
-/* Of a column: its first, least, greatest and last point, in their order. */
+/* Of a column: its least and greatest point, and a hole, which has to be seen; in their order, each
+ * once. */
 static void keep_column(struct points *kept, const double *y, size_t from, size_t to)
 {
-    size_t least = from, most = from;
+    size_t least = to, most = to, hole = to;
     for (size_t i = from; i < to; i++) {
-        if (isnan(y[i])) { /* a hole has to be seen */
-            keep(kept, i);
+        if (isnan(y[i])) {
+            hole = i;
             continue;
         }
-        least = !(y[least] <= y[i]) ? i : least;
-        most = !(y[most] >= y[i]) ? i : most;
+        least = least == to || y[i] < y[least] ? i : least;
+        most = most == to || y[i] > y[most] ? i : most;
     }
-    keep(kept, least < most ? least : most);
-    keep(kept, least < most ? most : least);
+    for (size_t i = from; i < to; i++) {
+        if (i == least || i == most || i == hole)
+            kept->at[kept->count++] = i;
+    }
 }
 
 /* Columns are of equal width in x. */
@@ -97,8 +94,8 @@ static struct points thin(const struct chart_series *s, size_t columns)
 {
     struct points kept = {xmalloc((s->count + 1) * sizeof *kept.at), 0};
     if (s->count <= 2 * columns) {
-        for (size_t i = 0; i < s->count; i++)
-            keep(&kept, i);
+        for (; kept.count < s->count; kept.count++)
+            kept.at[kept.count] = kept.count;
         return kept;
     }
     double from = s->x[0], width = (s->x[s->count - 1] - from) / (double)columns;
@@ -110,7 +107,8 @@ static struct points thin(const struct chart_series *s, size_t columns)
         }
         keep_column(&kept, s->y, first, next);
     }
-    keep(&kept, s->count - 1);
+    if (kept.at[kept.count - 1] != s->count - 1)
+        kept.at[kept.count++] = s->count - 1;
     return kept;
 }
 
