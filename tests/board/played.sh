@@ -44,3 +44,32 @@ begun_landing() {
     played --elf "$played_root/build/firmware/matrig.elf" --serial "file:$tmp/begun" --rig "$played_root/tests/runs/landing5.run" --for 2.2 2>/dev/null &&
         "$played_root/build/matrig" --quiet log --serial "file:$tmp/begun" --db "$1" >/dev/null
 }
+
+# campaign_of DB LANDING...: a copy of the campaign of these landings of tests/runs in turn, each played whole and logged over both links, as
+# the release says them; on standard output what matrig log said of the last one. Kept as what was played is.
+campaign_of() {
+    local db=$1 kept landing runs status=0
+    shift
+    mapfile -t runs < <(printf "$played_root/tests/runs/landing%s.run\n" "$@")
+    kept=$played_root/build/test-data/played/$({
+        printf '%s\n' "$@"
+        cat "$played_root/build/matrig" "$played_root/build/matrig-board" "$played_root/build/firmware/matrig.elf" "${runs[@]}"
+    } | sha256sum | cut -c 1-24)
+    mkdir -p "${kept%/*}"
+    {
+        flock 8
+        if [ ! -d "$kept" ]; then
+            rm -rf "$kept.new" && mkdir "$kept.new"
+            for landing in "${runs[@]}"; do
+                played --elf "$played_root/build/firmware/matrig.elf" --can "file:$kept.new/can" --serial "file:$kept.new/serial" --rig "$landing" 2>/dev/null 8>&- &&
+                    "$played_root/build/matrig" --quiet log --can "file:$kept.new/can" --serial "file:$kept.new/serial" --db "$kept.new/db" >"$kept.new/told" 8>&- ||
+                    status=1
+            done
+            rm -f "$kept.new/can" "$kept.new/serial"
+            [ $status -ne 0 ] || mv "$kept.new" "$kept"
+        fi
+    } 8>"$kept.lock"
+    [ $status -eq 0 ] || return $status
+    touch "$kept" "$kept.lock"
+    cp "$kept/db" "$db" && cat "$kept/told"
+}

@@ -4,12 +4,11 @@
 . tests/board/played.sh
 matrig=build/matrig
 db=$tmp/campaign.db
-
-record() { # RUNFILE
-    played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$1" --seed 13 \
-        2>"$tmp/board.err" &&
-        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
+landing_5() { # after the advice that was kept
+    played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig tests/runs/landing5.run &&
+        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db"
 }
+
 plan="--speed 32ft/s --deceleration 4.6ft/s2 --members 64"
 # exit 0 or, against, 1
 advise() { # OUT OPTION...
@@ -23,7 +22,7 @@ holds() { python3 -c 'import json, sys
 d = [json.load(open(f)) for f in sys.argv[2:]]
 exec(sys.argv[1])' "$@"; }
 
-check "landing 1 is played and logged" record tests/runs/landing1.run
+check "landing 1 is played and logged" campaign_of "$db" 1
 check "before the next one there is an advice, and it is kept" eval 'advise kept $plan --keep --who jk'
 kept() {
     [ "$(sqlite3 "$db" "select count(*), min(who), min(round(speed_ft_s, 3)), min(deceleration_ft_s2), min(landings) from advices")" = '1|jk|32.0|4.6|1' ] &&
@@ -44,7 +43,7 @@ told_by_ready() { # bands hang loose at this board: no-go, but not by the advice
 assert len(a) == 1 and a[0]["verdict"] == "told" and a[0]["value"] == d[1]["verdict"] + ": " + d[1]["reason"]' "$tmp/ready.json" "$tmp/kept.json"
 }
 check "matrig ready tells it, and judges nothing by it" told_by_ready
-check "landing 5 is played and logged" record tests/runs/landing5.run
+check "landing 5 is played and logged" landing_5
 check "advice after both, by that plan" eval 'advise both $plan'
 # The truth of landing 5 was braked at 7.2 ft/s2 where 4.6 were planned: it teaches a bias and a wider spread.
 plan_is_learned() {
@@ -78,30 +77,21 @@ assert 0.4 < d["thrust_lb"] / d["critical_lb"] < 4
 assert len(d["narrows"]) == 5 and all(0 <= n["share"] <= 1 for n in d["narrows"])' "$tmp/both.json"
 }
 check "rows, intervals and stations hold together" rows_hold
-same_seed() {
-    advise again $plan && advise other $plan --seed 2 && holds 'for x in d: del x["time"]
-assert d[0] == d[1] and d[0]["rows"] != d[2]["rows"]' "$tmp/both.json" "$tmp/again.json" "$tmp/other.json"
-}
-check "the same seed says the same, another one does not" same_seed
+another_seed() { advise other $plan --seed 2 && holds 'assert d[0]["rows"] != d[1]["rows"]' "$tmp/both.json" "$tmp/other.json"; }
+check "another seed draws other members" another_seed
 as_before_5() { # its survey came with it, and its parameters from landing 1 alone
     advise before --before 2 $plan && holds 'print(d[0]["segments_surveyed"], d[1]["segments_surveyed"])
 assert d[0]["segments_surveyed"] > 30 and d[0]["learned"]["landings"] == 1 and d[1]["segments_surveyed"] == 0' "$tmp/before.json" "$tmp/both.json"
 }
 check "as if landing 5 were still to come" as_before_5
-in_si() {
-    $matrig --si advise "$db" --speed 9.7536 --deceleration 0.14300g --members 64 --before 2 >"$tmp/si.txt"
-    [ $? -le 1 ] && cat "$tmp/si.txt" && grep -q 'm/s2' "$tmp/si.txt" && grep -Eq '^  speed +9\.75 m/s' "$tmp/si.txt" && grep -Eq '^  braking +1\.402 m/s2' "$tmp/si.txt"
+# 2 s at 4, then 8 ft/s2: from 32 ft/s 2 s to 24 ft/s, 56 ft, then 36 ft: mean 1024 / 184 ft/s2, 1.696 m/s2
+a_profile_in_si() {
+    $matrig --si advise "$db" --before 2 --speed 9.7536 --profile 0s:4ft/s2,2s:0.12432g,2.001s:8ft/s2 --members 64 >"$tmp/si.txt"
+    [ $? -le 1 ] && cat "$tmp/si.txt" && grep -Eq '^  speed +9\.75 m/s' "$tmp/si.txt" && grep -Eq '^  braking +1\.69[5-7] m/s2' "$tmp/si.txt"
 }
-check "SI, and units that stand beside numbers" in_si
-says_why() {
-    head -n 2 "$tmp/si.txt" | grep -E '^(clear|caution|against): at 1\.4.? m/s2'
-}
+check "a profile has its mean; SI, and units that stand beside numbers" a_profile_in_si
+says_why() { head -n 2 "$tmp/si.txt" | grep -E '^(clear|caution|against): at 1\.(69|70)? m/s2'; }
 check "the verdict says why" says_why
-a_profile() { # 2 s at 4, then 8 ft/s2: from 32 ft/s 2 s to 24 ft/s, 56 ft, then 36 ft: mean 1024 / 184
-    $matrig --json advise "$db" --before 2 --speed 32 --profile 0s:4,2s:4ft/s2,2.001s:8 --members 64 >"$tmp/profile.json"
-    [ $? -le 1 ] && holds 'p = d[0]["plan"]["deceleration_ft_s2"]; print(p); assert abs(p - 1024 / 184) < 0.01' "$tmp/profile.json"
-}
-check "a profile has its mean" a_profile
 nothing_known() {
     sqlite3 "$db" "vacuum into '$tmp/none.db'" && sqlite3 "$tmp/none.db" "delete from predict_items" &&
         fails_with 5 'no runway: .*none.db has no landing with the parameters' $matrig advise "$tmp/none.db" --speed 30 --deceleration 5

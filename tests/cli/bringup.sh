@@ -181,7 +181,7 @@ brown_out_of_a_wrong_supply() { # more than 5 % off the board's own: nothing is 
         grep -q '^wrong: brown_out_set: nothing was set' "$tmp/out"
 }
 memory_is_spared() { # nothing but an empty sector is touched; with none it says so and leaves all alone
-    says zg memory_sector 4063 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
+    says zg memory_sector 4093 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
         says slow memory_sector none && cmp "$tmp/nor.full" "$tmp/nor.full.was" && judge slow >"$tmp/out" && grep -q '^look: memory_sector: no sector is empty' "$tmp/out"
 }
 a_thousand_rounds() { # in make long

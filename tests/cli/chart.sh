@@ -28,10 +28,7 @@ runway() { # LANDINGS
     stop
     return $status
 }
-campaign() { # landing 5: the board began it with a runway of no landings
-    played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run &&
-        $matrig log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
-}
+campaign() { campaign_of "$tmp/campaign.db" 5 >"$tmp/log.txt"; } # the board began it with a runway of no landings
 told() { sqlite3 "$tmp/campaign.db" "$1"; }
 risks_are_kept() {
     [ "$(told 'select count(*) > 100 from risks where risk between 0 and 1')" = 1 ] &&

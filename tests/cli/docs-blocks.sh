@@ -10,12 +10,7 @@ finds() { # PATTERN MARK LINE...: the page with this block fails, and says so
 }
 runs_all() { put sh 'touch one' 'build/matrig --version >two' && rm -rf "$tmp/small" && python3 tests/house/blocks.py "$tmp/page.md" "$tmp/small" && [ -e "$tmp/small/one" ] && [ -s "$tmp/small/two" ]; }
 
-# What pages call campaign.db: landing 5, three times.
-campaign() {
-    played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run &&
-        build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/campaign.db" &&
-        python3 tests/report/grow.py "$tmp/campaign.db" 3
-}
+campaign() { campaign_of "$tmp/campaign.db" 5 && python3 tests/report/grow.py "$tmp/campaign.db" 3; } # what pages call campaign.db
 
 check "a block that works is run" runs_all
 check "a line that fails is found" finds 'failed: false' sh true false true
@@ -30,9 +25,8 @@ inline() { # PATTERN TEXT: a line of text with this command is found to be wrong
 check "an option that matrig lacks, in a line of text" inline 'matrig report has no option --loud' 'build/matrig --json report campaign.db --loud'
 check "a command that it lacks, in a line of text" inline 'no command lgo' 'matrig lgo'
 check "a target that make lacks, in a line of text" inline 'no target everything' 'make everything'
-for file in $(find common docs firmware hil host tests -name README.md -not -path '*/.*'); do
-    check "commands in the text of $file" python3 tests/house/blocks.py "$file"
-done
+mapfile -t readmes < <(find common docs firmware hil host tests -name README.md -not -path '*/.*')
+check "commands in the text of the folders' READMEs" python3 tests/house/blocks.py --look "${readmes[@]}"
 check "a campaign of three landings" campaign
 for file in README.md docs/*.md docs/explanation/*.md docs/measured/*.md; do
     check "$file" page "$file"

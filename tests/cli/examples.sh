@@ -15,8 +15,7 @@ examples_of() { # COMMAND: a line each
         on && NF {on = 0}' | sed -e 's/^ *//' -e 's/; matrig /\nmatrig /g'
 }
 campaign() {
-    played --elf build/firmware/matrig.elf --can file:can.log --serial file:serial.bin --rig tests/runs/landing5.run &&
-        matrig --quiet log --can file:can.log --serial file:serial.bin --db campaign.db && python3 tests/report/grow.py campaign.db 5
+    campaign_of campaign.db 5 && matrig --quiet export campaign.db 1 --format candump -o can.log && python3 tests/report/grow.py campaign.db 5
 }
 files() { # of the names that examples have
     cp can.log candump-2026-05-04.log && matrig --quiet bundle campaign.db 3 -o landing5.db || return 1

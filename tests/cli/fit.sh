@@ -6,11 +6,6 @@
 matrig=build/matrig
 db=$tmp/campaign.db
 
-record() { # RUNFILE
-    played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$1" --seed 13 \
-        2>"$tmp/board.err" &&
-        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
-}
 fitted() { # FIELD of grit
     sqlite3 :memory: "select json_extract(value, '\$.$1') from json_each(json_extract(cast(readfile('$tmp/fit.json') as text), '\$.parameters'))
         where json_extract(value, '\$.name') = 'grit'"
@@ -50,7 +45,7 @@ no_transducer() {
 }
 no_switches() { cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges; delete from frames'; }
 
-check "landing 1 is played and logged" record tests/runs/landing1.run
+check "landing 1 is played and logged" campaign_of "$db" 1
 check "it is fitted" fits
 check "and says how far it is all the while" goes_on
 check "the interval of the closing resistance holds the truth" holds_truth

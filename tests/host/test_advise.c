@@ -302,22 +302,23 @@ static void a_share_is_what_chains_alone_count(void **state)
     advise_members_free(&members);
 }
 
-static void threads_change_nothing(void **state)
+static void a_seed_says_the_same_whatever_the_threads(void **state)
 {
     static struct advise_braking braking[COUNT];
-    static struct advise_met met[2][COUNT];
+    static struct advise_met met[3][COUNT];
     struct advise_plan plan = {.speed_ft_s = 15.0, .spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
     struct advise_runway runway = rig();
     struct advise_row row;
     (void)state;
-    for (unsigned i = 0; i < 2; i++) {
+    for (unsigned i = 0; i < 3; i++) {
         struct advise_members members;
-        assert_int_equal(advise_members_draw(&members, &runway, COUNT, 4), MR_OK);
+        assert_int_equal(advise_members_draw(&members, &runway, COUNT, i < 2 ? 4 : 5), MR_OK);
         members.threads = i ? 3 : 1;
         assert_true(advise_row(&members, &plan, 5.0, braking, met[i], &row));
         advise_members_free(&members);
     }
     assert_memory_equal(met[0], met[1], sizeof met[0]);
+    assert_memory_not_equal(met[0], met[2], sizeof met[0]);
 }
 
 static void a_survey_gives_the_sums(void **state)
@@ -496,7 +497,7 @@ int main(void)
         cmocka_unit_test(spread_is_given_back),
         cmocka_unit_test(the_longest_zone_is_found),
         cmocka_unit_test(a_share_is_what_chains_alone_count),
-        cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(a_seed_says_the_same_whatever_the_threads),
         cmocka_unit_test(a_survey_gives_the_sums),
         cmocka_unit_test(a_landing_teaches),
         cmocka_unit_test(parameters_without_sense_are_refused),

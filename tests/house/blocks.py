@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the blocks of commands of a page, as a reader would, in a folder of their own; what cannot be run here is looked at instead.
 
-usage: blocks.py PAGE [FOLDER]
+usage: blocks.py PAGE [FOLDER] | blocks.py --look PAGE...
 
 FOLDER is made; it gets links to the sources and to build/, and a copy of campaign.db when FOLDER/../campaign.db is there. A block begins with
 ```sh and a mark:
@@ -11,8 +11,8 @@ FOLDER is made; it gets links to the sources and to build/, and a copy of campai
     sh day        make test-day runs it
     sh hardware, sh network, sh long   are not run: their lines are bash, matrig has the commands and options, make the targets
 
-Commands in a line of text (`matrig log --can`, `make demo`) are looked at likewise. Without FOLDER nothing is run, and all that is asked for is
-that.
+Commands in a line of text (`matrig log --can`, `make demo`) are looked at likewise, but for changelog.md, which names what went. Without
+FOLDER, and of the pages of --look, nothing is run, and all that is asked for is that.
 
 Exit: 0 all is well; else what failed, on stdout."""
 import functools
@@ -50,6 +50,8 @@ def blocks_of(path):
 
 def spans_of(path):
     """(line, text) of commands between backquotes in the text."""
+    if os.path.basename(path) == "changelog.md":
+        return
     text = open(path, encoding="utf-8").read()
     for line, mark, block in fences_of(path):
         text = text.replace(block, "\n" * block.count("\n"))
@@ -80,6 +82,11 @@ def helped(root, command):
     return subprocess.run([root + "/build/matrig", command, "--help"], capture_output=True, text=True, timeout=20)
 
 
+@functools.lru_cache(maxsize=None)
+def makefiles(root):
+    return "\n".join(open(path, encoding="utf-8").read() for depth in ("Makefile", "*/module.mk", "*/*/module.mk") for path in glob.glob(root + "/" + depth))
+
+
 def look_at_command(root, words):
     """What is wrong with COMMAND OPTION... of matrig."""
     if not words or not re.fullmatch(r"[a-z]+", words[0]):
@@ -98,8 +105,7 @@ def look(root, text, prose=False):
         done = subprocess.run(["bash", "-n"], input=text, capture_output=True, text=True, timeout=20)
         if done.returncode != 0:
             wrong.append(done.stderr.strip())
-    makefile = "\n".join(open(path, encoding="utf-8").read() for depth in ("Makefile", "*/module.mk", "*/*/module.mk")
-                         for path in glob.glob(root + "/" + depth))
+    makefile = makefiles(root)
     for line in re.sub(r"\\\n", " ", text).split("\n"):
         words = line.split("#", 1)[0].split()
         if words[:1] == ["make"]:
@@ -120,8 +126,7 @@ def prepare(root, folder):
             copy.write(source.read())
 
 
-def main():
-    page, folder = sys.argv[1], os.path.abspath(sys.argv[2]) if sys.argv[2:] else None
+def wrong_on(page, folder=None):
     root, blocks, wrong = os.getcwd(), blocks_of(page) if folder else [], []
     run = [b for b in blocks if b[1] in ("sh", "sh board")]
     for line, text in spans_of(page):
@@ -141,7 +146,9 @@ def main():
     print("%d blocks, %d run" % (len(blocks), len(run)))
     for line in wrong:
         print(line)
-    return 1 if wrong else 0
+    return bool(wrong)
 
 
-sys.exit(main())
+if sys.argv[1] == "--look":
+    sys.exit(max([wrong_on(page) for page in sys.argv[2:]]))
+sys.exit(wrong_on(sys.argv[1], os.path.abspath(sys.argv[2]) if sys.argv[2:] else None))
