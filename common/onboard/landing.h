@@ -24,7 +24,6 @@
 
 #include "common/catalogue.h"
 #include "common/config.h"
-#include "common/final_fit.h"
 #include "common/gates.h"
 #include "common/passage.h"
 #include "common/switches.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "common/braking.h"
+#include "common/gates.h"
 
 #define PARABOLA         3u
 #define INWARD_S         1e-3 /* for the speed at a gate */
@@ -182,7 +182,7 @@ static struct track_moment gate_moment(const struct track *track, double t_s, do
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
-/* The brake takes a while to rise (common/braking.h: delay d, shape k): where it has bent the way
+/* The brake takes a while to rise (common/gates.h: delay d, shape k): where it has bent the way
  * by a d^2 (1 + k) / 2 or not. */
 static double brake_error_ft(double deceleration_ft_s2)
 {

@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "common/braking.h"
 #include "common/gates.h"
 
 /* ---- push answer ---- */

@@ -1,6 +1,6 @@
 /* Braking by itself: closed forms of a gear whose brake rises as a straight line (shape 1/3),
  * textbook chi-square. */
-#include "common/braking.h"
+#include "common/gates.h"
 
 #include <math.h>
 #include <string.h>
@@ -210,5 +210,5 @@ int main(void)
         cmocka_unit_test(what_is_no_braking_is_refused),
         cmocka_unit_test(at_rest_before_the_brake_has_risen_is_refused),
     };
-    return cmocka_run_group_tests_name("common/braking", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("common/gates: braking", tests, NULL, NULL);
 }

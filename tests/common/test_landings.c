@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "common/gates.h"
-#include "common/braking.h"
 #include "common/passage.h"
 #include "common/switches.h"
 #include "tests/cmocka_all.h"
