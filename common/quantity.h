@@ -3,7 +3,7 @@
 #ifndef MATRIG_COMMON_QUANTITY_H
 #define MATRIG_COMMON_QUANTITY_H
 
-#include "common/message.h"
+#include "common/catalogue.h"
 
 enum mr_quantity {
 #define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value, error) \

@@ -8,10 +8,9 @@
 #include "firmware/config.h"
 #include "firmware/health.h"
 #include "firmware/landinglink.h"
-#include "firmware/regular.h"
 #include "firmware/schedule.h"
 #include "firmware/tasks.h"
-#include "firmware/zero.h"
+#include "firmware/channels.h"
 
 /* supervision ticks without a block: the scans have stopped */
 #define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE)

@@ -13,13 +13,12 @@
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/healthlink.h"
-#include "firmware/live.h"
+#include "firmware/landinglink.h"
 #include "firmware/norshare.h"
 #include "firmware/predict.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermometer.h"
-#include "firmware/timesync.h"
 
 #define APP_DISPLACEMENT_BLOCKS 2u /* of the mean that is told */
 #define APP_TENSION_BLOCKS      4u

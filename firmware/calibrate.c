@@ -6,7 +6,7 @@
 #include "common/command.h"
 #include "common/wire.h"
 #include "firmware/config.h"
-#include "firmware/zero.h"
+#include "firmware/channels.h"
 
 #define ZERO_MOVES_IN 0.004f
 #define MOVES_LB      0.75f

@@ -28,7 +28,7 @@
  * amplifier to 0.1 %. Its zero before the command `zero`: of a bridge whose balance was
  * trimmed, 1 lb. One that nobody trimmed is off by hundreds: where it is beyond the amplifier's
  * range it reads as open or short, and the command `zero` refuses it (firmware/calibrate.h).
- * Once a zero was measured its own error is in force (firmware/zero.h). 0.5 lb an hour; linear
+ * Once a zero was measured its own error is in force (firmware/channels.h). 0.5 lb an hour; linear
  * to 0.1 lb; the amplifier's output ends at 0 V, -80 lb, and 3.3 V, 580 lb. Band tension rises
  * within some 50 ms: 20000 lb/s is a hundred times what was seen there. Reference: 0.05 %
  * (uniform). */

@@ -7,7 +7,7 @@
 #include "firmware/config.h"
 #include "firmware/schedule.h"
 #include "firmware/telemetry.h"
-#include "firmware/zero.h"
+#include "firmware/channels.h"
 
 /* Items by number. Calibrations: two values each; tables only as far as they are in use.
  * Parameters: only where there is a predictor. */

@@ -5,7 +5,7 @@
 #include "common/wire.h"
 #include "firmware/board.h"
 #include "firmware/health.h"
-#include "firmware/zero.h"
+#include "firmware/channels.h"
 
 #define BOTH_COPIES 3u /* detail of the fault */
 

@@ -31,7 +31,7 @@ board_tables := $(B)/host/firmware/boards/tables.o
 
 $(app_lib): $(call objects,host,$(app_src))
 # Seldom run and large: by size, so that the image stays within 128 KiB (tests/cli/image.sh).
-$(patsubst %,$(B)/arm/firmware/%.o,calibrate configround selftest): ARM_FLAGS += -Os
+$(patsubst %,$(B)/arm/firmware/%.o,calibrate configround): ARM_FLAGS += -Os
 # The compiler would make calls of memset and memcpy of what these are.
 $(B)/arm/firmware/libc/libc.o: ARM_FLAGS += -fno-tree-loop-distribute-patterns -fno-builtin
 $(B)/arm/%.o: %.c | $(B)/.demo-packages

@@ -2,7 +2,7 @@
  * counts it, so telemetry never delays acquisition.
  *
  *     firmware/landinglink.h   what a landing needs, as it happens
- *     firmware/regular.h       clock, health, faults, state: by the schedule
+ *     firmware/landinglink.h       clock, health, faults, state: by the schedule
  *     firmware/configround.h   the configuration, an item at a time
  *     and boxlink, healthlink, predict, bandwatch, calibrate ... for what is theirs */
 #ifndef MATRIG_FIRMWARE_TELEMETRY_H
@@ -82,5 +82,20 @@ bool telemetry_has_box(const struct telemetry *telemetry);
         const struct mr_##name message_ = {__VA_ARGS__};    \
         TELL_THIS(telemetry, sinks, name, NAME, &message_); \
     } while (0)
+
+/* ---- timesync ---- */
+
+/* Time sync over CAN, in two steps: once a second a sync frame, and 10 ms later what the board's
+ * clock was when that frame had left. However long the frame waited for the bus, whoever noted when
+ * it came has a pair of times. */
+
+struct timesync {
+    bool due;       /* sync_at is still to follow */
+    uint32_t block; /* of the sync frame */
+};
+
+/* Each block, before anything else is said of it: the queue is as empty as it gets. */
+void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
+                    uint32_t tick);
 
 #endif

@@ -12,7 +12,7 @@
 #include "hil/board/board.h"
 #include "hil/core/wall.h"
 #include "hil/debug/gdb.h"
-#include "hil/debug/hang.h"
+#include "hil/debug/debug.h"
 #include "hil/link/wire_link.h"
 #include "hil/rig/replay.h"
 #include "hil/rig/runfile.h"

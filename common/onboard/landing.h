@@ -83,9 +83,9 @@ struct landing {
     struct mr_passage passage;
     unsigned edges;        /* since arming; not more than 255 are told apart */
     unsigned edges_in_row; /* without a pause */
-    bool live;             /* edges are told while idle too (firmware/live.h); arming ends it */
-    uint32_t edge_block;   /* of the last one */
-    uint32_t opened;       /* by gates: bit p-1 */
+    bool live; /* edges are told while idle too (firmware/landinglink.h); arming ends it */
+    uint32_t edge_block; /* of the last one */
+    uint32_t opened;     /* by gates: bit p-1 */
 
     struct mr_edge edge[MR_SWITCHES_WAITING]; /* to be told of this block */
     struct mr_switch_event event[LANDING_EVENTS];

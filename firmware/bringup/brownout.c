@@ -11,7 +11,6 @@
  * pin without a reference reads anything. RM0090 3.6.2 (option bytes), 3.9.10. */
 #include "common/channels.h"
 #include "firmware/bringup/bringup.h"
-#include "firmware/bringup/pace.h"
 #include "firmware/bringup/say.h"
 #include "firmware/f407/drivers.h"
 

@@ -3,7 +3,6 @@
  * 32.4.4 (loop back with silent mode). */
 #include "common/catalogue.h"
 #include "firmware/bringup/bringup.h"
-#include "firmware/bringup/pace.h"
 #include "firmware/bringup/say.h"
 #include "firmware/f407/drivers.h"
 

@@ -4,7 +4,6 @@
  * scan the converters are. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
 #include "common/boardtime.h"
 #include "firmware/bringup/bringup.h"
-#include "firmware/bringup/pace.h"
 #include "firmware/bringup/say.h"
 #include "firmware/f407/drivers.h"
 

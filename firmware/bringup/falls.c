@@ -2,7 +2,6 @@
  * is known afterwards from the note of the fault (fault.c), and from a count that RAM keeps. */
 #include "common/crash.h"
 #include "firmware/bringup/bringup.h"
-#include "firmware/bringup/pace.h"
 #include "firmware/bringup/say.h"
 #include "firmware/f407/drivers.h"
 

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "firmware/bringup/bringup.h"
-#include "firmware/bringup/pace.h"
 #include "firmware/bringup/say.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/nor.h"

@@ -8,7 +8,6 @@
 
 #include "common/crc32.h"
 #include "firmware/bringup/bringup.h"
-#include "firmware/bringup/pace.h"
 #include "firmware/bringup/say.h"
 #include "firmware/f407/drivers.h"
 

@@ -20,9 +20,27 @@
 #include <stdint.h>
 
 #include "common/status.h"
-#include "hil/chips/w25q_rules.h"
-#include "hil/core/call.h"
+#include "hil/core/peripheral.h"
 #include "hil/periph/spi.h"
+
+/* ---- w25q_rules ---- */
+
+/* What the W25Q128JV demands of its master: its rows of hil/periph/rules.def. */
+
+struct hil_rules_device;
+
+/* What its next command is measured from. */
+struct hil_w25q_past {
+    uint8_t before;    /* the command before, 0: none since power came */
+    uint8_t rests;     /* a command that was carried out and wants to be left alone, 0: none */
+    uint64_t power_ps; /* when power came */
+};
+
+/* A command's first byte is there: only now is it known what its select had to keep. */
+void hil_w25q_hold_rules(struct hil_rules_device *rules, const struct hil_w25q_past *past,
+                         uint8_t command, double clock_period_ns);
+
+/* ---- w25q ---- */
 
 struct hil_core;
 struct hil_options;
@@ -118,5 +136,36 @@ enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address
                              size_t n);
 enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes,
                              size_t n);
+
+/* ---- w25q_commands ---- */
+
+/* Commands of the W25Q128JV that are modelled: data sheet rev. F, 8.1.2. */
+
+enum command {
+    WRITE_STATUS_1 = 0x01,
+    PAGE_PROGRAM = 0x02,
+    READ = 0x03,
+    WRITE_DISABLE = 0x04,
+    READ_STATUS_1 = 0x05,
+    WRITE_ENABLE = 0x06,
+    FAST_READ = 0x0b,
+    WRITE_STATUS_3 = 0x11,
+    READ_STATUS_3 = 0x15,
+    ERASE_4K = 0x20,
+    WRITE_STATUS_2 = 0x31,
+    READ_STATUS_2 = 0x35,
+    UNIQUE_ID = 0x4b,
+    VOLATILE_ENABLE = 0x50,
+    ERASE_32K = 0x52,
+    ERASE_ALL_60 = 0x60,
+    ENABLE_RESET = 0x66,
+    MANUFACTURER_ID = 0x90,
+    RESET = 0x99,
+    JEDEC_ID = 0x9f,
+    RELEASE = 0xab,
+    POWER_DOWN = 0xb9,
+    ERASE_ALL = 0xc7,
+    ERASE_64K = 0xd8,
+};
 
 #endif

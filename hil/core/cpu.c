@@ -9,7 +9,7 @@
 #include "hil/core/exception.h"
 #include "hil/core/locate.h"
 #include "hil/core/map.h"
-#include "hil/core/must.h"
+#include "hil/core/engine.h"
 #include "hil/core/stores.h"
 #include "hil/core/whatif.h"
 

@@ -5,6 +5,9 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unicorn/unicorn.h>
 
 #include "hil/core/stores.h"
 
@@ -69,5 +72,17 @@ struct hil_cpu_engine {
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
 };
+
+/* ---- must ---- */
+
+/* A call of Unicorn that must not fail. */
+
+static inline void hil_must(uc_err err, const char *what)
+{
+    if (err == UC_ERR_OK)
+        return;
+    fprintf(stderr, "matrig-board: the CPU emulator failed: %s: %s\n", what, uc_strerror(err));
+    abort();
+}
 
 #endif

@@ -4,7 +4,7 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/must.h"
+#include "hil/core/engine.h"
 
 /* Memory that stores do not change. Only a later change of its protection makes Unicorn discard a
  * store that the memory hook has taken; as mapped, it would carry it out. */

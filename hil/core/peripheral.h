@@ -79,4 +79,34 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
     return i == HIL_NO_PERIPHERAL ? NULL : &bus->peripheral[i];
 }
 
+/* ---- call ---- */
+
+/* A wire from one part to another: who is told, and by which call. The part at the near end knows
+ * nothing of the far end, so that a peripheral does not know the board it sits on. */
+
+struct hil_call {
+    void (*call)(void *who); /* NULL: nobody is there */
+    void *who;
+};
+
+static inline void hil_call(const struct hil_call *wire)
+{
+    if (wire->call)
+        wire->call(wire->who);
+}
+
+/* ---- words ---- */
+
+/* Registers of a peripheral by name and by offset: word[offset / 4] is the register that is named
+ * at that place. A register that keeps nothing, and a place without a register, has a name too and
+ * stays 0. */
+
+#define HIL_WORDS(word, ...)                                          \
+    union {                                                           \
+        struct {                                                      \
+            uint32_t __VA_ARGS__;                                     \
+        };                                                            \
+        uint32_t word[sizeof(struct { uint32_t __VA_ARGS__; }) / 4u]; \
+    }
+
 #endif

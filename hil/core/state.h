@@ -9,7 +9,7 @@
 #include "hil/core/clock.h"
 #include "hil/core/counters.h"
 #include "hil/core/memory.h"
-#include "hil/core/words.h"
+#include "hil/core/peripheral.h"
 
 /* --- events: hil/core/event.h --- */
 

@@ -23,8 +23,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hil/core/call.h"
-#include "hil/core/words.h"
+#include "hil/core/peripheral.h"
 
 struct hil_core;
 struct hil_options;

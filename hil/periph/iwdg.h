@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/words.h"
+#include "hil/core/peripheral.h"
 
 struct hil_core;
 struct hil_options;

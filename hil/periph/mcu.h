@@ -22,7 +22,6 @@
 #include "hil/periph/rules.h"
 #include "hil/periph/spi.h"
 #include "hil/periph/tim.h"
-#include "hil/periph/tim11.h"
 #include "hil/periph/usart.h"
 
 /* Without pointers: a copy is a snapshot. */

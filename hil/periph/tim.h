@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/words.h"
+#include "hil/core/peripheral.h"
 
 struct hil_adc_device;
 struct hil_core;
@@ -61,5 +61,33 @@ bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
 /* HCLK cycles from an edge of TI1 to its capture, as the input is set up now. */
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev);
+
+/* ---- tim11 ---- */
+
+/* TIM11 (RM0090 19.5) as far as it measures the crystal: channel 1 captures the HSE, divided for
+ * the RTC (TIM11_OR). Anything else is refused. */
+
+struct hil_core;
+struct hil_options;
+struct hil_rcc_device;
+
+struct hil_tim11 {
+    HIL_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30, ccr1,
+              at_38[6], or);
+    uint64_t began_ps; /* counter and capture are on since then; HIL_NEVER: they are not */
+    uint64_t captures; /* since then */
+};
+
+struct hil_tim11_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_rcc_device *rcc;
+    struct hil_tim11 *state;
+};
+
+/* `device` is a struct hil_tim11_device, `unit` is not used. */
+void hil_tim11_reset(void *device, unsigned unit);
+uint32_t hil_tim11_read(void *device, unsigned unit, uint32_t offset);
+void hil_tim11_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
 
 #endif

@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/periph/adc_errors.h"
+#include "hil/periph/adc.h"
 #include "hil/rig/runfile.h"
 
 struct hil_options;

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hil/core/call.h"
+#include "hil/core/peripheral.h"
 #include "hil/periph/can_frame.h"
 #include "hil/periph/wire.h"
 

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/series.h"
+#include "common/catalogue.h"
 #include "common/watch.h"
 #include "common/wire.h"
 #include "host/analyse/measured.h"

@@ -2,7 +2,7 @@
  *
  * Serial: every frame has a number; a jump says how many are lost. CAN: frames have none, so
  * `can_health.sent`, which counts the frames queued before that one, is held against the frames
- * received since the one before; and the messages of a series (common/series.h) step by its blocks
+ * received since the one before; and the messages of a series (common/catalogue.h) step by its blocks
  * while a landing is recorded, which tells whose frames are missing. A step alone proves nothing;
  * it is believed when the next can_health confirms that frames are lost, or when none comes any
  * more.
@@ -25,7 +25,7 @@
 #ifndef MATRIG_HOST_ACCOUNT_H
 #define MATRIG_HOST_ACCOUNT_H
 
-#include "common/series.h"
+#include "common/catalogue.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/boardtime.h"
-#include "common/boxread.h"
+#include "common/boxpage.h"
 #include "common/catalogue.h"
 #include "host/collect/collect_state.h"
 #include "host/base/xmalloc.h"

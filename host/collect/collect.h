@@ -17,7 +17,7 @@
 #define MATRIG_HOST_COLLECT_H
 
 #include "common/block.h"
-#include "common/message.h"
+#include "common/catalogue.h"
 #include "host/board/health_client.h"
 #include "host/link/link.h"
 #include "host/store/store.h"

@@ -3,12 +3,11 @@
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
-#include "common/message.h"
+#include "common/catalogue.h"
 #include "common/fault.h"
 #include "common/framing.h"
 #include "common/risk.h"
 #include "common/runway.h"
-#include "common/series.h"
 #include "host/board/health_client.h"
 #include "host/collect/account.h"
 #include "host/collect/collect.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "common/series.h"
+#include "common/catalogue.h"
 
 #define MISSING             ((float)NAN)
 #define RESTART_BLOCKS      1000 /* a block so much older than the newest: the board began again */

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 
 #include "common/channels.h"
-#include "common/message.h"
+#include "common/catalogue.h"
 #include "host/link/link.h"
 
 /* transducers, then gages, in the board's order */

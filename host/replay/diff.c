@@ -6,7 +6,7 @@
 
 #include "common/command.h"
 #include "common/fault.h"
-#include "common/series.h"
+#include "common/catalogue.h"
 #include "host/replay/diff_field.h"
 
 #define DIGITS 15 /* as they were read */

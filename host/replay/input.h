@@ -1,7 +1,7 @@
 /* What a board took in during a recorded landing, put together from what it said: its block
  * records, the edges and film frames it reported, and the commands it acknowledged. Written as a
  * replay file for the emulated board (`matrig-replay 1`: a line for each command, edge, film frame
- * and block; hil/rig/replayfile.h draws it).
+ * and block; hil/rig/replay.h draws it).
  *
  * Not recorded, and so made up: the survey is given again before arming, segment by segment, and
  * zeros that were measured (channel_zero of the landing says which, and what they were), and the

@@ -1,4 +1,4 @@
-#include "common/message.h"
+#include "common/catalogue.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "common/series.h"
+#include "common/catalogue.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* The application: readings, rates, commands, links, faults. */
-#include "common/boxread.h"
+#include "common/boxpage.h"
 #include "common/wire.h"
 #include "tests/firmware/play.h"
 

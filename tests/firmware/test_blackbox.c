@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boxread.h"
+#include "common/boxpage.h"
 #include "firmware/blackbox.h"
 #include "firmware/health.h"
 #include "tests/cmocka_all.h"

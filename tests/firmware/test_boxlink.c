@@ -2,7 +2,7 @@
  * a host sees it. */
 #include "tests/firmware/play.h"
 
-#include "common/boxread.h"
+#include "common/boxpage.h"
 #include "common/framing.h"
 #include "firmware/config.h"
 #include "tests/firmware/fake_nor.h"

@@ -5,7 +5,7 @@
 #include "common/bands.h"
 #include "common/channels.h"
 #include "common/wire.h"
-#include "firmware/zero.h"
+#include "firmware/channels.h"
 
 #define CODES_PER_LB (0.005 * 4096.0 / 3.3)
 

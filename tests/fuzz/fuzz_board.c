@@ -1,6 +1,6 @@
 /* What matrig-board reads: recorded runs, replays, fault files; the first byte chooses. */
 #include "hil/rig/faults.h"
-#include "hil/rig/replayfile.h"
+#include "hil/rig/replay.h"
 #include "hil/rig/runfile.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -5,7 +5,7 @@
  * A file that was recorded before a message was repacked is still the truth afterwards. Both files
  * are gzip.
  *
- * LANDING.vN.given.gz, what the board took in (also what hil/rig/replayfile.h wants):
+ * LANDING.vN.given.gz, what the board took in (also what hil/rig/replay.h wants):
  *
  *     matrig-golden-given 1
  *     uid W W W                              identity of the board, 8 hex digits each

@@ -1,6 +1,6 @@
 /* The black box on the emulated board: the firmware as it is, its driver, and a W25Q128 that takes
  * its time and tears. */
-#include "common/boxread.h"
+#include "common/boxpage.h"
 #include "hil/chips/w25q.h"
 #include "tests/hil/ear.h"
 #include "tests/hil/snapshot.h"

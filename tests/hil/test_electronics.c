@@ -251,7 +251,7 @@ static void boards_name_and_measure(void **state)
     assert_true(edge <= boards / 50);
     assert_int_equal(inside, HIL_RUN_COLUMNS * (boards - edge));
     assert_true(named >= 24 * boards - boards / 100);
-    /* firmware/zero.h states 0.1 lb and 0.0005 in */
+    /* firmware/channels.h states 0.1 lb and 0.0005 in */
     assert_true(zero_lb < 0.1 && zero_in < 0.0005);
     /* the converter's curve, 3 LSB at most: 0.5 lb; half a difference: 0.005 in */
     assert_true(worst_lb < 1.0 && worst_in < 0.006);

@@ -2,7 +2,7 @@
  * tests/cli/replay.sh. */
 #include "common/crc32.h"
 #include "hil/rig/codes.h"
-#include "hil/rig/replayfile.h"
+#include "hil/rig/replay.h"
 #include "tests/hil/bench.h"
 
 static uint32_t seed = 12345;

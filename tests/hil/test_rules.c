@@ -2,7 +2,7 @@
  * board demand. */
 #include <unicorn/unicorn.h>
 
-#include "hil/periph/adc_sampling.h"
+#include "hil/periph/adc.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/rules.h"
 #include "hil/symbols.h"
