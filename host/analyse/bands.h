@@ -5,7 +5,7 @@
 
 #include "host/base/answer.h"
 #include "host/analyse/measured.h"
-#include "host/store/store_bands.h"
+#include "host/store/store.h"
 
 struct bands_shunt { /* one gage, before and after the landing */
     unsigned gage;

@@ -11,7 +11,7 @@
 #include "host/base/xmalloc.h"
 #include "host/link/link.h"
 #include "host/store/store_import.h"
-#include "host/store/store_recalibrate.h"
+#include "host/store/store_journal.h"
 
 struct measured_span {
     int64_t first, last; /* blocks, both in it */

@@ -11,7 +11,6 @@
 #include "host/base/xmalloc.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
-#include "host/store/store_survey.h"
 #include "host/survey/survey.h"
 
 /* ---- what was said ---- */

@@ -1,9 +1,12 @@
 /* Who the board is and how it is configured, as it tells it, into the campaign. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "host/collect/collect_state.h"
+#include "common/wire.h"
+#include "host/board/config_text.h"
 
 /* The board that is known is not the one that speaks. Serial has a board at its end, and nobody
  * else; on CAN it may be a stranger, as long as the board that is known speaks too, or serial may
@@ -259,6 +262,54 @@ static enum mr_status board_image(struct collector *collector, struct side *side
     return MR_OK;
 }
 
+/* ---- config ----
+ *
+ * The configuration that a board tells word by word, into the database. */
+
+static bool is_whole(const struct side *side)
+{
+    for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {
+        if (!side->config_present[i])
+            return false;
+    }
+    return true;
+}
+
+static enum mr_status config_word(struct collector *collector, struct side *side,
+                                  const struct mr_config_image *word, struct error *error)
+{
+    struct mr_config config;
+    if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
+        return MR_OK; /* of another table */
+    if (word->offset == 0)
+        memset(side->config_present, 0, sizeof side->config_present);
+    mr_put_u32(side->config_image + 4u * word->offset, word->value);
+    side->config_present[word->offset] = 1;
+    if (word->offset != MR_CONFIG_WORDS - 1 || !is_whole(side) ||
+        mr_config_decode(side->config_image, MR_CONFIG_IMAGE, &config) != MR_OK)
+        return MR_OK;
+    char *text = config_text_write(&config);
+    /* the last word is the CRC */
+    enum mr_status status = store_configuration_put(collector->store, word->value, text, error);
+    free(text);
+    if (status == MR_OK) {
+        collector->config_kept = true;
+        collector->config_kept_crc = word->value;
+    }
+    return status;
+}
+
+bool collector_lacks_configuration(const struct collector *collector)
+{
+    bool known = collector->hello && collector->identity.config_crc != STORE_NONE;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (collector->side[kind].current)
+            return false; /* the board does not tell it from arm to done */
+    }
+    return known && !(collector->config_kept &&
+                      collector->config_kept_crc == (uint32_t)collector->identity.config_crc);
+}
+
 enum mr_status collect_identity_message(struct collector *collector, struct side *side,
                                         const struct collector_event *event, struct error *error)
 {
@@ -274,8 +325,7 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
     case MR_PLACE_BOARD_CONFIG:
         collector->identity.config_crc = m->as.board_config.config_crc;
         return MR_OK;
-    case MR_PLACE_CONFIG_IMAGE:
-        return collect_config_word(collector, side, &m->as.config_image, error);
+    case MR_PLACE_CONFIG_IMAGE: return config_word(collector, side, &m->as.config_image, error);
     case MR_PLACE_SITE: return site(collector, side, &m->as.site, error);
     case MR_PLACE_CHANNEL: return channel(collector, side, &m->as.channel, error);
     case MR_PLACE_CHANNEL_ZERO: return channel_zero(collector, side, &m->as.channel_zero, error);

@@ -1,7 +1,13 @@
 /* What each message of the catalogue does to the campaign: those of a landing's state, of time and
  * of what was lost here, the others in the file of their topic. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
 #include "common/command.h"
 #include "host/collect/collect_state.h"
+#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 enum mr_status collect_state_event(struct collector *collector, const struct side *side,
                                    const struct mr_landing *message, uint64_t host_us,
@@ -102,6 +108,9 @@ static enum mr_status state_message(struct collector *collector, struct side *si
     }
 }
 
+static collect_topic collect_gear_message, collect_predict_message, collect_band_message,
+    collect_health_message;
+
 /* Who takes which message, beside the event that it may be; the others are kept as frames alone. */
 static collect_topic *const topics[MR_PLACES] = {
 #define PACK(SERIES_NAME, name, NAME, id, first, count) [MR_PLACE_##NAME] = count_message,
@@ -180,4 +189,459 @@ enum mr_status collect_message_again(struct collector *collector, struct side *s
                       topic == collect_band_message;
     enum mr_status status = keep_event(collector, side, event, error);
     return status == MR_OK && of_landing ? topic(collector, side, event, error) : status;
+}
+
+/* ---- gear ----
+ *
+ * The gear of a landing into the campaign: switches, motion, touchdown and stop; and the zones that
+ * are found before it. */
+
+static enum mr_status edge(struct collector *collector, struct side *side,
+                           const struct mr_edge *message, struct error *error)
+{
+    struct slot *slot = side->current;
+    if (!slot)
+        return MR_OK;
+    if (message->count > slot->edges)
+        slot->edges = message->count;
+    if (slot->first_edge_us == 0.0 && side->time.tick_known)
+        slot->first_edge_us = timebase_tick_us(&side->time, message->tick);
+    struct store_edge row = {.board_us = timebase_tick_us(&side->time, message->tick),
+                             .links = collect_link_bit(side)};
+    collect_edge_row(&row, message);
+    return store_edge_put(collector->store, slot->row.id, &row, error);
+}
+
+/* An edge that the board took back is no gate for the host either. One that only the final fit left
+ * out stays: the host's own fit finds it. */
+static enum mr_status switch_event(struct collector *collector, const struct side *side,
+                                   const struct mr_switch_event *message, struct error *error)
+{
+    bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER &&
+                   isnan(message->late_ms);
+    return side->current && refused
+             ? store_edge_refuse(collector->store, side->current->row.id, message->count, error)
+             : MR_OK;
+}
+
+/* Motion and its errors are two messages with the same block; the first is stored at once, the
+ * second completes it. So are a zone and its lead. */
+#define TWO_HALVES(name, NAME, second)                                                     \
+    static enum mr_status name(struct collector *collector, struct side *side,             \
+                               const struct mr_message *m, struct error *error)            \
+    {                                                                                      \
+        struct store_##name *row = &side->name;                                            \
+        if (m->place == MR_PLACE_##NAME) {                                                 \
+            *row = store_blank_##name;                                                     \
+            side->name##16 = m->block16;                                                   \
+            collect_##name##_row(row, &m->as.name);                                        \
+        } else if (m->block16 == side->name##16) {                                         \
+            collect_##second##_row(row, &m->as.second);                                    \
+        } else {                                                                           \
+            return MR_OK;                                                                  \
+        }                                                                                  \
+        row->block = collect_block(side, m);                                               \
+        row->links = collect_link_bit(side);                                               \
+        return side->current && row->block >= 0                                            \
+                 ? store_##name##_put(collector->store, side->current->row.id, row, error) \
+                 : MR_OK;                                                                  \
+    }
+TWO_HALVES(motion, MOTION, motion_error)
+TWO_HALVES(zone, ZONE, zone_lead)
+
+/* Touchdown and stop are of one row, and come in any order. */
+static enum mr_status result(struct collector *collector, const struct side *side,
+                             const struct mr_message *m, struct error *error)
+{
+    struct store_result row = store_blank_result;
+    row.links = collect_link_bit(side);
+    if (m->place == MR_PLACE_TOUCHDOWN)
+        collect_touchdown_row(&row, &m->as.touchdown);
+    else
+        collect_stop_row(&row, &m->as.stop);
+    return side->current ? store_result_put(collector->store, side->current->row.id, &row, error)
+                         : MR_OK;
+}
+
+static enum mr_status collect_gear_message(struct collector *collector, struct side *side,
+                                           const struct collector_event *event, struct error *error)
+{
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_EDGE: return edge(collector, side, &m->as.edge, error);
+    case MR_PLACE_SWITCH_EVENT: return switch_event(collector, side, &m->as.switch_event, error);
+    case MR_PLACE_MOTION:
+    case MR_PLACE_MOTION_ERROR: return motion(collector, side, m, error);
+    case MR_PLACE_ZONE:
+    case MR_PLACE_ZONE_LEAD: return zone(collector, side, m, error);
+    case MR_PLACE_TOUCHDOWN:
+    case MR_PLACE_STOP: return result(collector, side, m, error);
+    default: return MR_OK;
+    }
+}
+
+/* ---- predict ----
+ *
+ * What the predictor says, and the runway and the parameters that a landing is armed with, into the
+ * campaign. */
+
+static bool same(float a, float b)
+{
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+static enum mr_status trust(struct collector *collector, struct side *side,
+                            const struct mr_message *m, struct error *error)
+{
+    struct store_trust row = {.block = collect_block(side, m), .links = collect_link_bit(side)};
+    collect_trust_row(&row, &m->as.trust);
+    return side->current && row.block >= 0
+             ? store_trust_put(collector->store, side->current->row.id, &row, error)
+             : MR_OK;
+}
+
+/* A runway is kept when it is whole: all its joints in a row, and of the CRC that the board
+ * gave. */
+static enum mr_status joints(struct collector *collector, struct side *side,
+                             const struct mr_runway_joints *m, struct error *error)
+{
+    struct mr_predictor_state *state = &side->runway;
+    if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_parts ||
+        side->runway_parts >= mr_runway_messages(state))
+        return MR_OK;
+    mr_runway_take(state, m);
+    side->runway_parts++;
+    if (!side->current || side->runway_parts < mr_runway_messages(state) ||
+        mr_runway_crc(state) != side->runway_store.crc)
+        return MR_OK;
+    return store_runway_put(collector->store, side->current->row.id, state,
+                            side->runway_store.source, error);
+}
+
+static void runway(struct side *side, const struct mr_runway *m)
+{
+    side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0,
+                                               .landings = m->landings,
+                                               .scale = m->resistance};
+    side->runway_parts = 0;
+}
+
+static void runway_store(struct collector *collector, struct side *side,
+                         const struct mr_runway_store *m)
+{
+    const struct mr_runway_store *known = &collector->stored;
+    side->runway_store = *m;
+    collector->stored_news |= !collector->stored_known || known->state != m->state ||
+                              known->source != m->source || known->copy_a != m->copy_a ||
+                              known->copy_b != m->copy_b;
+    collector->stored = *m;
+    collector->stored_known = true;
+}
+
+static enum mr_status item(struct collector *collector, const struct side *side,
+                           const struct mr_predict_item *m, struct error *error)
+{
+    if (m->index >= MR_PREDICT_ITEMS ||
+        (collector->predict_known[m->index] && same(collector->predict_item[m->index], m->value)))
+        return MR_OK;
+    collector->predict_known[m->index] = true;
+    collector->predict_item[m->index] = m->value;
+    return side->current ? store_predict_item_put(collector->store, side->current->row.id, m->index,
+                                                  (double)m->value, error)
+                         : MR_OK;
+}
+
+enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
+                                        struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
+        if (collector->predict_known[i])
+            status = store_predict_item_put(collector->store, slot->row.id, i,
+                                            (double)collector->predict_item[i], error);
+    }
+    for (unsigned i = 0; i < MR_RISK_TOLD && status == MR_OK; i++) {
+        if (collector->risk_known[i])
+            status = store_risk_item_put(collector->store, slot->row.id, i,
+                                         (double)collector->risk_item[i], error);
+    }
+    return status;
+}
+
+/* A list begins with its first number: what is not in it is missing. */
+static enum mr_status risk_item(struct collector *collector, const struct side *side,
+                                const struct mr_risk_item *m, struct error *error)
+{
+    if (m->index >= MR_RISK_TOLD)
+        return MR_OK;
+    if (m->index == 0)
+        memset(collector->risk_known, 0, sizeof collector->risk_known);
+    collector->risk_known[m->index] = true;
+    collector->risk_item[m->index] = m->value;
+    return side->current ? store_risk_item_put(collector->store, side->current->row.id, m->index,
+                                               (double)m->value, error)
+                         : MR_OK;
+}
+
+static enum mr_status risk(struct collector *collector, struct side *side,
+                           const struct mr_message *m, struct error *error)
+{
+    struct store_risk part = store_blank_risk;
+    part.links = collect_link_bit(side);
+    if (m->place == MR_PLACE_RISK)
+        collect_risk_row(&part, &m->as.risk);
+    else
+        collect_risk_lead_row(&part, &m->as.risk_lead);
+    part.block = collect_block(side, m);
+    return side->current && part.block >= 0
+             ? store_risk_put(collector->store, side->current->row.id, &part, error)
+             : MR_OK;
+}
+
+/* The parts of a statement. They have its block, the newest that came or one not long past. */
+static enum mr_status statement(struct collector *collector, struct side *side,
+                                const struct mr_message *m, struct error *error)
+{
+    struct store_prediction part = store_blank_prediction;
+    part.links = collect_link_bit(side);
+    switch (m->place) {
+    case MR_PLACE_ZONE_ERROR: collect_zone_error_row(&part, &m->as.zone_error); break;
+    case MR_PLACE_ZONE_COMING: collect_zone_coming_row(&part, &m->as.zone_coming); break;
+    case MR_PLACE_ZONE_PRESS: collect_zone_press_row(&part, &m->as.zone_press); break;
+    case MR_PLACE_VERDICT: collect_verdict_row(&part, &m->as.verdict); break;
+    default: return MR_OK;
+    }
+    part.block = collect_block(side, m);
+    return side->current && part.block >= 0
+             ? store_prediction_put(collector->store, side->current->row.id, &part, error)
+             : MR_OK;
+}
+
+static enum mr_status collect_predict_message(struct collector *collector, struct side *side,
+                                              const struct collector_event *event,
+                                              struct error *error)
+{
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_TRUST: return trust(collector, side, m, error);
+    case MR_PLACE_RUNWAY: runway(side, &m->as.runway); return MR_OK;
+    case MR_PLACE_RUNWAY_JOINTS: return joints(collector, side, &m->as.runway_joints, error);
+    case MR_PLACE_RUNWAY_STORE: runway_store(collector, side, &m->as.runway_store); return MR_OK;
+    case MR_PLACE_RISK:
+    case MR_PLACE_RISK_LEAD: return risk(collector, side, m, error);
+    case MR_PLACE_RISK_ITEM: return risk_item(collector, side, &m->as.risk_item, error);
+    case MR_PLACE_PREDICT_ITEM: return item(collector, side, &m->as.predict_item, error);
+    default: return statement(collector, side, m, error);
+    }
+}
+
+/* ---- bands ----
+ *
+ * What the board says of bands, and of their gages' shunt calibration, into the campaign. */
+
+/* Whole index of a block that is not long past; it says nothing of the time now. */
+static int64_t block_of(const struct side *side, uint16_t at_block16)
+{
+    struct timebase copy = side->time;
+    int64_t block = timebase_unwrap(&copy, at_block16);
+    return block < 0 ? STORE_NONE : block;
+}
+
+static enum mr_status band_event(struct collector *collector, const struct side *side,
+                                 const struct mr_band_event *m, struct error *error)
+{
+    int64_t block = block_of(side, m->at_block16);
+    struct store_band_event row = {.block = block == STORE_NONE ? 0 : block,
+                                   .links = collect_link_bit(side)};
+    collect_band_event_row(&row, m);
+    return side->current
+             ? store_band_event_put(collector->store, side->current->row.id, &row, error)
+             : MR_OK;
+}
+
+/* Result and check are two messages of one gage; the first is stored at once, the second completes
+ * it. */
+static enum mr_status shunt(struct collector *collector, struct side *side,
+                            const struct mr_message *m, struct error *error)
+{
+    struct store_shunt *row = &side->shunt_result;
+    if (m->place == MR_PLACE_SHUNT) {
+        side->shunt = store_blank_shunt;
+        side->shunt.links = collect_link_bit(side);
+        collect_shunt_row(&side->shunt, &m->as.shunt);
+        return MR_OK;
+    }
+    if (m->place == MR_PLACE_SHUNT_RESULT) {
+        *row = side->shunt;
+        collect_shunt_result_row(row, &m->as.shunt_result);
+    } else if (m->as.shunt_check.gage == row->gage) {
+        collect_shunt_check_row(row, &m->as.shunt_check);
+    } else {
+        return MR_OK;
+    }
+    if (side->shunt.number == 0) /* the log began in the middle */
+        return MR_OK;
+    return store_shunt_put(collector->store, collector->session, side->boot, row, error);
+}
+
+/* Before and after, least and most of a band are of one row. A least or most of no gage says
+ * nothing. */
+static enum mr_status band(struct collector *collector, const struct side *side,
+                           const struct mr_message *m, struct error *error)
+{
+    struct store_band row = store_blank_band;
+    const struct mr_band_least *least = &m->as.band_least;
+    const struct mr_band_most *most = &m->as.band_most;
+    row.links = collect_link_bit(side);
+    if (m->place == MR_PLACE_BAND_BEFORE)
+        collect_band_before_row(&row, &m->as.band_before);
+    else if (m->place == MR_PLACE_BAND_AFTER)
+        collect_band_after_row(&row, &m->as.band_after);
+    else
+        row.band = m->place == MR_PLACE_BAND_LEAST ? least->band : most->band;
+    if (m->place == MR_PLACE_BAND_LEAST && least->gage) {
+        collect_band_least_row(&row, least);
+        row.least_block = block_of(side, least->at_block16);
+    }
+    if (m->place == MR_PLACE_BAND_MOST && most->gage) {
+        collect_band_most_row(&row, most);
+        row.most_block = block_of(side, most->at_block16);
+    }
+    return side->current ? store_band_put(collector->store, side->current->row.id, &row, error)
+                         : MR_OK;
+}
+
+static enum mr_status collect_band_message(struct collector *collector, struct side *side,
+                                           const struct collector_event *event, struct error *error)
+{
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_BAND_EVENT: return band_event(collector, side, &m->as.band_event, error);
+    case MR_PLACE_BAND_BEFORE:
+    case MR_PLACE_BAND_LEAST:
+    case MR_PLACE_BAND_MOST:
+    case MR_PLACE_BAND_AFTER: return band(collector, side, m, error);
+    default: return shunt(collector, side, m, error);
+    }
+}
+
+/* ---- health ----
+ *
+ * How the board and its channels are, into the campaign: what fails, temperatures, the slow log, a
+ * crash, CAN as the board sees it. */
+
+/* Faults are repeated once a second; a row is made when one has counted on. */
+static enum mr_status fault(struct collector *collector, const struct side *side,
+                            const struct mr_fault *message, uint64_t host_us, struct error *error)
+{
+    if (message->code < MR_FAULT_COUNT) {
+        if (collector->fault_count[message->code] == message->count)
+            return MR_OK;
+        collector->fault_count[message->code] = message->count;
+    }
+    return collect_put_event(collector, side, "fault", message->block, message->code,
+                             message->detail, message->count, host_us, error);
+}
+
+static enum mr_status temperature(struct collector *collector, struct side *side,
+                                  const struct mr_message *message, struct error *error)
+{
+    struct store_mat_temperature row = {.block = collect_block(side, message),
+                                        .links = collect_link_bit(side)};
+    collect_temperature_row(&row, &message->as.temperature);
+    return side->current && row.block >= 0
+             ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error)
+             : MR_OK;
+}
+
+static enum mr_status quality(struct collector *collector, const struct side *side,
+                              const struct mr_channel_quality *message, struct error *error)
+{
+    struct store_quality row;
+    collect_channel_quality_row(&row, message);
+    return side->current ? store_quality_put(collector->store, side->current->row.id, &row, error)
+                         : MR_OK;
+}
+
+/* A row of the slow log comes in six messages; one that is lost loses its row. */
+static void slow_row(struct side *side, const struct mr_slow_row *message, uint64_t host_us)
+{
+    side->slow = (struct store_slow){.time_us = (int64_t)host_us,
+                                     .block = message->block,
+                                     .temperature_c = (double)message->temperature_c};
+    side->slow_number = message->row;
+    side->slow_gages = 0;
+}
+
+/* A row that is whole is stored, of one link. */
+static enum mr_status slow_tension(struct collector *collector, struct side *side,
+                                   const struct mr_slow_tension *message, struct error *error)
+{
+    const float lb[] = {message->a_lb, message->b_lb, message->c_lb};
+    if (!side->slow.block || message->row != side->slow_number ||
+        message->first != side->slow_gages + 1u)
+        return MR_OK;
+    for (unsigned k = 0; k < 3u && side->slow_gages < MR_GAGES; k++)
+        side->slow.tension_lb[side->slow_gages++] = (double)lb[k];
+    if (side->slow_gages < MR_GAGES || !collector->identity.board_uid[0] ||
+        (side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
+        return MR_OK;
+    snprintf(side->slow.board_uid, sizeof side->slow.board_uid, "%s",
+             collector->identity.board_uid);
+    return store_slow_put(collector->store, &side->slow, error);
+}
+
+/* What a processor fault left behind: an event for each word, once, whichever link brings it and
+ * however often. */
+static enum mr_status crash(struct collector *collector, const struct side *side,
+                            const struct mr_crash *message, uint64_t host_us, struct error *error)
+{
+    struct crash_report *report = &collector->crash[side->kind];
+    enum mr_status status = MR_OK;
+    if (!crash_take(report, message) ||
+        memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
+        return MR_OK;
+    collector->crashed = *report;
+    collector->crash_news = true;
+    for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
+        status = collect_put_event(collector, side, "crash", 0, i, report->age, report->word[i],
+                                   host_us, error);
+    return status;
+}
+
+/* The state of CAN as the board sees it is told each second; an event is made when it, or the count
+ * of outages, has changed. */
+static enum mr_status can_alarm(struct collector *collector, const struct side *side,
+                                const struct mr_can_alarm *message, uint64_t host_us,
+                                struct error *error)
+{
+    int64_t block = collect_newest_block(side);
+    struct mr_can_alarm *newest = &collector->alarm;
+    bool same = newest->state == message->state && newest->outages == message->outages;
+    /* had waited in the controller */
+    bool older = side->kind == LINK_CAN && message->outages < newest->outages;
+    if (same || older)
+        return MR_OK;
+    *newest = *message;
+    collector->alarm_news = true;
+    return collect_put_event(collector, side, "can-state", block < 0 ? 0 : block, message->state,
+                             message->tec, message->outages, host_us, error);
+}
+
+static enum mr_status collect_health_message(struct collector *collector, struct side *side,
+                                             const struct collector_event *event,
+                                             struct error *error)
+{
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_CHANNEL_QUALITY: return quality(collector, side, &m->as.channel_quality, error);
+    case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
+    case MR_PLACE_TEMPERATURE: return temperature(collector, side, m, error);
+    case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
+    case MR_PLACE_CAN_ALARM:
+        return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
+    case MR_PLACE_SLOW_ROW: slow_row(side, &m->as.slow_row, event->host_us); return MR_OK;
+    case MR_PLACE_SLOW_TENSION: return slow_tension(collector, side, &m->as.slow_tension, error);
+    default: return MR_OK;
+    }
 }

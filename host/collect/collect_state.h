@@ -126,7 +126,7 @@ struct collector {
     bool answer_news;
 };
 
-/* ---- collect_side.c ---- */
+/* ---- collect_time.c ---- */
 
 /* Newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
@@ -155,16 +155,11 @@ typedef enum mr_status collect_topic(struct collector *collector, struct side *s
 collect_topic collect_message;
 /* Once more, for the landing that the message turns out to be of: events, and what gear, predictor
  * and bands did. */
-collect_topic collect_message_again;
-collect_topic collect_identity_message, collect_gear_message, collect_predict_message,
-    collect_band_message, collect_health_message;
+collect_topic collect_message_again, collect_identity_message;
 /* A change of a landing's state, as an event of the landing that the side is in. */
 enum mr_status collect_state_event(struct collector *collector, const struct side *side,
                                    const struct mr_landing *message, uint64_t host_us,
                                    struct error *error);
-/* A word of the board's configuration; the last one writes it. */
-enum mr_status collect_config_word(struct collector *collector, struct side *side,
-                                   const struct mr_config_image *word, struct error *error);
 /* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
                                         struct error *error);
@@ -189,13 +184,6 @@ enum mr_status collect_film_frame(struct collector *collector, struct side *side
 enum mr_status collect_landing(struct collector *collector, struct side *side,
                                const struct mr_landing *landing, uint64_t host_us, bool *believed,
                                struct error *error);
-/* CAN alone said that the landing was over, or that another one was armed, and the board goes on as
- * before: those frames were not the board's. What came meanwhile is put to the landing
- * (collect_join.c). */
-enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error);
-/* Frames of the landing later than the row `mark`, once more. */
-enum mr_status collect_understand_again(struct collector *collector, struct side *side,
-                                        const struct slot *slot, int64_t mark, struct error *error);
 /* The side's landing, if any, is over for it. */
 void collect_leave(struct side *side);
 /* A landing is over: what a link should have brought of it and did not becomes a gap. */

@@ -9,7 +9,7 @@
 #include "host/base/xmalloc.h"
 #include "host/board/bringup.h"
 #include "host/commands/commands.h"
-#include "host/store/store_bringup.h"
+#include "host/store/store_readiness.h"
 
 #define VALUE_TEXT 160
 

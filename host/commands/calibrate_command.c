@@ -21,7 +21,6 @@
 #include "host/base/output.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
-#include "host/store/store_recalibrate.h"
 
 #define DAY_S      86400
 #define VALID_DAYS 365.0

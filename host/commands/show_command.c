@@ -10,7 +10,7 @@
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
 #include "host/store/store_same.h"
-#include "host/store/store_survey.h"
+#include "host/store/store_journal.h"
 
 /* ---- all of them ---- */
 

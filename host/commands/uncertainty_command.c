@@ -15,7 +15,7 @@
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
 #include "host/store/store_readiness.h"
-#include "host/store/store_recalibrate.h"
+#include "host/store/store_journal.h"
 
 struct request {
     const struct cli *cli;

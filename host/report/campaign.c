@@ -9,7 +9,7 @@
 #include "host/base/xmalloc.h"
 #include "host/report/chart.h"
 #include "host/report/report.h"
-#include "host/store/store_recalibrate.h"
+#include "host/store/store_journal.h"
 
 static const double none = (double)NAN;
 

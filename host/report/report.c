@@ -8,7 +8,7 @@
 #include "host/base/xmalloc.h"
 #include "host/board/config_text.h"
 #include "host/report/report.h"
-#include "host/store/store_recalibrate.h"
+#include "host/store/store_journal.h"
 
 const char *report_wrong_text(unsigned i)
 {

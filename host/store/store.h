@@ -287,4 +287,57 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
                                      struct store_simulation_head *head, struct error *error);
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
+/* ---- frames that were put to the wrong landing ---- */
+
+/* Of a link in a session, later than the row `mark` (store_frames_mark), of this board time. */
+struct store_frames_span {
+    int64_t session;
+    int link;
+    int64_t mark, from_us, to_us;
+};
+/* Those of `from_run` (STORE_NONE: of none) become those of `to_run`. */
+enum mr_status store_frames_join(struct store *store, const struct store_frames_span *span,
+                                 int64_t from_run, int64_t to_run, struct error *error);
+
+/* Of two links that are read one after the other: of the frames of CAN after `mark` those are the
+ * landing's that came from the state that serial said first of it to the one that it said last, if
+ * it said the end (`ended`). */
+enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
+                                  bool ended, struct error *error);
+
+struct store_kept_frame {
+    uint32_t id;
+    uint64_t host_us;
+    int64_t board_us; /* STORE_NONE: not known */
+    uint8_t length, data[8];
+};
+/* Those of a landing that the board sent on CAN, later than `mark`, in order; the caller frees
+ * them. */
+enum mr_status store_frames_since(struct store *store, int64_t run, int link, int64_t mark,
+                                  struct store_kept_frame **frames, size_t *count,
+                                  struct error *error);
+
+/* ---- bands: figures and findings of each landing as the board told them, shunt calibrations ----
+ *
+ * A shunt calibration belongs to no landing: it is before one and after another. */
+
+/* Completes what is there: NaN and STORE_NONE leave a value as it is. */
+enum mr_status store_band_put(struct store *store, int64_t run, const struct store_band *band,
+                              struct error *error);
+enum mr_status store_bands(struct store *store, int64_t run, struct store_band **rows,
+                           size_t *count, struct error *error);
+enum mr_status store_band_event_put(struct store *store, int64_t run,
+                                    const struct store_band_event *event, struct error *error);
+enum mr_status store_band_events(struct store *store, int64_t run, struct store_band_event **rows,
+                                 size_t *count, struct error *error);
+enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boot,
+                               const struct store_shunt *shunt, struct error *error);
+/* The last calibration before `block` of a session's boot, and the first from there on; none:
+ * *count 0. */
+enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t boot,
+                                   int64_t block, struct store_shunt **rows, size_t *count,
+                                   struct error *error);
+enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
+                                  struct store_shunt **rows, size_t *count, struct error *error);
+
 #endif

@@ -1,10 +1,9 @@
-#include "host/store/store_journal.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/store/store_journal.h"
 #include "host/store/store_sql.h"
 
 /* What held before: the newest value said, or what the board said. */
@@ -203,4 +202,120 @@ enum mr_status store_series_of(struct store *store, const struct store_landing *
         status = overlay(store, landing->id, "modification", series->modification,
                          sizeof series->modification, error);
     return status;
+}
+
+/* ---- recalibrate ---- */
+
+static bool same(float a, float b)
+{
+    return a == b || (isnan(a) && isnan(b));
+}
+
+static enum mr_status keep(struct store *store, int64_t run, unsigned index, int64_t item,
+                           float was, float value, const struct store_recalibration *how,
+                           unsigned *changed, struct error *error)
+{
+    if (same(was, value))
+        return MR_OK;
+    ++*changed;
+    const struct store_recalibrated row = {.index = index,
+                                           .item = item,
+                                           .was = (double)was,
+                                           .value = (double)value,
+                                           .made_us = how->made_us,
+                                           .who = how->who,
+                                           .reason = how->reason};
+    return STORE_PUT(store, error, recalibrated, &row, run);
+}
+
+enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned index,
+                                 const struct mr_channel_config *old,
+                                 const struct mr_channel_config *new,
+                                 const struct store_recalibration *how, unsigned *changed,
+                                 struct error *error)
+{
+    struct mr_channel_config becomes = *old;
+    becomes.unit_per_code = new->unit_per_code;
+    if (old->kind != MR_KIND_TENSION || how->zeros)
+        becomes.zero_code = new->zero_code;
+    *changed = 0;
+    enum mr_status status = keep(store, run, index, STORE_ITEM_UNIT, old->unit_per_code,
+                                 becomes.unit_per_code, how, changed, error);
+    if (status == MR_OK)
+        status = keep(store, run, index, STORE_ITEM_ZERO, old->zero_code, becomes.zero_code, how,
+                      changed, error);
+    for (unsigned item = 0; item < MR_CALIBRATION_ITEMS && status == MR_OK; item++) {
+        float was = mr_channel_item(old, item), value = mr_channel_item(new, item);
+        status = keep(store, run, index, item, was, value, how, changed, error);
+        if (status == MR_OK && !same(was, value))
+            status = store_calibration_put(store, run, index, item, (double)value, error);
+    }
+    return status == MR_OK && *changed ? store_channel_put(store, run, index, &becomes, error)
+                                       : status;
+}
+
+enum mr_status store_is_recalibrated(struct store *store, int64_t run, bool *is,
+                                     struct error *error)
+{
+    int64_t rows = 0;
+    enum mr_status status = STORE_NUMBER(store, error, RECALIBRATED, &rows, BIND(run));
+    *is = rows > 0;
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+/* ---- survey ---- */
+
+enum mr_status store_durable(struct store *store, struct error *error)
+{
+    return sqlite3_exec(store->database, "PRAGMA synchronous=FULL", NULL, NULL, NULL) == SQLITE_OK
+             ? MR_OK
+             : store_failed(store, "set up", error);
+}
+
+enum mr_status store_gage_survey_add(struct store *store, struct store_gage_survey *survey,
+                                     struct error *error)
+{
+    struct store_gage_survey row = *survey;
+    row.ended_us = STORE_NONE; /* it begins */
+    enum mr_status status = STORE_PUT(store, error, gage_survey, &row);
+    survey->id = sqlite3_last_insert_rowid(store->database);
+    return status;
+}
+
+enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_t ended_us,
+                                     struct error *error)
+{
+    return STORE_RUN(store, error, GAGE_SURVEY_END, BIND(ended_us), BIND(survey));
+}
+
+enum mr_status store_gage_surveys(struct store *store, struct store_gage_survey **rows,
+                                  size_t *count, struct error *error)
+{
+    STORE_ROWS(GAGE_SURVEYS);
+}
+
+enum mr_status store_gage_reading_add(struct store *store, int64_t survey,
+                                      const struct store_gage_reading *reading, struct error *error)
+{
+    return STORE_PUT(store, error, gage_reading, reading, survey);
+}
+
+enum mr_status store_gage_readings(struct store *store, int64_t survey,
+                                   struct store_gage_reading **rows, size_t *count,
+                                   struct error *error)
+{
+    STORE_ROWS(GAGE_READINGS, BIND(survey));
+}
+
+enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
+                                   const char *link, int64_t segments, struct error *error)
+{
+    const struct store_gage_load_row row = {.made_us = made_us, .link = link, .segments = segments};
+    return STORE_PUT(store, error, gage_load_row, &row, survey);
+}
+
+enum mr_status store_gage_loaded(struct store *store, int64_t survey, int64_t *made_us,
+                                 struct error *error)
+{
+    return STORE_NUMBER(store, error, GAGE_LOADED, made_us, BIND(survey));
 }

@@ -54,4 +54,57 @@ enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *c
 /* The newest session that was logged here; 0: none. */
 enum mr_status store_day_session(struct store *store, int64_t *session, struct error *error);
 
+/* ---- corrected calibrations for landings that are recorded ----
+ *
+ * Readings come from the stored integers, so a landing that has another calibration reads
+ * differently from then on. What was in force when it was recorded is kept, as a row each that
+ * stays. */
+
+#define STORE_ITEM_UNIT (-1) /* unit_per_code; items from 0 on are enum mr_calibration_item */
+#define STORE_ITEM_ZERO (-2) /* zero_code */
+
+struct store_recalibration {
+    int64_t made_us;
+    const char *who, *reason;
+    bool zeros; /* those of gages too, which were measured before the landing */
+};
+/* Gives channel `index` of a landing another calibration, in the caller's transaction. *changed:
+ * how many values are different. */
+enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned index,
+                                 const struct mr_channel_config *old,
+                                 const struct mr_channel_config *new,
+                                 const struct store_recalibration *how, unsigned *changed,
+                                 struct error *error);
+/* Whether a landing has another calibration than it was recorded with. */
+enum mr_status store_is_recalibrated(struct store *store, int64_t run, bool *is,
+                                     struct error *error);
+
+/* ---- surveys of the mat by gage points, as they were read ----
+ *
+ * A reading is a row of its own, written and on disk when store_gage_reading_add returns (outside a
+ * transaction); readings are never changed, the newest of a place holds. */
+
+enum mr_status store_gage_survey_add(struct store *store, struct store_gage_survey *survey,
+                                     struct error *error);
+enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_t ended_us,
+                                     struct error *error);
+enum mr_status store_gage_surveys(struct store *store, struct store_gage_survey **rows,
+                                  size_t *count, struct error *error);
+enum mr_status store_gage_reading_add(struct store *store, int64_t survey,
+                                      const struct store_gage_reading *reading,
+                                      struct error *error);
+/* In the order in which they were written. */
+enum mr_status store_gage_readings(struct store *store, int64_t survey,
+                                   struct store_gage_reading **rows, size_t *count,
+                                   struct error *error);
+/* That a board was given the survey. */
+enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
+                                   const char *link, int64_t segments, struct error *error);
+/* When one was given it last; 0: never. */
+enum mr_status store_gage_loaded(struct store *store, int64_t survey, int64_t *made_us,
+                                 struct error *error);
+/* From now on a commit is on disk when it returns, also for a campaign that was not opened to be
+ * created. */
+enum mr_status store_durable(struct store *store, struct error *error);
+
 #endif

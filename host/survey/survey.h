@@ -10,7 +10,7 @@
 #include "common/closure.h"
 #include "host/base/error.h"
 #include "host/base/quantity.h"
-#include "host/store/store_survey.h"
+#include "host/store/store_journal.h"
 
 /* What a gage survey of the mat reads, where, and in which order it is walked (report 2.7.2, 5.3).
  *

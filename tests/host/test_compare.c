@@ -6,7 +6,7 @@
 #include "host/compare/limits.h"
 #include "host/compare/landing.h"
 #include "host/compare/show.h"
-#include "host/store/store_survey.h"
+#include "host/store/store_journal.h"
 #include "tests/host/session.h"
 
 static const struct stream_truth brisk = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8};

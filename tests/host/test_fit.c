@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/store/store_survey.h"
+#include "host/store/store_journal.h"
 #include "host/study/fit/landings.h"
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/fit.h"

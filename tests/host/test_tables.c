@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "host/collect/collect_rows.h"
-#include "host/store/store_bands.h"
+#include "host/store/store.h"
 #include "host/store/store_sql.h"
 #include "tests/host/scratch.h"
 

@@ -1,0 +1,564 @@
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/store/store_sql.h"
+#include "common/version.h"
+#include "host/base/xmalloc.h"
+#include "host/store/store.h"
+
+enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
+                              struct error *error)
+{
+    STORE_ROWS(LANDINGS);
+}
+
+enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
+                                 struct error *error)
+{
+    enum mr_status status = STORE_ONE(store, error, LANDING_GET, landing, BIND(run));
+    return status != MR_TOO_FEW
+             ? status
+             : error_set(error, MR_UNKNOWN,
+                         "no such landing: RUN %lld in %s; matrig show DB lists them",
+                         (long long)run, store->path);
+}
+
+enum mr_status store_session_get(struct store *store, int64_t session,
+                                 struct store_session_row *row, struct error *error)
+{
+    enum mr_status status = STORE_ONE(store, error, SESSION_GET, row, BIND(session));
+    return status != MR_TOO_FEW ? status
+                                : error_set(error, MR_MALFORMED,
+                                            "session %lld is missing: %s; the database is damaged",
+                                            (long long)session, store->path);
+}
+
+enum mr_status store_link_get(struct store *store, int64_t session, int link,
+                              struct store_link_counts *counts, bool *found, struct error *error)
+{
+    enum mr_status status = STORE_ONE(store, error, LINK_GET, counts, BIND(session), BIND(link));
+    *found = status == MR_OK;
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+static enum mr_status read_calibration(struct store *store, int64_t run,
+                                       struct mr_channel_config *channels, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_calibration row;
+    enum mr_status status = STORE_QUERY(store, error, CALIBRATION, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, CALIBRATION, s, &row)) == MR_OK) {
+        if (row.index >= 0 && row.index < (int64_t)MR_CHANNELS && row.item >= 0 &&
+            row.item < MR_CALIBRATION_ITEMS)
+            mr_channel_item_set(&channels[row.index], (unsigned)row.item, (float)row.value);
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
+                              size_t *found, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_channel row;
+    memset(channels, 0, MR_CHANNELS * sizeof *channels);
+    *found = 0;
+    enum mr_status status = STORE_QUERY(store, error, CHANNELS, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, CHANNELS, s, &row)) == MR_OK) {
+        if (row.index < 0 || row.index >= (int64_t)MR_CHANNELS)
+            continue;
+        channels[row.index] = (struct mr_channel_config){
+            .kind = (uint8_t)row.kind,
+            .number = (uint8_t)row.number,
+            .band = (uint8_t)row.band,
+            .station_ft = (float)row.station_ft,
+            .unit_per_code = (float)row.unit_per_code,
+            .zero_code = (float)row.zero_code,
+        };
+        (*found)++;
+    }
+    return status == MR_TOO_FEW ? read_calibration(store, run, channels, error) : status;
+}
+
+STORE_ROWS_OF_LANDING(store_switches, SWITCHES)
+STORE_ROWS_OF_LANDING(store_segments, SEGMENTS)
+STORE_ROWS_OF_LANDING(store_edges, EDGES)
+STORE_ROWS_OF_LANDING(store_motions, MOTIONS)
+STORE_ROWS_OF_LANDING(store_zones, ZONES)
+STORE_ROWS_OF_LANDING(store_gaps, GAPS)
+STORE_ROWS_OF_LANDING(store_time_maps, TIME_MAPS)
+STORE_ROWS_OF_LANDING(store_film_frames, FILM_FRAMES)
+STORE_ROWS_OF_LANDING(store_switch_events, SWITCH_EVENTS)
+STORE_ROWS_OF_LANDING(store_channel_events, CHANNEL_EVENTS)
+
+enum mr_status store_faults(struct store *store, const struct store_landing *landing,
+                            struct store_fault **rows, size_t *count, struct error *error)
+{
+    STORE_ROWS(FAULTS, BIND(landing->session), BIND(landing->boot), BIND(landing->id));
+}
+
+enum mr_status store_troubles(struct store *store, int64_t run, int link,
+                              struct store_trouble **rows, size_t *count, struct error *error)
+{
+    STORE_ROWS(TROUBLES, BIND(store_trouble_kind(link)), BIND(run));
+}
+
+const char *store_trouble_kind(int link)
+{
+    return link == 0 ? "can-link" : "serial-link";
+}
+
+enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
+                                bool *found, struct error *error)
+{
+    enum mr_status status = STORE_ONE(store, error, RESULT_GET, result, BIND(run));
+    *found = status == MR_OK;
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
+                                  struct error *error)
+{
+    return STORE_NUMBER(store, error, BLOCKS_COUNT, count, BIND(run));
+}
+
+enum mr_status store_block_first(struct store *store, int64_t run, int64_t *index,
+                                 struct error *error)
+{
+    return STORE_NUMBER(store, error, BLOCK_FIRST, index, BIND(run));
+}
+
+enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
+                                  int64_t *index, struct error *error)
+{
+    return STORE_NUMBER(store, error, BLOCK_WITHIN, index, BIND(run), BIND(from), BIND(to));
+}
+
+enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
+                                  struct error *error)
+{
+    return STORE_NUMBER(store, error, FRAMES_COUNT, count, BIND(run), BIND(link));
+}
+
+enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *base,
+                                 struct error *error)
+{
+    int64_t number = 0;
+    enum mr_status status = STORE_NUMBER(store, error, FRAMES_BASE, &number, BIND(run));
+    *base = (uint16_t)number;
+    return status;
+}
+
+enum mr_status store_blocks_each(struct store *store, int64_t run,
+                                 enum mr_status (*each)(void *context, const uint8_t *record,
+                                                        size_t length),
+                                 void *context, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_block_record row;
+    enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCKS, s, &row)) == MR_OK) {
+        status = each(context, row.record.data, row.record.length);
+        if (status != MR_OK)
+            sqlite3_reset(s);
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_block_links_each(struct store *store, int64_t run,
+                                      void (*each)(void *context, int64_t index, int link),
+                                      void *context, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_block_link row;
+    enum mr_status status = STORE_QUERY(store, error, BLOCK_LINKS, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCK_LINKS, s, &row)) == MR_OK)
+        each(context, row.index, row.link);
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_frames_each(struct store *store, int64_t run, int link,
+                                 enum mr_status (*each)(void *context,
+                                                        const struct store_frame *frame),
+                                 void *context, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_received_frame row;
+    enum mr_status status = STORE_QUERY(store, error, FRAMES, &s, BIND(run), BIND(link));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, FRAMES, s, &row)) == MR_OK) {
+        struct store_frame frame = {
+            .run = run,
+            .link = link,
+            .direction = row.direction,
+            .seq = row.seq,
+            .board_us = row.board_us,
+            .host_us = row.host_us,
+            .id = (uint32_t)row.can_id,
+            .data = row.data.data,
+            .length = row.data.length,
+        };
+        status = each(context, &frame);
+        if (status != MR_OK)
+            sqlite3_reset(s);
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+/* ---- write ---- */
+
+enum mr_status store_session_add(struct store *store, struct store_session *session,
+                                 struct error *error)
+{
+    struct store_session row = *session;
+    row.ended_us = STORE_NONE; /* it begins */
+    row.ended_by = NULL;
+    row.matrig = VERSION_TEXT;
+    enum mr_status status = STORE_PUT(store, error, session, &row);
+    session->id = sqlite3_last_insert_rowid(store->database);
+    return status;
+}
+
+enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us,
+                                 const char *ended_by, struct error *error)
+{
+    return STORE_RUN(store, error, SESSION_END, BIND(ended_us), BIND(ended_by), BIND(session));
+}
+
+enum mr_status store_link_put(struct store *store, int64_t session, int link,
+                              const struct store_link_counts *counts, struct error *error)
+{
+    return STORE_PUT(store, error, link_counts, counts, session, link);
+}
+
+enum mr_status store_missing_put(struct store *store, int64_t session, int link,
+                                 const char *message, int64_t missing, struct error *error)
+{
+    const struct store_missing row = {.message = message, .missing = missing};
+    return STORE_PUT(store, error, missing, &row, session, link);
+}
+
+enum mr_status store_landing_add(struct store *store, struct store_landing *landing,
+                                 struct error *error)
+{
+    const struct store_survey survey = {.source = "board"};
+    enum mr_status status = STORE_PUT(store, error, landing, landing);
+    landing->id = sqlite3_last_insert_rowid(store->database);
+    return status == MR_OK ? STORE_PUT(store, error, survey, &survey, landing->id) : status;
+}
+
+enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,
+                                 struct error *error)
+{
+    return STORE_CHANGE(store, error, landing, landing, landing->id);
+}
+
+enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
+                                 const struct mr_channel_config *channel, struct error *error)
+{
+    const struct store_channel row = {.index = index,
+                                      .kind = channel->kind,
+                                      .number = channel->number,
+                                      .band = channel->band,
+                                      .station_ft = (double)channel->station_ft,
+                                      .unit_per_code = (double)channel->unit_per_code,
+                                      .zero_code = (double)channel->zero_code};
+    return STORE_PUT(store, error, channel, &row, run);
+}
+
+enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item,
+                                     double value, struct error *error)
+{
+    const struct store_calibration row = {.index = index, .item = item, .value = value};
+    return STORE_PUT(store, error, calibration, &row, run);
+}
+
+STORE_PUT_OF_LANDING(quality)
+STORE_PUT_OF_LANDING(switch)
+STORE_PUT_OF_LANDING(edge)
+STORE_PUT_OF_LANDING(motion)
+STORE_PUT_OF_LANDING(zone)
+STORE_PUT_OF_LANDING(result)
+STORE_PUT_OF_LANDING(film_frame)
+
+enum mr_status store_segment_put(struct store *store, int64_t run,
+                                 const struct store_segment *segment, struct error *error)
+{
+    int64_t survey = STORE_NONE;
+    enum mr_status status = STORE_NUMBER(store, error, SURVEY_OF, &survey, BIND(run));
+    return status == MR_OK || status == MR_TOO_FEW
+             ? STORE_PUT(store, error, segment, segment, survey)
+             : status;
+}
+
+enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run,
+                               int link, int64_t index, int64_t host_us, const uint8_t *record,
+                               size_t length, struct error *error)
+{
+    const struct store_block row = {.session = session,
+                                    .boot = boot,
+                                    .index = index,
+                                    .run = run,
+                                    .host_us = host_us,
+                                    .record = {record, length},
+                                    .link = link};
+    return STORE_PUT(store, error, block, &row);
+}
+
+enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count,
+                                 struct error *error)
+{
+    return STORE_RUN(store, error, EDGE_REFUSE, BIND(run), BIND(count));
+}
+
+enum mr_status store_event_put(struct store *store, const struct store_event *event,
+                               struct error *error)
+{
+    return STORE_PUT(store, error, event, event);
+}
+
+enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
+                             const struct store_gap *gap, struct error *error)
+{
+    return STORE_PUT(store, error, gap, gap, session, run);
+}
+
+enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map,
+                                  struct error *error)
+{
+    return STORE_PUT(store, error, time_map, map);
+}
+
+/* ---- configuration ---- */
+
+enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
+                                       struct error *error)
+{
+    const struct store_configuration row = {.crc = crc, .text = text};
+    return STORE_PUT(store, error, configuration, &row);
+}
+
+enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text,
+                                       struct error *error)
+{
+    sqlite3_stmt *statement;
+    struct store_configuration row;
+    *text = NULL;
+    enum mr_status status = STORE_QUERY(store, error, CONFIGURATION_GET, &statement, BIND(crc));
+    if (status == MR_OK)
+        status = STORE_NEXT(store, error, CONFIGURATION_GET, statement, &row);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    *text = strdup(row.text ? row.text : "");
+    sqlite3_reset(statement);
+    return *text ? MR_OK
+                 : error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                             store->path);
+}
+
+/* ---- slow ----
+ *
+ * What the board tells each second of a landing, and rows of the slow log. */
+
+STORE_PUT_OF_LANDING(mat_temperature)
+
+enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
+                              struct store_mean *mean, struct error *error)
+{
+    *mean = (struct store_mean){0};
+    switch ((int)quantity) {
+/* clang-format off */
+#define MEAN(name, NAME, quantity, table, column, error_column, why) \
+    case MR_QUANTITY_##quantity: return STORE_ONE(store, error, MEAN_##quantity, mean, BIND(run));
+/* clang-format on */
+#include "common/catalogue.def"
+    default: return MR_OK;
+    }
+}
+
+enum mr_status store_slow_put(struct store *store, const struct store_slow *row,
+                              struct error *error)
+{
+    return STORE_PUT(store, error, slow, row);
+}
+
+enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
+                               size_t *count, struct error *error)
+{
+    STORE_ROWS(SLOW_ROWS, BIND(board_uid));
+}
+
+/* ---- simulation ----
+ *
+ * Comparisons of landings with the simulation. */
+
+static enum mr_status put_channel(struct store *store, int64_t simulation,
+                                  const struct store_simulation *from, struct error *error)
+{
+    const size_t bytes = from->length * sizeof *from->series_in;
+    const struct store_simulation_channel row = {
+        .number = from->number,
+        .station_ft = from->station_ft,
+        .peak_measured_in = from->peak_measured_in,
+        .peak_measured_error_in = from->peak_measured_error_in,
+        .peak_simulated_in = from->peak_simulated_in,
+        .peak_simulated_error_in = from->peak_simulated_error_in,
+        .rms_in = from->rms_in,
+        .end_measured_in = from->end_measured_in,
+        .end_simulated_in = from->end_simulated_in,
+        .t0_s = from->t0_s,
+        .dt_s = from->dt_s,
+        .series_in = {from->series_in, bytes},
+        .spread_in = {from->spread_in, from->spread_in ? bytes : 0},
+    };
+    return STORE_PUT(store, error, simulation_channel, &row, simulation);
+}
+
+enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json,
+                                    int64_t made_us, const struct store_simulation_head *head,
+                                    const struct store_simulation *rows, size_t count,
+                                    struct error *error)
+{
+    const struct store_simulation_row row = {
+        .scene = scene_json,
+        .made_us = made_us,
+        .run_ms = head->run_ms,
+        .error_in = head->error_in,
+        .seeds = head->seeds,
+        .edges = head->edges,
+        .offset_s = head->offset_s,
+        .scatter_s = head->scatter_s,
+        .segments_dt_s = head->segments_dt_s,
+        .segments_in = {head->segments_in,
+                        head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in},
+    };
+    enum mr_status status = STORE_PUT(store, error, simulation_row, &row, run);
+    int64_t id = sqlite3_last_insert_rowid(store->database);
+    for (size_t i = 0; i < count && status == MR_OK; i++)
+        status = put_channel(store, id, &rows[i], error);
+    return status;
+}
+
+/* A copy of a blob of floats; NULL: it is absent. */
+static float *floats(const struct store_bytes *bytes, size_t *length)
+{
+    float *values = bytes->length ? malloc(bytes->length) : NULL;
+    *length = values ? bytes->length / sizeof *values : 0;
+    if (values)
+        memcpy(values, bytes->data, bytes->length);
+    return values;
+}
+
+static struct store_simulation simulation_of(const struct store_simulation_channel *row)
+{
+    struct store_simulation made = {
+        .number = row->number,
+        .station_ft = row->station_ft,
+        .peak_measured_in = row->peak_measured_in,
+        .peak_measured_error_in = row->peak_measured_error_in,
+        .peak_simulated_in = row->peak_simulated_in,
+        .peak_simulated_error_in = row->peak_simulated_error_in,
+        .rms_in = row->rms_in,
+        .end_measured_in = row->end_measured_in,
+        .end_simulated_in = row->end_simulated_in,
+        .t0_s = row->t0_s,
+        .dt_s = row->dt_s,
+    };
+    size_t spreads = 0;
+    made.series_in = floats(&row->series_in, &made.length);
+    made.spread_in = floats(&row->spread_in, &spreads);
+    if (spreads != made.length) {
+        free(made.spread_in);
+        made.spread_in = NULL;
+    }
+    return made;
+}
+
+enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
+                                 size_t *count, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_simulation_channel row;
+    *rows = NULL;
+    *count = 0;
+    enum mr_status status = STORE_QUERY(store, error, SIMULATIONS, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, SIMULATIONS, s, &row)) == MR_OK) {
+        if (!list_grow(rows, *count, sizeof **rows)) {
+            sqlite3_reset(s);
+            status = error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                               store->path);
+            break;
+        }
+        (*rows)[(*count)++] = simulation_of(&row);
+    }
+    if (status == MR_TOO_FEW)
+        return MR_OK;
+    store_simulations_free(*rows, *count);
+    *rows = NULL;
+    *count = 0;
+    return status;
+}
+
+void store_simulations_free(struct store_simulation *rows, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        free(rows[i].series_in);
+        free(rows[i].spread_in);
+    }
+    free(rows);
+}
+
+enum mr_status store_simulation_head(struct store *store, int64_t run,
+                                     struct store_simulation_head *head, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_simulation_row row;
+    size_t values;
+    *head = (struct store_simulation_head){
+        .seeds = STORE_NONE, .edges = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
+    enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, BIND(run));
+    if (status == MR_OK)
+        status = STORE_NEXT(store, error, SIMULATION_HEAD, s, &row);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    *head = (struct store_simulation_head){
+        .run_ms = row.run_ms,
+        .error_in = row.error_in,
+        .seeds = row.seeds,
+        .edges = row.edges,
+        .offset_s = row.offset_s,
+        .scatter_s = row.scatter_s,
+        .segments_dt_s = row.segments_dt_s,
+    };
+    head->segments_in = floats(&row.segments_in, &values);
+    head->segment_rows = values / MR_SEGMENTS;
+    snprintf(head->file, sizeof head->file, "%s", row.file);
+    sqlite3_reset(s);
+    return MR_OK;
+}
+
+/* ---- bands ---- */
+
+STORE_PUT_OF_LANDING(band)
+STORE_PUT_OF_LANDING(band_event)
+STORE_ROWS_OF_LANDING(store_bands, BANDS)
+STORE_ROWS_OF_LANDING(store_band_events, BAND_EVENTS)
+
+enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boot,
+                               const struct store_shunt *shunt, struct error *error)
+{
+    return STORE_PUT(store, error, shunt, shunt, session, boot);
+}
+
+enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t boot,
+                                   int64_t block, struct store_shunt **rows, size_t *count,
+                                   struct error *error)
+{
+    STORE_ROWS(SHUNTS_BEFORE, BIND(session), BIND(boot), BIND(block));
+}
+
+enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
+                                  struct store_shunt **rows, size_t *count, struct error *error)
+{
+    STORE_ROWS(SHUNTS_AFTER, BIND(session), BIND(boot), BIND(block));
+}
