@@ -55,7 +55,6 @@ landing landing DB
 show show DB
 show-one show DB 1
 landing-note landing DB 1 --note text
-series series DB spring
 survey survey DB --new
 survey-show survey DB --show
 log log --can file:$tmp/can.log --db DB

@@ -73,7 +73,6 @@ exit \$status
 SH
 check "board config get -o" keeps "$tmp/rig.cfg" bash "$tmp/board.sh" config get -o "$tmp/rig.cfg"
 check "board runway -o" keeps "$tmp/before.txt" bash "$tmp/board.sh" runway -o "$tmp/before.txt"
-check "board slow --csv" replaces "$tmp/slow.csv" bash "$tmp/board.sh" slow --csv "$tmp/slow.csv"
 check "calibrate -o" keeps "$tmp/new.cfg" $matrig calibrate d3 --points "$tmp/d3.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg"
 check "log --page" replaces "$tmp/quick.html" $matrig log --can "file:$tmp/can.log" --db "$tmp/logged.db" --page "$tmp/quick.html"
 
