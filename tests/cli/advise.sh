@@ -34,7 +34,7 @@ check "as the campaign has it, for good" kept
 told_by_ready() { # bands hang loose at this board: no-go, but not by the advice
     local sockets board
     sockets=$(mktemp -d /tmp/matrig.XXXXXX)
-    timeout 60 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --for 40 2>"$tmp/idle.err" &
+    timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --for 40 2>"$tmp/idle.err" &
     board=$!
     $matrig --json ready "$db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
     wait $board

@@ -71,12 +71,12 @@ while True:
             watched = [terminal]
 P
 
-timeout 60 build/matrig-board --elf $elf --can "unix:$work/board" --serial "unix:$work/serial" --speed real 2>"$work/board.err" &
+timeout 600 build/matrig-board --elf $elf --can "unix:$work/board" --serial "unix:$work/serial" --speed real 2>"$work/board.err" &
 pids+=($!)
-timeout 60 python3 "$work/bus.py" "$work/board" "$work/can" &
+timeout 600 python3 "$work/bus.py" "$work/board" "$work/can" &
 pids+=($!)
 mkfifo "$work/typed"
-timeout 60 $matrig --quiet log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --commands <"$work/typed" >"$work/log.out" 2>"$work/log.err" &
+timeout 600 $matrig --quiet log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --commands <"$work/typed" >"$work/log.out" 2>"$work/log.err" &
 log=$!
 pids+=($log)
 exec 8>"$work/typed"
@@ -86,7 +86,7 @@ said() { # PATTERN, by the log
     cat "$work/log.err"
     return 1
 }
-over_can() { timeout 30 $matrig "$@" --can "unix:$work/can"; }
+over_can() { timeout 600 $matrig "$@" --can "unix:$work/can"; }
 armed_when_ready() { # COMMAND...: the black box is looked through for a second or two first
     local i
     for ((i = 0; i < 40; i++)); do
@@ -156,10 +156,10 @@ silly() {
         fails_with 2 'listen and --commands' $matrig log --can can:can0 --db "$tmp/no.db" --listen --commands
 }
 over_serial() { # the board alone, at one end of a line
-    timeout 40 build/matrig-board --elf $elf --serial "unix:$work/alone" --speed real 2>"$work/alone.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$work/alone" --speed real 2>"$work/alone.err" &
     pids+=($!)
     await test -S "$work/alone"
-    timeout 30 $matrig board arm 12 --serial "unix:$work/alone" >"$tmp/out" 2>"$tmp/err"
+    timeout 600 $matrig board arm 12 --serial "unix:$work/alone" >"$tmp/out" 2>"$tmp/err"
     local status=$?
     cat "$tmp/out" "$tmp/err"
     [ $status = 0 ] && grep -q '^armed for landing 12: ' "$tmp/out" && return
@@ -169,7 +169,7 @@ on_a_terminal() { # a file is no board: what is typed is taken, and said to go n
     mkfifo "$work/keys" "$work/slow"
     sleep 20 >"$work/slow" &
     pids+=($!)
-    TERM=dumb timeout 20 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
+    TERM=dumb timeout 600 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
     local pid=$!
     exec 9>"$work/keys"
     await grep -q 'to arm, press Enter' "$tmp/terminal"

@@ -78,9 +78,9 @@ bundled() {
 with_board() {
     local board status
     printf 'matrig-faults 1\nat 0.001 gage 5 drift 1.03 5\n' >"$tmp/idle.faults"
-    timeout 60 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --faults "$tmp/idle.faults" --for 60 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --faults "$tmp/idle.faults" --for 60 2>"$tmp/board.err" &
     board=$!
-    timeout 60 $matrig "$@"
+    timeout 600 $matrig "$@"
     status=$?
     kill $board 2>/dev/null
     wait $board 2>/dev/null

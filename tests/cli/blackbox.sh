@@ -9,9 +9,9 @@ trap 'rm -rf "$sockets"' EXIT
 # with_board ARGUMENTS...: matrig against a board that idles with the memory; its exit code
 with_board() {
     local board status
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --for 40 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --for 40 2>"$tmp/board.err" &
     board=$!
-    timeout 60 build/matrig "$@"
+    timeout 600 build/matrig "$@"
     status=$?
     kill $board 2>/dev/null
     wait $board 2>/dev/null

@@ -9,7 +9,7 @@ trap 'kill $(jobs -p) 2>/dev/null' EXIT
 stopped_with() { # CODE PATTERN COMMAND...: as fails_with, with the line of statistics after the message
     local code=$1 pattern=$2 status
     shift 2
-    timeout 60 "$@" >"$tmp/out" 2>"$tmp/err" </dev/null
+    timeout 600 "$@" >"$tmp/out" 2>"$tmp/err" </dev/null
     status=$?
     echo "exit $status; stderr:"
     cat "$tmp/err"
@@ -39,7 +39,7 @@ host_does_not_read() { # one that connects and then reads nothing; the board tal
     $board --elf $images/talk.elf --serial "unix:$tmp/serial.socket" --stall 0.3 --for 3000 2>"$tmp/err" &
     local board_pid=$! host_pid status
     await test -S "$tmp/serial.socket"
-    timeout 60 perl -MSocket -e '
+    timeout 600 perl -MSocket -e '
         socket(my $s, AF_UNIX, SOCK_STREAM, 0); connect($s, pack_sockaddr_un($ARGV[0])) or die "$!"; sleep 50' "$tmp/serial.socket" &
     host_pid=$!
     wait $board_pid

@@ -48,24 +48,24 @@ no_replay_on_another() {
 }
 
 start_board() { # NAME OPTION...
-    timeout 60 build/matrig-board --elf "$(elf_of "$1")" --serial "unix:$sockets/serial" --can "unix:$sockets/can" --for 60 "${@:2}" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf "$(elf_of "$1")" --serial "unix:$sockets/serial" --can "unix:$sockets/can" --for 60 "${@:2}" 2>"$tmp/board.err" &
     board=$!
     await test -S "$sockets/can"
 }
 stop_board() { kill $board 2>/dev/null; wait $board 2>/dev/null; rm -f "$sockets"/*; }
 is_ready() { # the channels that it has, and no word of others
     start_board discovery --rig hil/rest.run || return 1
-    timeout 60 $matrig --quiet ready "$tmp/ready.db" --serial "unix:$sockets/serial" --can "unix:$sockets/can" >"$tmp/ready.txt" 2>&1
+    timeout 600 $matrig --quiet ready "$tmp/ready.db" --serial "unix:$sockets/serial" --can "unix:$sockets/can" >"$tmp/ready.txt" 2>&1
     local status=$?
     stop_board
     cat "$tmp/ready.txt"
     [ $status = 0 ] && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 11 ] && tail -n 1 "$tmp/ready.txt" | grep -q '^GO '
 }
 alone() { # NAME ARGUMENTS...: matrig against this board, serial alone: $link
-    timeout 60 build/matrig-board --elf "$(elf_of "$1")" --serial "$link" --for 60 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf "$(elf_of "$1")" --serial "$link" --for 60 2>"$tmp/board.err" &
     board=$!
     await test -e "$sockets/serial"
-    timeout 60 $matrig --quiet "${@:2}" >"$tmp/said" 2>&1
+    timeout 600 $matrig --quiet "${@:2}" >"$tmp/said" 2>&1
     local status=$?
     stop_board
     cat "$tmp/said"

@@ -9,7 +9,7 @@ trap 'stop_board; rm -f "$tty"' EXIT
 
 # start_board OPTION...: in the background, with its flash in $tmp/flash
 start_board() {
-    timeout 120 build/matrig-board --serial "pty:$tty" --flash "$tmp/flash" --times typical "$@" 2>"$tmp/board" &
+    timeout 600 build/matrig-board --serial "pty:$tty" --flash "$tmp/flash" --times typical "$@" 2>"$tmp/board" &
     board=$!
     await test -e "$tty" && return 0
     cat "$tmp/board"
@@ -25,7 +25,7 @@ stop_board() {
 flash() { # BAUD ARGUMENT...
     local baud=$1
     shift
-    timeout 60 stm32flash -m 8n1 -b "$baud" "$@" "$tty" >"$tmp/out" 2>&1
+    timeout 600 stm32flash -m 8n1 -b "$baud" "$@" "$tty" >"$tmp/out" 2>&1
     local status=$?
     tr '\r' '\n' <"$tmp/out" | tail -n 12
     return $status

@@ -7,16 +7,16 @@ trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
 
 # say NAME ELF BOARD-OPTION...: what a board says from power on, in $tmp/NAME.txt
 say() {
-    timeout 60 build/matrig-board --elf "$2" --serial "file:$tmp/$1.txt" --baud 115200 --times typical --for 4.5 "${@:3}" 2>"$tmp/$1.err"
+    timeout 600 build/matrig-board --elf "$2" --serial "file:$tmp/$1.txt" --baud 115200 --times typical --for 4.5 "${@:3}" 2>"$tmp/$1.err"
 }
 # start ELF BOARD-OPTION...: an emulated board at the pseudo-terminal $sockets/tty; stop: its end, what it says in $tmp/board.err
 start() {
-    timeout 100 build/matrig-board --elf "$1" --serial "pty:$sockets/tty" --times typical --for 600 "${@:2}" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf "$1" --serial "pty:$sockets/tty" --times typical --for 600 "${@:2}" 2>"$tmp/board.err" &
     board=$!
     await test -L "$sockets/tty"
 }
 stop() { kill $board; wait $board 2>/dev/null; }
-bringup() { timeout 60 build/matrig board --serial "pty:$sockets/tty" bringup "$@"; }
+bringup() { timeout 600 build/matrig board --serial "pty:$sockets/tty" bringup "$@"; }
 judge() { build/matrig board --serial "file:$tmp/$1.txt" bringup "${@:2}"; } # of text that was kept
 value() { awk -v n="$2" '$1 == n { print $2 }' "$tmp/$1.txt"; }
 says() { [ "$(value "$1" "$2")" = "$3" ] || { echo "$1: $2 is $(value "$1" "$2"), not $3"; return 1; }; }
@@ -217,7 +217,7 @@ P
 a_word_is_said_once() { # within the section a silence of 5 s
     reseal zg few 's/^begin report/begin memory/'
     few_words 100 99999
-    timeout 60 build/matrig board --serial "unix:$sockets/few" bringup memory >"$tmp/out"
+    timeout 600 build/matrig board --serial "unix:$sockets/few" bringup memory >"$tmp/out"
     wait $few
     grep -q ' ok, ' "$tmp/out" && [ -e "$tmp/words" ] && [ ! -s "$tmp/words" ]
 }
@@ -250,7 +250,7 @@ P
     return $status
 }
 nobody_there() { # the firmware speaks at another rate
-    timeout 100 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/s" --speed real --for 30 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/s" --speed real --for 30 2>"$tmp/board.err" &
     fails_with 3 'no bring-up image answers at 115200 baud \([0-9]+ bytes came\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
     local status=$?
     kill %% 2>/dev/null

@@ -40,7 +40,7 @@ container() {
     for library in $(ldd build/matrig build/matrig-board | grep -o '/[^ ]*' | grep -v ':$' | sort -u); do
         mkdir -p "$root$(dirname "$library")" && cp -L "$library" "$root$library" || return 1
     done
-    timeout 120 unshare --map-root-user --mount --pid --net --fork sh -c \
+    timeout 600 unshare --map-root-user --mount --pid --net --fork sh -c \
         'mount --bind /dev/null "$1/dev/null" && exec chroot "$1" /matrig --json --quiet replay /landing5.db' sh "$root" >"$tmp/bare.json" || return 1
     says_the_same "$tmp/bare.json"
 }

@@ -7,7 +7,7 @@ sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
 export USER=tester
 board() { # BOARD-OPTION...
-    timeout 100 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --speed max --for 2000 "$@" >/dev/null 2>&1 &
+    timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --speed max --for 2000 "$@" >/dev/null 2>&1 &
     board=$!
 }
 value() { awk -v name="$2 = " 'index($0, name) == 1 {sub(/^[^=]*= /, ""); sub(/  # .*/, ""); print}' "$1"; }

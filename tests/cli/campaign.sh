@@ -53,12 +53,12 @@ compare_limit_decides() {
 frames_come() { [ "$(sqlite3 "$tmp/killed.db" 'select count(*) from frames where link = 0 and landing = 1')" -ge "$1" ]; }
 killed_log_keeps_everything() {
     local board log before delay_us killed_us newest_us
-    timeout 60 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
+    timeout 600 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
         --speed real >/dev/null 2>&1 &
     board=$!
     build/matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$tmp/killed.db" >/dev/null 2>&1 &
     log=$!
-    wait_until 30 frames_come 4000 || return 1
+    await frames_come 4000 || return 1
     before=$(($(waited_us $log) + $(waited_us $board)))
     sleep 0.25
     delay_us=$(($(waited_us $log) + $(waited_us $board) - before))

@@ -36,8 +36,7 @@ risks_are_kept() {
         grep -q 'risk of a zone of 50 mats at most 0\.[0-9]*, at .* without plan and chart' "$tmp/log.txt"
 }
 another_runway() { ! load another && grep -q 'had 0 landings, the one of the advice 1' "$tmp/another.err"; }
-right_one() { runway 1 && { load right || [ $? = 1 ]; } && [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/right.json') as text), '\$.loaded')")" = 1 ]; }
-with_a_profile() { load profile --speed 30ft/s --profile 0s:3ft/s2,2s:3ft/s2,2.2s:12ft/s2 || [ $? = 1 ]; }
+right_one() { runway 1 && { load right --speed 30ft/s --profile 0s:3ft/s2,2s:3ft/s2,2.2s:12ft/s2 || [ $? = 1 ]; } && [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/right.json') as text), '\$.loaded')")" = 1 ]; }
 # Landing 5 of a board that was told a plan and a chart before it.
 told_before() { # LANDINGS SPEED PROFILE
     python3 tests/board/chart.py tests/runs/landing5.run "$@" >"$tmp/told.run" && rm -f "$tmp/told.db" &&
@@ -59,8 +58,7 @@ needs_a_link() { ! $matrig advise "$tmp/campaign.db" --load 2>"$tmp/link.err" &&
 check "a campaign of a landing" campaign
 check "its risks are kept, and told" risks_are_kept
 check "a board whose runway has had other landings refuses" another_runway
-check "the right one takes chart and plan" right_one
-check "and a profile" with_a_profile
+check "the right one takes chart and plan, a profile" right_one
 check "a landing told both: they count, the host says the same, and a replay" both_count
 check "a plan that is not followed is left, and that is told" gentle_plan_is_left
 check "a chart of another runway counts for nothing" of_another_runway

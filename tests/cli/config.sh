@@ -55,7 +55,7 @@ stale() { # made from revision 1, and 2 is in force
 }
 # relay: holds the board's serial link until the log of its CAN says armed, then gives it to whoever connects to $sockets/relay
 relay() {
-    timeout 40 python3 - "$sockets/serial" "$sockets/relay" "$tmp/can.log" <<'P'
+    timeout 600 python3 - "$sockets/serial" "$sockets/relay" "$tmp/can.log" <<'P'
 import os, select, socket, sys, time
 def connect(path):
     for _ in range(100):
@@ -87,13 +87,13 @@ P
 locked() { # a landing is armed: neither got nor set
     local board helper status
     rm -f "$tmp/can.log"
-    timeout 60 build/matrig-board --elf $elf --flash "$tmp/flash" --can "file:$tmp/can.log" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
+    timeout 600 build/matrig-board --elf $elf --flash "$tmp/flash" --can "file:$tmp/can.log" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
         --speed real --for 60 2>"$tmp/board.err" &
     board=$!
     relay &
     helper=$!
     await test -S "$sockets/relay"
-    timeout 20 $matrig --quiet board --serial "unix:$sockets/relay" config set "$tmp/third.cfg" 2>"$tmp/locked.err"
+    timeout 600 $matrig --quiet board --serial "unix:$sockets/relay" config set "$tmp/third.cfg" 2>"$tmp/locked.err"
     status=$?
     kill $board
     wait $board $helper
@@ -137,10 +137,10 @@ words_are_checked() {
 record() { # SECONDS DB LOG-OPTIONS: a landing, or its beginning, by the configuration that is in flash, logged over sockets
     local board status seconds=$1
     shift
-    timeout 60 build/matrig-board --elf $elf --flash "$tmp/flash" --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
+    timeout 600 build/matrig-board --elf $elf --flash "$tmp/flash" --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
         --speed max --for "$seconds" 2>"$tmp/board.err" &
     board=$!
-    timeout 60 $matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$@" >"$tmp/log.txt"
+    timeout 600 $matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$@" >"$tmp/log.txt"
     status=$?
     wait $board
     return $status

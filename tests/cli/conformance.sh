@@ -18,7 +18,7 @@ run_on_qemu() { # IMAGE: until it has said "end"
     wait $pid 2>/dev/null
 }
 run_on_board() { # IMAGE: what it gives up with is kept
-    timeout 60 build/matrig-board --elf "build/tests/conformance/images/$1.elf" --serial "file:$tmp/$1.board" --for 1 2>"$tmp/$1.err"
+    timeout 600 build/matrig-board --elf "build/tests/conformance/images/$1.elf" --serial "file:$tmp/$1.board" --for 1 2>"$tmp/$1.err"
 }
 
 # A row per check: name, manual's value or -, the board's, QEMU's; "none" where the machine did not come to it.

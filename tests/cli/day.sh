@@ -8,7 +8,7 @@ trap 'kill $board $log 2>/dev/null' EXIT
 day() { # KEYS DB WORDS...: its output for these lines
     local keys=$1
     shift
-    printf "$keys" | timeout 120 $matrig day "$@" 2>&1
+    printf "$keys" | timeout 600 $matrig day "$@" 2>&1
 }
 state() { $matrig --json day "$1" | sed -n 's/.*"next":"\([a-z]*\)".*/\1/p'; }
 steps() { $matrig --json day "$1" | grep -o '"step":"[a-z]*","state":"[a-z ]*"' | sed 's/"step":"\([a-z]*\)","state":"\([a-z ]*\)"/\1 \2/'; }

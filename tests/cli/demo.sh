@@ -8,7 +8,7 @@ mkdir -p "$work" "$tmp/temporary"
 export TMPDIR=$root/$tmp/temporary
 truth() { sed -n "s/^truth $2 //p" "tests/runs/landing$1.run"; }
 
-plays() { timeout 280 env -C "$work" "$matrig" demo first >"$work/told.txt" 2>"$work/err.txt"; }
+plays() { timeout 600 env -C "$work" "$matrig" demo first >"$work/told.txt" 2>"$work/err.txt"; }
 tells() {
     grep -c '^== Landing' "$work/told.txt" | grep -x 3 && tail -n 1 "$work/told.txt" | grep -Fx 'Look at first/report.html; the campaign is first/campaign.db.'
 }
@@ -34,7 +34,7 @@ with() { # PROGRAM: matrig with another matrig-board beside it, or none
 no_board() { with '' && fails_with 3 'no emulated board: .*; .*package matrig-board' "$tmp/beside/matrig" demo "$tmp/never" && [ ! -e "$tmp/never" ]; }
 broken_board() { # one that ends at once: log does not wait for it without end
     printf '#!/bin/sh\necho "no board today" >&2\nexit 3\n' >"$tmp/broken" && chmod +x "$tmp/broken" && with "$tmp/broken"
-    timeout 100 "$tmp/beside/matrig" demo "$tmp/none" >"$tmp/out" 2>"$tmp/err"
+    timeout 600 "$tmp/beside/matrig" demo "$tmp/none" >"$tmp/out" 2>"$tmp/err"
     echo "exit $?" | grep -x 'exit 3' && cat "$tmp/err" && grep -x 'no board today' "$tmp/err" && tail -n 1 "$tmp/err" | grep 'matrig log ended with exit code 3: matrig demo'
 }
 no_landings() { # the programs alone

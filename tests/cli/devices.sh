@@ -15,7 +15,7 @@ unplugged() {
     python3 tests/link/unplugged.py "$here/port" "$tmp/short.serial" 200000 1.2 0.4 >"$tmp/port.txt" 2>&1 &
     port=$!
     await test -e "$here/port"
-    timeout 60 $matrig log --listen --serial "serial:$here/port" --db "$tmp/port.db" >"$tmp/port.log" 2>"$tmp/port.err" &
+    timeout 600 $matrig log --listen --serial "serial:$here/port" --db "$tmp/port.db" >"$tmp/port.log" 2>"$tmp/port.err" &
     local logger=$!
     wait $port
     kill -INT $logger

@@ -4,7 +4,7 @@
 elf=build/firmware/matrig.elf
 
 bytes() { # FILE OPTION...: what a board says on its serial line in the first 1.2 s of landing 5
-    timeout 100 build/matrig-board --elf $elf --serial "file:$tmp/$1" --rig tests/runs/landing5.run --for 1.2 "${@:2}" 2>"$tmp/$1.err"
+    timeout 600 build/matrig-board --elf $elf --serial "file:$tmp/$1" --rig tests/runs/landing5.run --for 1.2 "${@:2}" 2>"$tmp/$1.err"
 }
 a_seed_is_a_board() { # same board, same bytes; another board, others; the noise's seed is another thing
     bytes one --board-seed 4 && bytes again --board-seed 4 && bytes other --board-seed 5 && bytes noise --board-seed 4 --seed 2 && bytes ideal &&

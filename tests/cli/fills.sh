@@ -51,9 +51,9 @@ the_campaign_knows() { # each block record says how it came
 }
 the_box_completes() {
     local board
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --for 40 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --for 40 2>"$tmp/board.err" &
     board=$!
-    timeout 60 $matrig --json --quiet board --serial "unix:$sockets/serial" read 1 --db "$tmp/lossy.db" >"$tmp/read.json" || return 1
+    timeout 600 $matrig --json --quiet board --serial "unix:$sockets/serial" read 1 --db "$tmp/lossy.db" >"$tmp/read.json" || return 1
     kill $board
     wait $board
     cat "$tmp/read.json"

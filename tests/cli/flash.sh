@@ -9,7 +9,7 @@ trap 'stop_board; rm -f "$tty"' EXIT
 
 start_board() { # OPTION...: in the background, with its flash in $tmp/flash
     rm -f "$tty" # of the board before
-    timeout 120 build/matrig-board --serial "pty:$tty" --flash "$tmp/flash" --times typical "$@" 2>"$tmp/board" &
+    timeout 600 build/matrig-board --serial "pty:$tty" --flash "$tmp/flash" --times typical "$@" 2>"$tmp/board" &
     board=$!
     await test -e "$tty" && return 0
     cat "$tmp/board"
@@ -37,7 +37,7 @@ program_there() { # IMAGE.bin: all of it but what lies between vectors and progr
         cmp -i 65536 -n $(($(stat -c %s "$1") - 65536)) "$1" "$tmp/flash"
 }
 flash() { # ARGUMENT...
-    timeout 100 build/matrig flash "pty:$tty" "$@" --baud 460800 >"$tmp/said" 2>"$tmp/err"
+    timeout 600 build/matrig flash "pty:$tty" "$@" --baud 460800 >"$tmp/said" 2>"$tmp/err"
     local status=$?
     cat "$tmp/said" "$tmp/err"
     return $status
@@ -84,7 +84,7 @@ no_stm32flash() {
 protected() {
     local i done=1
     for i in 1 2 3; do # it does not ask again when a busy computer answers late
-        start_board --boot0 && timeout 60 stm32flash -m 8n1 -b 460800 -j "$tty" && done=0 && break
+        start_board --boot0 && timeout 600 stm32flash -m 8n1 -b 460800 -j "$tty" && done=0 && break
         stop_board
     done
     [ $done = 0 ] && stop_board && start_board --boot0 || return 1

@@ -83,7 +83,7 @@ check_and_set_refuse_what_is_impossible() {
 }
 # The board's words as they are, but for one gain and the revision, sent back over CAN without asking the host: refused by rule 17, COARSE.
 the_board_refuses_it_itself() {
-    at_rest can timeout 30 python3 - "$sockets/can" <<'P'
+    at_rest can timeout 600 python3 - "$sockets/can" <<'P'
 import socket, struct, sys, time, zlib
 path, end = sys.argv[1], time.time() + 25
 can = socket.socket(socket.AF_UNIX)
@@ -181,8 +181,8 @@ a_zero_that_moved_is_no_go() { # 400 codes of 0.0041 in: 1.6 in
     [ $? = 1 ] && grep -q '^GO  *calibration kept' "$tmp/ready.txt" && grep -q '^NO-GO after .*: transducer 3;' "$tmp/ready.txt"
 }
 a_landing_is_the_past_too() { # RUN 1 of the board as built in, in a campaign without any check
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
-    timeout 60 $matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/landing.db" >"$tmp/log.txt" 2>&1
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
+    timeout 600 $matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/landing.db" >"$tmp/log.txt" 2>&1
     wait
     mv "$tmp/landing.db" "$tmp/campaign.db"
     rm -f "$tmp"/campaign.db-* "$tmp/landing.db"-*

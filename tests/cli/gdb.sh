@@ -8,11 +8,11 @@ sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
 
 start_board() { # ARGUMENTS...: a board that waits for gdb at $sockets/gdb
-    timeout 120 build/matrig-board --elf $elf --gdb "unix:$sockets/gdb" "$@" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --gdb "unix:$sockets/gdb" "$@" 2>"$tmp/board.err" &
     board=$!
     await test -S "$sockets/gdb"
 }
-gdb_session() { timeout 120 gdb-multiarch -nx -q -batch -ex 'set remotetimeout 60' -ex 'set pagination off' -ex 'set width 0' -ex "target remote $sockets/gdb" -x "$1" $elf; }
+gdb_session() { timeout 600 gdb-multiarch -nx -q -batch -ex 'set remotetimeout 60' -ex 'set pagination off' -ex 'set width 0' -ex "target remote $sockets/gdb" -x "$1" $elf; }
 says() { grep -Eq -- "$1" "$tmp/session" || { echo "missing: $1"; return 1; }; }
 # value NAME: what the session printed as "NAME = number"
 value() { sed -n "s/^$1 = //p" "$tmp/session" | head -n 1; }
@@ -159,12 +159,12 @@ kills_and_goes() { # without waiting for an answer
 }
 reset_connections_of_a_port() {
     rm -f "$tmp/port.err"
-    timeout 120 build/matrig-board --elf $elf --gdb 0 2>"$tmp/port.err" &
+    timeout 600 build/matrig-board --elf $elf --gdb 0 2>"$tmp/port.err" &
     board=$!
     await grep -q 'target remote' "$tmp/port.err"
     local port=$(sed -n 's/.*target remote .*://p' "$tmp/port.err")
     resets "$port" 100 && kill -0 $board || return 1
-    timeout 60 gdb-multiarch -nx -q -batch -ex "set remotetimeout 60" -ex "target remote 127.0.0.1:$port" -ex 'monitor time' -ex kill $elf >"$tmp/session" 2>&1
+    timeout 600 gdb-multiarch -nx -q -batch -ex "set remotetimeout 60" -ex "target remote 127.0.0.1:$port" -ex 'monitor time' -ex kill $elf >"$tmp/session" 2>&1
     wait $board || return 1
     cat "$tmp/session"
     says '^[0-9.]+ s virtual'
@@ -188,10 +188,10 @@ watches() { # the hang image counts its SysTicks in the first word of RAM, and s
 }
 port_is_told() {
     rm -f "$tmp/port.err" # the test before has one, and this one's is emptied in the background
-    timeout 60 build/matrig-board --elf $elf --gdb 0 --for 1 2>"$tmp/port.err" &
+    timeout 600 build/matrig-board --elf $elf --gdb 0 --for 1 2>"$tmp/port.err" &
     board=$!
     await grep -q '127.0.0.1:[0-9]' "$tmp/port.err"
-    timeout 60 gdb-multiarch -nx -q -batch -ex 'set remotetimeout 60' -ex "$(sed -n 's/.*gdb: //p' "$tmp/port.err")" -ex 'monitor time' -ex continue $elf >"$tmp/session" 2>&1
+    timeout 600 gdb-multiarch -nx -q -batch -ex 'set remotetimeout 60' -ex "$(sed -n 's/.*gdb: //p' "$tmp/port.err")" -ex 'monitor time' -ex continue $elf >"$tmp/session" 2>&1
     wait $board
     local status=$?
     cat "$tmp/port.err" "$tmp/session"

@@ -13,9 +13,9 @@ with_board() {
     local board status options=()
     while [ "$1" != -- ]; do options+=("$1"); shift; done
     shift
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --for 60 "${options[@]}" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --for 60 "${options[@]}" 2>"$tmp/board.err" &
     board=$!
-    timeout 60 build/matrig "$@"
+    timeout 600 build/matrig "$@"
     status=$?
     kill $board 2>/dev/null
     wait $board 2>/dev/null

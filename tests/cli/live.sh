@@ -7,9 +7,9 @@ work=$(mktemp -d /tmp/matrig.XXXXXX)
 pids=()
 trap 'kill "${pids[@]}" 2>/dev/null; wait; rm -rf "$work"' EXIT
 
-timeout 60 build/matrig-board --elf $elf --can "unix:$work/can" --serial "unix:$work/serial" --speed real 2>"$work/board.err" &
+timeout 600 build/matrig-board --elf $elf --can "unix:$work/can" --serial "unix:$work/serial" --speed real 2>"$work/board.err" &
 pids+=($!)
-timeout 60 build/matrig --quiet log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --live 0 >"$work/log.out" 2>"$work/log.err" &
+timeout 600 build/matrig --quiet log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --live 0 >"$work/log.out" 2>"$work/log.err" &
 log=$!
 pids+=($log)
 

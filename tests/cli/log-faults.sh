@@ -29,7 +29,7 @@ intact() { [ "$(db "$1" 'pragma integrity_check')" = ok ]; }
 kept_but_100_ms() { # TRY
     local before delay_us killed_us read kept
     begin "kill$1" 30
-    wait_until 20 has_come "kill$1" $((15000 + 2700 * $1)) || return 1
+    await has_come "kill$1" $((15000 + 2700 * $1)) || return 1
     before=$(waited_us $logger)
     sleep 0.25
     delay_us=$(($(waited_us $logger) - before))
@@ -55,15 +55,15 @@ the_next_log_goes_on() { # into the same campaign, and the landing that was cut 
 disk_full() {
     local status read
     begin full 30 "$faults" "DISK_FULL=$tmp/full.now:full.db"
-    wait_until 20 has_come full 15000 || return 1
+    await has_come full 15000 || return 1
     local before at_us
     before=$(waited_us $logger)
     sleep 0.25
     at_us=$(($(date +%s%N) / 1000 - $(waited_us $logger) + before))
     touch "$tmp/full.now"
-    wait_until 30 grep -q "^matrig: no room on the campaign's disk: waiting for room" "$tmp/full.err" || return 1
+    await grep -q "^matrig: no room on the campaign's disk: waiting for room" "$tmp/full.err" || return 1
     kill -INT $logger
-    wait_until 30 bash -c "! kill -0 $logger" || return 1
+    await bash -c "! kill -0 $logger" || return 1
     wait $logger
     status=$?
     rm "$tmp/full.now"
@@ -84,7 +84,7 @@ after_that_it_goes_on() { # with room again, the same campaign takes the next la
 # Somebody sets this computer's clock by an hour, back or forward, in a landing; and a second one starts to log into the campaign.
 clock_set() { # NAME SECONDS
     begin "$1" 9 "$faults" "CLOCK_JUMP=$tmp/$1.now:$2"
-    wait_until 20 has_come "$1" 20000 || return 1
+    await has_come "$1" 20000 || return 1
     touch "$tmp/$1.now"
     wait $logger
     local status=$?
@@ -101,7 +101,7 @@ forward() { clock_set forward 3600 "+3600\.000"; }
 
 second_writer() {
     begin first 9
-    wait_until 20 has_come first 12000 || return 1
+    await has_come first 12000 || return 1
     fails_with 3 "^matrig: another matrig log writes to this campaign: .*first.db; end it first, or name another database" \
         $matrig log --can "file:$tmp/nothing" --db "$dbs/first.db" || return 1
     $matrig landing "$dbs/first.db" 1 --note "a note beside it" || return 1 # people go on writing

@@ -24,7 +24,7 @@ begin() {
 }
 db() { sqlite3 -cmd '.timeout 5000' "$dbs/$1.db" "$2"; }
 has_come() { [ "$(db "$1" "select count(*) from frames where link = 0 and can_id = 1365")" -ge 12000 ]; } # the landing is from 1.2 to 7.6 s
-in_landing() { wait_until 30 has_come "$1"; }
+in_landing() { await has_come "$1"; }
 told() { grep -Eq "$2" "$tmp/$1.err"; }
 sent() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.sent') as text), '\$.$2')"; }
 json() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.$2') ${3:-}"; }
@@ -57,7 +57,7 @@ ends() { # STATUS: the logger's, and the sender's is 0
 cat >"$tmp/hold.py" <<'P'
 import sqlite3, sys, time
 db = sqlite3.connect(sys.argv[1], timeout=0, isolation_level=None)
-until = time.monotonic() + 20
+until = time.monotonic() + 300
 while True:
     try:
         db.execute("BEGIN " + sys.argv[2])
@@ -75,14 +75,14 @@ hold() { # NAME HOW: another program begins a transaction that writes
     python3 "$tmp/hold.py" "$dbs/$1.db" "$2" <"$tmp/$1.orders" >"$tmp/$1.holder" 2>&1 &
     holder=$!
     exec 9>"$tmp/$1.orders"
-    wait_until 25 grep -q held "$tmp/$1.holder"
+    await grep -q held "$tmp/$1.holder"
 }
 let_go() { exec 9>&-; wait $holder; }
 
 held() { # NAME SECONDS HOW: a lock
     begin "$1" $(($2 + 8)) && hold "$1" "$3" || return 1
     local from=$EPOCHREALTIME at
-    wait_until 10 told "$1" "^matrig: another program holds the campaign: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
+    await told "$1" "^matrig: another program holds the campaign: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
         at=$EPOCHREALTIME && sleep "$(awk -v s="$2" -v from="${from/,/.}" -v now="${at/,/.}" 'BEGIN { print (s > now - from ? s - now + from : 0) }')"
     local early=$?
     let_go
@@ -108,7 +108,7 @@ stalled() { # NAME SECONDS: a write takes as long
 room_again() {
     begin room 12 "$faults" "DISK_FULL=$tmp/room.now:room.db" || return 1
     touch "$tmp/room.now"
-    wait_until 10 told room "^matrig: no room on the campaign's disk: waiting for room, queue [0-9]+ % full, nothing lost: $dbs/room.db$"
+    await told room "^matrig: no room on the campaign's disk: waiting for room, queue [0-9]+ % full, nothing lost: $dbs/room.db$"
     local early=$?
     rm "$tmp/room.now"
     ends 0 || return 1
@@ -125,22 +125,22 @@ overflows() {
     python3 tests/link/wire.py "$dbs/tty" <"$tmp/wire.send" >"$tmp/wire.sent" &
     local wire=$!
     exec 8>"$tmp/wire.send"
-    wait_until 10 test -e "$dbs/tty" || return 1
+    await test -e "$dbs/tty" || return 1
     $matrig --json log --listen --serial "serial:$dbs/tty" --db "$dbs/wire.db" --wait 0.1 >"$tmp/wire.json" 2>"$tmp/wire.err" &
     logger=$!
-    wait_until 10 test -s "$dbs/wire.db" || return 1 # made when the link is open
+    await test -s "$dbs/wire.db" || return 1 # made when the link is open
     echo "send $tmp/wire.serial 1" >&8
-    wait_until 150 finished wire 1 && hold wire IMMEDIATE || return 1
+    await finished wire 1 && hold wire IMMEDIATE || return 1
     echo "send $tmp/wire.serial $((20000000 / $(stat -c %s "$tmp/wire.serial") + 2))" >&8 # 19.2 MB are held
-    wait_until 150 told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && wait_until 60 all_sent 2
+    await told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && await all_sent 2
     local early=$?
     let_go
-    wait_until 150 told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
-    wait_until 150 told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
+    await told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
+    await told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
     came=$(db wire "select count(*) from landings where state = 4")
     tail -c 300000 "$tmp/wire.serial" >"$tmp/wire.rest" # the end of the landing that was cut off
     echo "send $tmp/wire.rest 1" >&8
-    wait_until 150 finished wire $((came + 1)) || early=1
+    await finished wire $((came + 1)) || early=1
     echo end >&8
     exec 8>&-
     wait $wire $logger
@@ -159,7 +159,7 @@ ended_while() { # NAME: reads what was saved of NAME into its campaign
     local from=$SECONDS read status at_us
     at_us=$(($(date +%s%N) / 1000))
     kill -INT $logger
-    wait_until 20 over $logger || return 1
+    await over $logger || return 1
     wait $logger
     status=$?
     wait $sender
@@ -193,22 +193,22 @@ landing_is_one() {
         grep -q "^matrig: RUN 1 was cut off, and RUN 2 has all of it: RUN 1 is void now" "$tmp/$1.taken"
 }
 given_up() {
-    begin given-up 30 && hold given-up IMMEDIATE && wait_until 10 told given-up "another program holds" && ended_while given-up
+    begin given-up 30 && hold given-up IMMEDIATE && await told given-up "another program holds" && ended_while given-up
 }
 full_to_the_end() {
     begin full-end 30 "$faults" "DISK_FULL=$tmp/full-end.now:full-end.db" || return 1
     touch "$tmp/full-end.now"
-    wait_until 10 told full-end "no room on the campaign's disk" && ended_while full-end
+    await told full-end "no room on the campaign's disk" && ended_while full-end
 }
 
 # A write that hangs is not waited for, once the end was asked for.
 hung() {
     begin hung 40 "$faults" "DISK_STALL=$tmp/hung.now:60" || return 1
     touch "$tmp/hung.now"
-    wait_until 10 told hung "^matrig: the disk is slow" || return 1
+    await told hung "^matrig: the disk is slow" || return 1
     local from=$SECONDS status
     kill -INT $logger
-    wait_until 20 over $logger || return 1
+    await over $logger || return 1
     wait $logger
     status=$?
     wait $sender
@@ -224,7 +224,7 @@ taken() { # NAME WHAT COMMAND...
     begin "$name" 12 || return 1
     from=$EPOCHREALTIME
     "$@" || return 1
-    wait_until 10 told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all of it was saved in .*, and the log goes on there$"
+    await told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all of it was saved in .*, and the log goes on there$"
     at=$EPOCHREALTIME
     ends 3 || { cat "$tmp/$name.err"; return 1; }
     cat "$tmp/$name.err"

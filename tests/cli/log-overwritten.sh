@@ -48,7 +48,7 @@ lost() {
     begin "$name" 10 || return 1
     "$@" || return 1
     from=$EPOCHREALTIME
-    wait_until 20 told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all that came since [0-9:]+ was saved in .*, and the log goes on there" ||
+    await told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all that came since [0-9:]+ was saved in .*, and the log goes on there" ||
         { cat "$tmp/$name.err"; ends 3; return 1; }
     at=$EPOCHREALTIME
     ends 3 || { cat "$tmp/$name.err"; return 1; }

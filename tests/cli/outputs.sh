@@ -21,7 +21,7 @@ echo "{\"pull\": {\"weight_lb\": 160, \"pull_lb\": 80}}" >"$tmp/readings.json"
 
 # ---- every output ----
 
-quiet() { timeout 120 "$@" >"$tmp/said" 2>"$tmp/err" </dev/null; }
+quiet() { timeout 600 "$@" >"$tmp/said" 2>"$tmp/err" </dev/null; }
 refused() { # COMMAND...: exit 2, and one line that names the way out
     quiet "$@"
     local status=$?
@@ -138,9 +138,9 @@ streams() {
 check "standard output, a descriptor, a pipe, a device" streams
 fifo() {
     rm -f "$tmp/fifo" && mkfifo "$tmp/fifo" || return 1
-    timeout 20 cat "$tmp/fifo" >"$tmp/dbc6" &
+    timeout 600 cat "$tmp/fifo" >"$tmp/dbc6" &
     local reader=$!
-    timeout 20 $matrig export --format dbc -o "$tmp/fifo" && wait "$reader" && [ -p "$tmp/fifo" ] && cmp "$tmp/dbc" "$tmp/dbc6"
+    timeout 600 $matrig export --format dbc -o "$tmp/fifo" && wait "$reader" && [ -p "$tmp/fifo" ] && cmp "$tmp/dbc" "$tmp/dbc6"
 }
 check "a named pipe" fifo
 finish

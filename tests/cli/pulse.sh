@@ -48,10 +48,10 @@ printf "speed %d\n", (*(unsigned *)0x40020408 >> 24) & 3
 kill
 END
     local sockets=$(mktemp -d /tmp/matrig.XXXXXX) board speed
-    timeout 120 build/matrig-board --elf $elf --gdb "unix:$sockets/gdb" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --gdb "unix:$sockets/gdb" 2>"$tmp/board.err" &
     board=$!
     await test -S "$sockets/gdb"
-    timeout 60 gdb-multiarch -nx -q -batch -ex "target remote $sockets/gdb" -x "$tmp/speed.gdb" $elf >"$tmp/session" 2>&1
+    timeout 600 gdb-multiarch -nx -q -batch -ex "target remote $sockets/gdb" -x "$tmp/speed.gdb" $elf >"$tmp/session" 2>&1
     wait $board
     rm -rf "$sockets"
     speed=$(sed -n 's/^speed //p' "$tmp/session")

@@ -50,9 +50,9 @@ with_board() {
     local board status options=()
     while [ "$1" != -- ]; do options+=("$1"); shift; done
     shift
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${options[@]}" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${options[@]}" 2>"$tmp/board.err" &
     board=$!
-    timeout 60 build/matrig --quiet "${global[@]}" ready "$1" --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${@:2}" >"$tmp/printed.txt" 2>&1
+    timeout 600 build/matrig --quiet "${global[@]}" ready "$1" --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${@:2}" >"$tmp/printed.txt" 2>&1
     status=$?
     kill $board 2>/dev/null
     wait $board 2>/dev/null
@@ -79,7 +79,7 @@ a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-g
         grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: as configured, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
 }
 a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
     build/matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
     wait
     cat "$tmp/log.txt"
@@ -113,9 +113,9 @@ in_si_units() { # 100 lb are 445 N, a quarter of an inch 6.3 mm
         ! grep -E '[0-9] (lb|in|ft)\b' "$tmp/ready.txt"
 }
 json_says_the_same() {
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --rig "$tmp/rest.run" --for 60 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --rig "$tmp/rest.run" --for 60 2>"$tmp/board.err" &
     local board=$! status
-    timeout 60 build/matrig --json ready "$tmp/campaign.db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
+    timeout 600 build/matrig --json ready "$tmp/campaign.db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
     status=$?
     kill $board; wait $board
     [ $status = 0 ] && python3 - "$tmp/ready.json" <<'P'
@@ -137,7 +137,7 @@ somebody_writes() { # another program holds the campaign: told, and what was fou
     local kept writer status
     kept=$(sqlite3 "$tmp/campaign.db" 'select count(*) from readiness')
     mkfifo "$tmp/hold"
-    timeout 60 python3 - "$tmp/campaign.db" "$tmp/hold" <<'P' &
+    timeout 600 python3 - "$tmp/campaign.db" "$tmp/hold" <<'P' &
 import sqlite3, sys
 db = sqlite3.connect(sys.argv[1], isolation_level=None)
 db.execute("begin immediate")
@@ -145,7 +145,7 @@ open(sys.argv[2], "w").close()
 open(sys.argv[2]).close()
 P
     writer=$!
-    timeout 20 cat "$tmp/hold"
+    timeout 600 cat "$tmp/hold"
     only_no_go '' 'database +.*locked'
     status=$?
     timeout 5 bash -c ": >'$tmp/hold'"
@@ -157,9 +157,9 @@ from_state() {
     local board relay status
     grep -Ev '^(end |command 8.875)' tests/runs/landing5.run >"$tmp/undisarmed.run"
     printf 'end %s\n' "$(gzip -c "$tmp/undisarmed.run" | tail -c 8 | head -c 4 | od -An -tx4 | tr -d ' ')" >>"$tmp/undisarmed.run"
-    timeout 180 build/matrig-board --elf $elf --can "file:$tmp/state.log" --serial "unix:$sockets/serial" --rig "$tmp/undisarmed.run" --for 60 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --can "file:$tmp/state.log" --serial "unix:$sockets/serial" --rig "$tmp/undisarmed.run" --for 60 2>"$tmp/board.err" &
     board=$!
-    timeout 120 python3 - "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" <<'P' &
+    timeout 600 python3 - "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" <<'P' &
 import os, select, socket, sys, time
 for _ in range(100):
     try:
@@ -184,7 +184,7 @@ while True:
 P
     relay=$!
     await test -S "$sockets/relay"
-    timeout 60 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1
+    timeout 600 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1
     status=$?
     kill $board 2>/dev/null
     wait $board $relay 2>/dev/null
@@ -219,8 +219,8 @@ all_answer() {
 # 7 and 8 swapped; told while it goes on, with the step seen and the step configured
 swapped_switches() {
     rig swap switches=1,2,3,4,5,6,8,7,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "file:$tmp/walk.log" --rig "$tmp/swap.run" --for 60 2>"$tmp/board.err" &
-    timeout 60 build/matrig ready "$tmp/walks.db" --serial "unix:$sockets/serial" --walk >"$tmp/ready.txt" 2>&1
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "file:$tmp/walk.log" --rig "$tmp/swap.run" --for 60 2>"$tmp/board.err" &
+    timeout 600 build/matrig ready "$tmp/walks.db" --serial "unix:$sockets/serial" --walk >"$tmp/ready.txt" 2>&1
     local status=$?
     wait
     cat "$tmp/ready.txt"
@@ -246,7 +246,7 @@ steps_are_learned() {
     with_board "${board_options[@]}" -- "$tmp/learn.db" --learn "$tmp/learned.cfg" || return 1
     grep -Eq '^GO +steps +24 learned, at most [0-9.]+ codes from those configured; nearest to each other are [0-9]+ and [0-9]+, [0-9.]+ codes apart' "$tmp/ready.txt" || return 1
     [ "$(grep -c '^switch .*step of' "$tmp/ready.txt")" = 0 ] && [ "$(grep -Ec '^gate\[[0-9]+\].step_codes' "$tmp/learned.cfg")" = 24 ] || return 1
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --flash "$tmp/learn.flash" --for 60 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --flash "$tmp/learn.flash" --for 60 2>"$tmp/board.err" &
     build/matrig board --serial "unix:$sockets/serial" config set "$tmp/learned.cfg" >"$tmp/set.txt" 2>&1
     local status=$?
     wait

@@ -89,7 +89,7 @@ check "bands scale with it" banded
 check "no such quantity" fails_with 2 "unknown quantity: 'speed'" $m scale speed=3
 check "a symbol in the wrong case" fails_with 2 "'W' is weight" $m scale w=3
 check "a file for nothing" fails_with 2 "nothing to write" $m scale W=1 -o "$tmp/nothing"
-to_pipe() { timeout 20 $m scale "$tmp/block.json" -o /dev/stdout | grep -q '"mats"\|"N"'; }
+to_pipe() { timeout 600 $m scale "$tmp/block.json" -o /dev/stdout | grep -q '"mats"\|"N"'; }
 check "an output that is a pipe" to_pipe
 check "an output called -" fails_with 2 "not a file: -" $m scale "$tmp/block.json" -o -
 check "not a number" fails_with 2 "not a number: 'x'" $m scale weight=x

@@ -59,7 +59,7 @@ extreme() { # NAME, replacements in the file, in the scene
     cat >"$tmp/$1.json" <<J
 {"scene": "scene_$1.json", "seeds": 2, $3}
 J
-    timeout 60 $m --json --quiet study "$tmp/$1.json" >"$tmp/$1.out" 2>"$tmp/$1.err"
+    timeout 600 $m --json --quiet study "$tmp/$1.json" >"$tmp/$1.out" 2>"$tmp/$1.err"
     case $? in
         0) grep -q '"failed":0' "$tmp/$1.out" && ! grep -Eqi '[^a-z](nan|inf)[^a-z]' "$tmp/$1.out" ;;
         5) grep -q '"failed":"' "$tmp/$1.out" && [ "$(wc -l <"$tmp/$1.err")" = 1 ] ;;

@@ -138,7 +138,7 @@ EOF
 board() { # can|serial...
     local link links=()
     for link in "$@"; do links+=("--$link" "unix:$sockets/$link"); done
-    timeout 120 build/matrig-board --elf build/firmware/matrig.elf "${links[@]}" --speed max --for 3000 >/dev/null 2>&1 &
+    timeout 600 build/matrig-board --elf build/firmware/matrig.elf "${links[@]}" --speed max --for 3000 >/dev/null 2>&1 &
     board=$!
 }
 # Somebody else listens on CAN: the segment's slack is the mean of its four lines beyond 33.5 in, in ten thousandths.
@@ -148,7 +148,7 @@ loaded() { # SEGMENTS
 loads() {
     local status=0 log
     board can serial
-    timeout 60 $matrig --quiet log --listen --can "unix:$sockets/can" --db "$tmp/log.db" >/dev/null 2>&1 &
+    timeout 600 $matrig --quiet log --listen --can "unix:$sockets/can" --db "$tmp/log.db" >/dev/null 2>&1 &
     log=$!
     $matrig survey "$tmp/a.db" --survey 1 --load "unix:$sockets/serial" >"$tmp/load.txt" 2>&1 || status=1
     kill $board

@@ -23,7 +23,7 @@ check() {
 fails_with() {
     local code=$1 pattern=$2 status
     shift 2
-    timeout 60 "$@" >"$tmp/out" 2>"$tmp/err" </dev/null
+    timeout 600 "$@" >"$tmp/out" 2>"$tmp/err" </dev/null
     status=$?
     echo "exit $status; stderr:"
     cat "$tmp/err"
@@ -33,14 +33,11 @@ fails_with() {
 # take FEW ALL: how much a test takes on: ALL in `make long`, which sets MATRIG_LONG, FEW in `make test`
 take() { if [ -n "${MATRIG_LONG:-}" ]; then echo "$2"; else echo "$1"; fi; }
 
-# wait_until SECONDS COMMAND...: until it succeeds
-wait_until() {
-    local until=$((SECONDS + $1))
-    shift
+# await COMMAND...: until it succeeds, at most five minutes: a wait that succeeds costs nothing, however busy the computer is.
+await() {
+    local until=$((SECONDS + 300))
     until "$@" 2>/dev/null; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
 }
-# await COMMAND...: at most a minute: a wait that succeeds costs nothing, however busy the computer is.
-await() { wait_until 60 "$@"; }
 
 # waited_us PID: how long its first thread has waited for a processor in all
 waited_us() { local ran waits _; read -r ran waits _ <"/proc/$1/schedstat" && echo $((waits / 1000)); }
@@ -53,9 +50,9 @@ with_board() {
         shift
     done
     shift
-    timeout 100 build/matrig-board --elf build/firmware/matrig.elf --flash "$tmp/flash" --for 60 "${options[@]}" 2>"$tmp/board.err" &
+    timeout 600 build/matrig-board --elf build/firmware/matrig.elf --flash "$tmp/flash" "${options[@]}" 2>"$tmp/board.err" &
     board=$!
-    timeout 60 "$@"
+    timeout 600 "$@"
     status=$?
     kill $board 2>/dev/null
     wait $board 2>/dev/null

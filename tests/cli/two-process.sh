@@ -10,10 +10,10 @@ trap 'rm -rf "$sockets"' EXIT
 # over_sockets SPEED DB SECONDS: exit code of log, or of the board when that failed
 over_sockets() {
     local board status
-    timeout 120 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
+    timeout 600 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
         --speed "$1" --for "$3" 2>"$2.board" &
     board=$!
-    timeout 120 build/matrig --json --quiet log --listen --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$2" >"$2.json" 2>"$2.err"
+    timeout 600 build/matrig --json --quiet log --listen --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$2" >"$2.json" 2>"$2.err"
     status=$?
     wait $board || status=$?
     cat "$2.board" "$2.err"

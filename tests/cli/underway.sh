@@ -10,7 +10,7 @@ J
 fast() { # ERRORS COMMAND...: the command on that clock
     local to=$1
     shift
-    LD_PRELOAD=build/tests/link/faults.so CLOCK_RATE=$tmp/fast:2000 timeout 100 "$@" >"$tmp/out" 2>"$to"
+    LD_PRELOAD=build/tests/link/faults.so CLOCK_RATE=$tmp/fast:2000 timeout 600 "$@" >"$tmp/out" 2>"$to"
 }
 
 error_goes_on() { fast "$tmp/error.txt" $m error "$tmp/short.json" && cat "$tmp/error.txt"; }

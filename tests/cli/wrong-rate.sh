@@ -24,7 +24,7 @@ gone() {
 heard() {
     sender "$1" || return 99
     shift
-    timeout 60 "${@//PORT/$here/port}" >"$tmp/out" 2>"$tmp/err" </dev/null
+    timeout 600 "${@//PORT/$here/port}" >"$tmp/out" 2>"$tmp/err" </dev/null
     local status=$?
     gone
     return $status
@@ -32,7 +32,7 @@ heard() {
 # logged SENDER-BAUD LINK-END UNTIL...: the exit code of matrig log, which is interrupted once UNTIL holds
 logged() {
     sender "$1" || return 99
-    timeout 100 $matrig --json log --serial "serial:$here/port$2" --db "$tmp/rate.db" >"$tmp/out" 2>"$tmp/err" </dev/null &
+    timeout 600 $matrig --json log --serial "serial:$here/port$2" --db "$tmp/rate.db" >"$tmp/out" 2>"$tmp/err" </dev/null &
     local log=$! status
     await "${@:3}"
     kill -INT $log
@@ -57,7 +57,7 @@ garbled() { # SENDER
 cable_is_off() {
     mkfifo "$tmp/silent.fifo"
     sleep 30 >"$tmp/silent.fifo" &
-    timeout 60 $matrig --json log --serial "file:$tmp/silent.fifo" --db "$tmp/silent.db" --for 0.5 >"$tmp/out" 2>"$tmp/err"
+    timeout 600 $matrig --json log --serial "file:$tmp/silent.fifo" --db "$tmp/silent.db" --for 0.5 >"$tmp/out" 2>"$tmp/err"
     local status=$?
     cat "$tmp/err"
     [ $status = 3 ] && grep -Eq 'no byte received in [0-9.]+ s: is the board on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
