@@ -91,6 +91,7 @@ $(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.a
 $(B)/tests/hil/test_layouts.o: $(B)/tests/hil/registers.inc
 $(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
+$(tests): $(B)/tests/main.o
 $(call tests_of,common): $(B)/tests/common/%: $(B)/tests/common/%.o $(common_lib)
 	$(call link,-lcmocka -lz -lm)
 fakes := $(patsubst %,$(B)/tests/firmware/fake_%.o,board nor flash i2c)

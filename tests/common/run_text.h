@@ -5,15 +5,11 @@
 #define MATRIG_TESTS_COMMON_RUN_TEXT_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "tests/cmocka_all.h"
 
 #define JOINTS      421
 #define SWITCHES    24

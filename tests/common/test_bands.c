@@ -62,9 +62,8 @@ static unsigned findings_of(unsigned reason)
 
 /* C.6 and C.7 by hand: KL/AE = 1, a = 1/4, R = 60: dT_n = -60 * 1.25 / 3 = -25, dT_(n-1) = 60 *
  * 1.75 / 3 = 35. */
-static void figures_are_those_of_appendix_c(void **state)
+TEST(figures_are_those_of_appendix_c)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 80.0};
     static const double at_rest[] = {100.0, 100.0}, pushed[] = {135.0, 75.0},
                         left[] = {103.0, 99.0};
@@ -102,9 +101,8 @@ static void figures_are_those_of_appendix_c(void **state)
 
 /* The rivet of the closed form lets go: dT_n and dT_(n-1) end at once, and the lengths still add
  * up: the sum of C.5 stays. */
-static void a_rivet_that_lets_go_is_a_pullout(void **state)
+TEST(a_rivet_that_lets_go_is_a_pullout)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 80.0};
     set_up(station_ft, 2, 100.0f);
     play((const double[]){100.0, 100.0}, 2, 150, true, (double)NAN);
@@ -140,9 +138,8 @@ static void slip(unsigned ms, double recovered_lb)
     mr_bands_end(&bands);
 }
 
-static void a_drop_that_stays_is_a_slip(void **state)
+TEST(a_drop_that_stays_is_a_slip)
 {
-    (void)state;
     slip(400, 20.0);
     assert_int_equal(finds, 1);
     assert_int_equal(found[0].reason, MR_BAND_SLIP);
@@ -152,16 +149,14 @@ static void a_drop_that_stays_is_a_slip(void **state)
     assert_near(found[0].value_lb, 24.0, 0.5);
 }
 
-static void a_drop_that_comes_back_is_none(void **state)
+TEST(a_drop_that_comes_back_is_none)
 {
-    (void)state;
     slip(32, 12.0);
     assert_int_equal(finds, 0);
 }
 
-static void a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on(void **state)
+TEST(a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 50.0, 80.0};
     set_up(station_ft, 3, 100.0f);
     play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, (double)NAN);
@@ -178,9 +173,8 @@ static void a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on(void **
     assert_int_equal(found[1].other, 0);
 }
 
-static void slack_needs_a_wheel_behind_and_more_than_a_moment(void **state)
+TEST(slack_needs_a_wheel_behind_and_more_than_a_moment)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 80.0};
     set_up(station_ft, 2, 100.0f);
     play((const double[]){100.0, 100.0}, 2, 150, true, (double)NAN);
@@ -202,9 +196,8 @@ static void slack_needs_a_wheel_behind_and_more_than_a_moment(void **state)
     assert_int_equal(found[1].gage, 1);
 }
 
-static void unequal_tension_at_rest_is_named(void **state)
+TEST(unequal_tension_at_rest_is_named)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 50.0, 80.0};
     set_up(station_ft, 3, 100.0f);
     /* 20 % of 100 and three errors of 0.5 lb and 1 % each: a little over 24 lb is allowed */
@@ -219,9 +212,8 @@ static void unequal_tension_at_rest_is_named(void **state)
     assert_near(found[0].value_lb, 26.0, 1e-3);
 }
 
-static void overload_is_told_once(void **state)
+TEST(overload_is_told_once)
 {
-    (void)state;
     static const double station_ft[] = {20.0};
     set_up(station_ft, 1, 100.0f);
     band[0].yield_lb = 300.0f;
@@ -232,9 +224,8 @@ static void overload_is_told_once(void **state)
     assert_near(found[0].value_lb, 300.0, 1e-3);
 }
 
-static void a_gage_without_a_reading_takes_no_part(void **state)
+TEST(a_gage_without_a_reading_takes_no_part)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 50.0, 80.0};
     struct mr_band_figures figures;
     set_up(station_ft, 3, 100.0f);
@@ -248,9 +239,8 @@ static void a_gage_without_a_reading_takes_no_part(void **state)
     assert_near(figures.most.lb, 103.0, 1e-4);
 }
 
-static void a_band_that_is_not_configured_is_not_watched(void **state)
+TEST(a_band_that_is_not_configured_is_not_watched)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 80.0};
     set_up(station_ft, 2, 0.0f);
     play((const double[]){0.0, 0.0}, 2, 200, false, 10.0);
@@ -260,9 +250,8 @@ static void a_band_that_is_not_configured_is_not_watched(void **state)
 
 /* ---- the landings of tests/runs ---- */
 
-static void the_recorded_landings_raise_nothing(void **state)
+TEST(the_recorded_landings_raise_nothing)
 {
-    (void)state;
     static const int landings[] = {1, 4, 5};
     for (unsigned l = 0; l < 3; l++) {
         struct run *run = calloc(1, sizeof *run);
@@ -420,9 +409,8 @@ static void land(struct trial *t)
     mr_bands_end(&bands);
 }
 
-static void landings_without_damage_raise_nothing(void **state)
+TEST(landings_without_damage_raise_nothing)
 {
-    (void)state;
     enum { LANDINGS = 300 };
     unsigned false_alarms = 0, slack_true = 0, slack_told = 0, slack_wrong = 0;
     for (unsigned seed = 1; seed <= LANDINGS; seed++) {
@@ -486,9 +474,8 @@ static void recognise(enum damage damage, const char *name, double *rate, double
            name, visible, right, 100.0 * *rate, step, wrong, silent, beside, weak, weak_named);
 }
 
-static void damage_is_recognised(void **state)
+TEST(damage_is_recognised)
 {
-    (void)state;
     double rate, noticed;
     recognise(SPLICE, "splice slips", &rate, &noticed);
     assert_true(rate > 0.85 && noticed > 0.95);
@@ -500,9 +487,8 @@ static void damage_is_recognised(void **state)
 
 /* A rig's table need not go along the runway, and a gage may have no station: the neighbours are
  * those by station. */
-static void neighbours_are_those_by_station(void **state)
+TEST(neighbours_are_those_by_station)
 {
-    (void)state;
     static const double station_ft[] = {85.0, 20.0, (double)NAN, 50.0, 5.0};
     set_up(station_ft, 5, 100.0f);
     play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 150, true, (double)NAN);
@@ -519,9 +505,8 @@ static void neighbours_are_those_by_station(void **state)
 }
 
 /* The slip of slip() with a gage before the others that has no reading, then one behind them. */
-static void a_slip_is_seen_beside_a_gage_without_a_reading(void **state)
+TEST(a_slip_is_seen_beside_a_gage_without_a_reading)
 {
-    (void)state;
     static const double station_ft[2][4] = {{20.0, 50.0, 80.0, 10.0}, {20.0, 50.0, 80.0, 95.0}};
     for (unsigned n = 0; n < 2; n++) {
         set_up(station_ft[n], 4, 100.0f);
@@ -538,9 +523,8 @@ static void a_slip_is_seen_beside_a_gage_without_a_reading(void **state)
 
 /* 14 gages overloaded and four bands unequal in one step are 18 findings; 16 are told, the
  * overloads first. */
-static void no_more_than_16_findings_come_of_one_step(void **state)
+TEST(no_more_than_16_findings_come_of_one_step)
 {
-    (void)state;
     float tension_lb[MR_GAGES];
     double station_ft[MR_GAGES];
     unsigned count = 0;
@@ -565,9 +549,8 @@ static void no_more_than_16_findings_come_of_one_step(void **state)
 
 /* Zeros that have drifted below nothing: a band without tension has no pretension of which 10 %
  * would be slack. */
-static void a_band_below_zero_is_not_slack_of_nothing(void **state)
+TEST(a_band_below_zero_is_not_slack_of_nothing)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 80.0};
     struct mr_band_figures figures;
     set_up(station_ft, 2, 5.0f);
@@ -583,9 +566,8 @@ static void a_band_below_zero_is_not_slack_of_nothing(void **state)
     assert_near(figures.before_lb, -0.3, 1e-5);
 }
 
-static void what_a_band_has_now(void **state)
+TEST(what_a_band_has_now)
 {
-    (void)state;
     static const double station_ft[] = {20.0, 50.0, 80.0, 95.0};
     float least, mean, most, tension_lb[MR_GAGES] = {90.0f, 120.0f, NAN, 700.0f, 800.0f};
     set_up(station_ft, 4, 100.0f);
@@ -598,39 +580,12 @@ static void what_a_band_has_now(void **state)
     assert_true(isnan(least) && isnan(mean) && isnan(most));
 }
 
-static void every_reason_has_its_own_text(void **state)
+TEST(every_reason_has_its_own_text)
 {
-    (void)state;
     for (unsigned a = MR_BAND_SLACK; a <= MR_BAND_STEP; a++) {
         assert_string_not_equal(mr_band_reason_text(a), "unknown");
         for (unsigned b = MR_BAND_SLACK; b < a; b++)
             assert_string_not_equal(mr_band_reason_text(a), mr_band_reason_text(b));
     }
     assert_string_equal(mr_band_reason_text(0), "unknown");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(figures_are_those_of_appendix_c),
-        cmocka_unit_test(a_rivet_that_lets_go_is_a_pullout),
-        cmocka_unit_test(a_drop_that_stays_is_a_slip),
-        cmocka_unit_test(a_drop_that_comes_back_is_none),
-        cmocka_unit_test(a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on),
-        cmocka_unit_test(slack_needs_a_wheel_behind_and_more_than_a_moment),
-        cmocka_unit_test(unequal_tension_at_rest_is_named),
-        cmocka_unit_test(overload_is_told_once),
-        cmocka_unit_test(a_gage_without_a_reading_takes_no_part),
-        cmocka_unit_test(a_band_that_is_not_configured_is_not_watched),
-        cmocka_unit_test(the_recorded_landings_raise_nothing),
-        cmocka_unit_test(landings_without_damage_raise_nothing),
-        cmocka_unit_test(damage_is_recognised),
-        cmocka_unit_test(neighbours_are_those_by_station),
-        cmocka_unit_test(a_slip_is_seen_beside_a_gage_without_a_reading),
-        cmocka_unit_test(no_more_than_16_findings_come_of_one_step),
-        cmocka_unit_test(a_band_below_zero_is_not_slack_of_nothing),
-        cmocka_unit_test(what_a_band_has_now),
-        cmocka_unit_test(every_reason_has_its_own_text),
-    };
-    return cmocka_run_group_tests_name("common/bands", tests, NULL, NULL);
 }

@@ -24,9 +24,8 @@ static void fill(uint16_t forward, uint16_t reversed, uint16_t code)
     }
 }
 
-static void sums_are_those_worked_out_by_hand(void **state)
+TEST(sums_are_those_worked_out_by_hand)
 {
-    (void)state;
     struct mr_block block;
     fill(2100, 1990, 1000);
     mr_block_from_scans(&block, 5, 77, transducers, adc1);
@@ -36,9 +35,8 @@ static void sums_are_those_worked_out_by_hand(void **state)
     assert_int_equal(block.low[0] + block.high[0], 0);
 }
 
-static void saturation_is_counted_per_channel(void **state)
+TEST(saturation_is_counted_per_channel)
 {
-    (void)state;
     struct mr_block block;
     fill(2000, 2000, 2000);
     transducers[1][2] = 0;
@@ -55,9 +53,8 @@ static void saturation_is_counted_per_channel(void **state)
 
 /* Each code from the ends of the converter in each place of the scans, beside codes of its
  * neighbours that are just not saturated. */
-static void one_saturated_code_is_found_wherever_it_is(void **state)
+TEST(one_saturated_code_is_found_wherever_it_is)
 {
-    (void)state;
     static const uint16_t ends[] = {0, 7, 8, 9, 10, 4085, 4086, 4087, 4088, 4095};
     struct mr_block block;
     for (unsigned place = 0; place < MR_SCANS_PER_BLOCK * MR_CHANNELS; place++) {
@@ -80,9 +77,8 @@ static void one_saturated_code_is_found_wherever_it_is(void **state)
     }
 }
 
-static void record_has_the_layout_of_the_header(void **state)
+TEST(record_has_the_layout_of_the_header)
 {
-    (void)state;
     struct mr_block block, got;
     uint8_t out[MR_BLOCK_BYTES_MAX];
     fill(2100, 1990, 1000);
@@ -99,9 +95,8 @@ static void record_has_the_layout_of_the_header(void **state)
     assert_memory_equal(&got, &block, sizeof got);
 }
 
-static void damaged_records_are_refused(void **state)
+TEST(damaged_records_are_refused)
 {
-    (void)state;
     struct mr_block block = {.index = 1}, got;
     uint8_t out[MR_BLOCK_BYTES_MAX + 1] = {0};
     size_t length = mr_block_put(&block, out);
@@ -120,9 +115,8 @@ static void damaged_records_are_refused(void **state)
 
 /* The channels that are there read as they would beside all others, for every count of them on both
  * converters. */
-static void some_channels_are_summed_like_all(void **state)
+TEST(some_channels_are_summed_like_all)
 {
-    (void)state;
     uint32_t draw = 1;
     for (unsigned n = 0; n < 2000; n++) {
         uint16_t some_transducers[MR_SCANS_PER_BLOCK * MR_TRANSDUCERS],
@@ -171,9 +165,8 @@ static void some_channels_are_summed_like_all(void **state)
     }
 }
 
-static void a_record_of_switches_alone_is_18_bytes(void **state)
+TEST(a_record_of_switches_alone_is_18_bytes)
 {
-    (void)state;
     struct mr_block block = {.index = 0x11, .tick = 0x22, .absent = 0x3fffff}, got;
     uint8_t out[MR_BLOCK_BYTES_MAX];
     block.sum[MR_ADC1_STAIRCASE] = 0x4433;
@@ -195,9 +188,8 @@ static void a_record_of_switches_alone_is_18_bytes(void **state)
 
 /* 0.5 V/in with 3.3 V and 4096 codes: 620.61 codes an inch; half difference (2100 - 1990) / 2 = 55
  * codes. */
-static void readings_follow_from_volts(void **state)
+TEST(readings_follow_from_volts)
 {
-    (void)state;
     struct mr_block block;
     const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT,
                                                  .number = 1,
@@ -230,9 +222,8 @@ static void readings_follow_from_volts(void **state)
     assert_near(mr_channels_ratio(&plain_reference, &block), 3103.0 / 3134.0, 1e-6);
 }
 
-static void what_cannot_be_true_is_not_a_value(void **state)
+TEST(what_cannot_be_true_is_not_a_value)
 {
-    (void)state;
     struct mr_block block;
     const struct mr_channel_config transducer = {
         .kind = MR_KIND_DISPLACEMENT, .number = 1, .station_ft = 40.0f, .unit_per_code = 0.0016f};
@@ -258,20 +249,4 @@ static void what_cannot_be_true_is_not_a_value(void **state)
     transducers[4][0] = 4095;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
     assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_SATURATED);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sums_are_those_worked_out_by_hand),
-        cmocka_unit_test(saturation_is_counted_per_channel),
-        cmocka_unit_test(one_saturated_code_is_found_wherever_it_is),
-        cmocka_unit_test(record_has_the_layout_of_the_header),
-        cmocka_unit_test(damaged_records_are_refused),
-        cmocka_unit_test(some_channels_are_summed_like_all),
-        cmocka_unit_test(a_record_of_switches_alone_is_18_bytes),
-        cmocka_unit_test(readings_follow_from_volts),
-        cmocka_unit_test(what_cannot_be_true_is_not_a_value),
-    };
-    return cmocka_run_group_tests_name("common/block", tests, NULL, NULL);
 }

@@ -12,9 +12,8 @@ static uint32_t draw(uint32_t below)
     return (uint32_t)((uint64_t)random_state * below >> 32);
 }
 
-static void a_key_and_a_still_block_by_hand(void **state)
+TEST(a_key_and_a_still_block_by_hand)
 {
-    (void)state;
     struct mr_pack pack;
     struct mr_block block = {.index = 1, .tick = 0x80000002u};
     uint8_t bits[MR_PACK_BYTES_MAX];
@@ -37,9 +36,8 @@ static void a_key_and_a_still_block_by_hand(void **state)
 
 /* Behind the key, tag 2, kind 5 (0b10110) and the mask; then two sums that do not move, four bits
  * each as above. */
-static void what_is_absent_costs_no_bits(void **state)
+TEST(what_is_absent_costs_no_bits)
 {
-    (void)state;
     struct mr_pack pack;
     struct mr_block block = {.index = 1, .tick = 2, .absent = 0x3fffff};
     uint8_t bits[MR_PACK_BYTES_MAX];
@@ -111,9 +109,8 @@ static void leave_out(struct mr_block *block, uint32_t absent)
     }
 }
 
-static void every_block_comes_back(void **state)
+TEST(every_block_comes_back)
 {
-    (void)state;
     static uint8_t stream[4000 * MR_PACK_BYTES_MAX];
     static struct mr_block sent[4000];
     struct mr_pack pack, unpack = {0};
@@ -152,9 +149,8 @@ static void every_block_comes_back(void **state)
     assert_int_equal(read, at);
 }
 
-static void no_codes_exceed_the_bound(void **state)
+TEST(no_codes_exceed_the_bound)
 {
-    (void)state;
     struct mr_pack pack;
     struct mr_block block = {0}, before = {0};
     uint8_t bits[MR_PACK_BYTES_MAX];
@@ -182,9 +178,8 @@ static void no_codes_exceed_the_bound(void **state)
     assert_in_range(quiet / 5000, 100, 200);
 }
 
-static void what_is_cut_off_or_none_is_refused(void **state)
+TEST(what_is_cut_off_or_none_is_refused)
 {
-    (void)state;
     struct mr_pack pack, unpack = {0};
     struct mr_block block = {.index = 7, .tick = 9};
     struct mr_record record;
@@ -212,16 +207,4 @@ static void what_is_cut_off_or_none_is_refused(void **state)
     at = 0;
     assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){0xff}, 8, &at, &record), MR_OK);
     assert_int_equal(record.kind, MR_RECORD_END);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_key_and_a_still_block_by_hand),
-        cmocka_unit_test(what_is_absent_costs_no_bits),
-        cmocka_unit_test(every_block_comes_back),
-        cmocka_unit_test(no_codes_exceed_the_bound),
-        cmocka_unit_test(what_is_cut_off_or_none_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,9 +17,8 @@ static uint64_t draw(uint64_t below)
     return (state >> 20) % below;
 }
 
-static void a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt(void **s)
+TEST(a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt)
 {
-    (void)s;
     for (unsigned round = 0; round < 200000; round++) {
         /* of block 0, on a clock that started long ago */
         wide begin = (wide)draw(1ull << 33);
@@ -38,9 +37,8 @@ static void a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt(v
 
 /* Samples, edges and frames of six hours, told in order with losses of up to 20 s, never go
  * backward and never repeat. */
-static void time_only_goes_forward_over_wraps_and_losses(void **s)
+TEST(time_only_goes_forward_over_wraps_and_losses)
 {
-    (void)s;
     uint32_t origin = 2352;
     wide block = 0;
     int64_t last_ticks = -1;
@@ -58,9 +56,8 @@ static void time_only_goes_forward_over_wraps_and_losses(void **s)
 }
 
 /* By hand: 84 ticks are a microsecond; the counter comes round after 4294967296 / 84 us. */
-static void known_moments(void **s)
+TEST(known_moments)
 {
-    (void)s;
     assert_int_equal(mr_boardtime_ticks(2352, 0, 2352), 0);
     assert_int_equal(mr_boardtime_ticks(2352, 0, 2351), -1);
     assert_int_equal(mr_boardtime_ticks(2352, 51130, 2352 + 51130u * 84000u), 4294920000);
@@ -68,14 +65,4 @@ static void known_moments(void **s)
     assert_int_equal(mr_boardtime_ticks(2352, 51131, 1000), 4294965944);
     assert_true(mr_boardtime_ticks(0, UINT32_MAX, UINT32_MAX * 84000u + 5u) ==
                 (int64_t)UINT32_MAX * 84000 + 5);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt),
-        cmocka_unit_test(time_only_goes_forward_over_wraps_and_losses),
-        cmocka_unit_test(known_moments),
-    };
-    return cmocka_run_group_tests_name("common/boardtime", tests, NULL, NULL);
 }

@@ -20,9 +20,8 @@ static void make_page(uint8_t page[MR_BOXPAGE], unsigned kind)
     mr_boxpage_seal(page, 0x01020304, 0x0506);
 }
 
-static void the_header_is_that_of_the_table(void **state)
+TEST(the_header_is_that_of_the_table)
 {
-    (void)state;
     uint8_t page[MR_BOXPAGE];
     struct mr_boxpage_header header;
     make_page(page, MR_BOXPAGE_STREAM);
@@ -39,9 +38,8 @@ static void the_header_is_that_of_the_table(void **state)
     assert_int_equal(header.freed, 1);
 }
 
-static void what_is_no_page_is_noticed(void **state)
+TEST(what_is_no_page_is_noticed)
 {
-    (void)state;
     uint8_t page[MR_BOXPAGE];
     struct mr_boxpage_header header;
     make_page(page, MR_BOXPAGE_END);
@@ -59,9 +57,8 @@ static void what_is_no_page_is_noticed(void **state)
     assert_int_equal(mr_boxpage_check(page, &header), MR_TOO_FEW);
 }
 
-static void start_and_end_come_back(void **state)
+TEST(start_and_end_come_back)
 {
-    (void)state;
     uint8_t page[MR_BOXPAGE];
     const struct mr_boxpage_start start = {3,          7,      1000,      2000, {1, 2, 3},
                                            0xdeadbeef, 0x1234, {4, 5, 6}, 1};
@@ -79,14 +76,4 @@ static void start_and_end_come_back(void **state)
     assert_int_equal(u32_at(page + 12), 9999);
     mr_boxpage_get_end(page, &end_again);
     assert_memory_equal(&end_again, &end, sizeof end);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_header_is_that_of_the_table),
-        cmocka_unit_test(what_is_no_page_is_noticed),
-        cmocka_unit_test(start_and_end_come_back),
-    };
-    return cmocka_run_group_tests_name("common/boxpage", tests, NULL, NULL);
 }

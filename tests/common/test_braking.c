@@ -42,9 +42,8 @@ static size_t usual_gates(struct mr_gate *gates)
 }
 
 /* Table of chi-square, upper tail: 1 in 100 and 1 in 1000. */
-static void chi_square_is_that_of_the_tables(void **state)
+TEST(chi_square_is_that_of_the_tables)
 {
-    (void)state;
     const struct {
         unsigned freedom;
         double one_in_100, one_in_1000;
@@ -63,9 +62,8 @@ static void chi_square_is_that_of_the_tables(void **state)
     assert_near(mr_chi_square(0, MR_ONE_IN_100), 0.0, 0.0);
 }
 
-static void the_closed_form_is_found(void **state)
+TEST(the_closed_form_is_found)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_braking fit;
     size_t count = usual_gates(gates);
@@ -92,9 +90,8 @@ static void the_closed_form_is_found(void **state)
 /* A switch within the 50 ms in which the brake rises, and gates of which some are left out
  * beforehand. The shape of the rise is known beforehand only, which costs some 0.01 % of the
  * speed. */
-static void a_gate_within_the_rise_and_gates_left_out(void **state)
+TEST(a_gate_within_the_rise_and_gates_left_out)
 {
-    (void)state;
     const double since_s[] = {-0.2, -0.04, 0.03, 0.4, 0.8, 1.2, 1.7, 2.3, 2.9, 3.6, 4.3};
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_braking fit;
@@ -110,9 +107,8 @@ static void a_gate_within_the_rise_and_gates_left_out(void **state)
     assert_near(fit.speed_ft_s, SPEED_FT_S, 5e-3);
 }
 
-static void the_worst_are_left_out_one_by_one(void **state)
+TEST(the_worst_are_left_out_one_by_one)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_braking fit;
     size_t count = usual_gates(gates);
@@ -143,9 +139,8 @@ static void the_worst_are_left_out_one_by_one(void **state)
     assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
 }
 
-static void three_gates_are_taken_as_they_are(void **state)
+TEST(three_gates_are_taken_as_they_are)
 {
-    (void)state;
     const double since_s[] = {0.2, 1.5, 3.5};
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_braking fit;
@@ -156,9 +151,8 @@ static void three_gates_are_taken_as_they_are(void **state)
     assert_near(fit.speed_ft_s, SPEED_FT_S, 0.01); /* the shape is not told by three */
 }
 
-static void what_is_no_braking_is_refused(void **state)
+TEST(what_is_no_braking_is_refused)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_braking fit;
     size_t count = usual_gates(gates);
@@ -181,9 +175,8 @@ static void what_is_no_braking_is_refused(void **state)
 }
 
 /* v = 0.2 ft/s against 30 ft/s2 would stand after 32 ms, the brake having risen after 50. */
-static void at_rest_before_the_brake_has_risen_is_refused(void **state)
+TEST(at_rest_before_the_brake_has_risen_is_refused)
 {
-    (void)state;
     struct mr_gates_summary summary;
     struct mr_braking fit = {.touchdown_ft = 3.0,
                              .speed_ft_s = 0.2,
@@ -197,18 +190,4 @@ static void at_rest_before_the_brake_has_risen_is_refused(void **state)
     assert_near(summary.stop_station_ft.value, 3.0 + 0.75 + 15.0 - 5.0 * DELAY_S * DELAY_S, 1e-12);
     assert_near(summary.mean_deceleration_ft_s2.value, 30.0 / 1.025, 1e-12);
     assert_near(summary.stop_t_s.error, 0.0, 0.0); /* a covariance of zero */
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(chi_square_is_that_of_the_tables),
-        cmocka_unit_test(the_closed_form_is_found),
-        cmocka_unit_test(a_gate_within_the_rise_and_gates_left_out),
-        cmocka_unit_test(the_worst_are_left_out_one_by_one),
-        cmocka_unit_test(three_gates_are_taken_as_they_are),
-        cmocka_unit_test(what_is_no_braking_is_refused),
-        cmocka_unit_test(at_rest_before_the_brake_has_risen_is_refused),
-    };
-    return cmocka_run_group_tests_name("common/gates: braking", tests, NULL, NULL);
 }

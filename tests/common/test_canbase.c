@@ -3,9 +3,8 @@
 #include "common/canbase.h"
 #include "tests/cmocka_all.h"
 
-static void they_come_back_whatever_the_base(void **state)
+TEST(they_come_back_whatever_the_base)
 {
-    (void)state;
     assert_int_equal(mr_can_to_bus(MR_ID_HELLO, 0x190), 0x380);
     assert_int_equal(mr_can_to_bus(MR_ID_COMMAND, 0x190), 0x590);
     for (unsigned base = 0; base < 0x800; base++) {
@@ -32,18 +31,8 @@ static unsigned shared(const unsigned *bases, unsigned n)
     return twice;
 }
 
-static void three_boards_share_no_identifier(void **state)
+TEST(three_boards_share_no_identifier)
 {
-    (void)state;
     assert_int_equal(shared((const unsigned[]){0, 400, 960}, 3), 0);
     assert_true(shared((const unsigned[]){0, 16}, 2) > 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(they_come_back_whatever_the_base),
-        cmocka_unit_test(three_boards_share_no_identifier),
-    };
-    return cmocka_run_group_tests_name("common/canbase", tests, NULL, NULL);
 }

@@ -48,9 +48,8 @@ static unsigned validity_of(double plus_v, double minus_v)
     return reading.validity;
 }
 
-static void faults_of_a_transducers_leads_are_told_apart(void **state)
+TEST(faults_of_a_transducers_leads_are_told_apart)
 {
-    (void)state;
     assert_int_equal(validity_of(1.65 + 0.30, 1.65 - 0.30), MR_VALID); /* 0.5 in */
     /* 0.4 in upfield */
     assert_int_equal(validity_of(1.65 - 0.15, 1.65 + 0.15), MR_VALID);
@@ -74,9 +73,8 @@ static void faults_of_a_transducers_leads_are_told_apart(void **state)
     assert_int_equal(validity_of(0.0, 3.3), MR_INVALID_SATURATED);
 }
 
-static void without_a_zero_off_mid_scale_no_amplitude_is_a_reading(void **state)
+TEST(without_a_zero_off_mid_scale_no_amplitude_is_a_reading)
 {
-    (void)state;
     struct mr_channel_config centred = transducer;
     centred.zero_code = 0.0f;
     struct mr_block block = block_of(1.65, 1.65, 0.9, 2.5);
@@ -86,9 +84,8 @@ static void without_a_zero_off_mid_scale_no_amplitude_is_a_reading(void **state)
     assert_near(reading.value, 0.0, 1e-6);
 }
 
-static void a_bridge_at_an_end_is_open_or_short(void **state)
+TEST(a_bridge_at_an_end_is_open_or_short)
 {
-    (void)state;
     struct mr_block block = block_of(1.7, 1.6, 0.0, 2.5);
     assert_int_equal(mr_channel_read(&gage, &block, MR_TRANSDUCERS, 1.0f).validity,
                      MR_INVALID_OPEN);
@@ -102,9 +99,8 @@ static void a_bridge_at_an_end_is_open_or_short(void **state)
 
 /* A converter whose reference is 1 % low reads 1 % more of everything, its zero too: 100 lb stay
  * 100 lb. */
-static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
+TEST(the_reference_takes_the_scale_out_of_reading_and_zero)
 {
-    (void)state;
     struct mr_block block = block_of(1.65 + 0.303, 1.65 - 0.303, 0.909, 2.525);
     float ratio = mr_channels_ratio(&plain_reference, &block);
     assert_near(ratio, 1.0 / 1.01, 2e-4);
@@ -122,9 +118,8 @@ static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
     assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
 }
 
-static void a_table_is_straight_lines(void **state)
+TEST(a_table_is_straight_lines)
 {
-    (void)state;
     struct mr_channel_config config = {.points = 4,
                                        .point_reading = {-1.0f, 0.0f, 1.0f, 3.0f},
                                        .point_value = {-0.8f, 0.0f, 1.2f, 3.0f}};
@@ -148,9 +143,8 @@ static void a_table_is_straight_lines(void **state)
                     ((double)(i * i) + (double)((i + 1) * (i + 1))) / 2.0, 1e-5);
 }
 
-static void beyond_its_limits_it_is_not_valid(void **state)
+TEST(beyond_its_limits_it_is_not_valid)
 {
-    (void)state;
     struct mr_channel_config config = transducer;
     config.low = -0.25f;
     config.high = 1.5f;
@@ -177,9 +171,8 @@ static void beyond_its_limits_it_is_not_valid(void **state)
         MR_VALID);
 }
 
-static void a_calibration_travels_item_by_item(void **state)
+TEST(a_calibration_travels_item_by_item)
 {
-    (void)state;
     struct mr_channel_config from = {.points = 3,
                                      .gain_error = 0.1f,
                                      .zero_error = 0.2f,
@@ -206,27 +199,11 @@ static void a_calibration_travels_item_by_item(void **state)
     assert_memory_equal(&to, &from, sizeof to);
 }
 
-static void each_validity_has_a_text(void **state)
+TEST(each_validity_has_a_text)
 {
-    (void)state;
     for (unsigned i = 0; i < MR_VALIDITIES; i++) {
         for (unsigned k = 0; k < i; k++)
             assert_string_not_equal(mr_validity_text(i), mr_validity_text(k));
     }
     assert_string_equal(mr_validity_text(MR_VALIDITIES), "unknown");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(faults_of_a_transducers_leads_are_told_apart),
-        cmocka_unit_test(without_a_zero_off_mid_scale_no_amplitude_is_a_reading),
-        cmocka_unit_test(a_bridge_at_an_end_is_open_or_short),
-        cmocka_unit_test(the_reference_takes_the_scale_out_of_reading_and_zero),
-        cmocka_unit_test(a_table_is_straight_lines),
-        cmocka_unit_test(beyond_its_limits_it_is_not_valid),
-        cmocka_unit_test(a_calibration_travels_item_by_item),
-        cmocka_unit_test(each_validity_has_a_text),
-    };
-    return cmocka_run_group_tests_name("common/channels", tests, NULL, NULL);
 }

@@ -22,9 +22,8 @@ static struct mr_closure_input even_slack(float each_in)
                                      .deceleration_ft_s2 = NAN};
 }
 
-static void open_joints_are_no_zone(void **state)
+TEST(open_joints_are_no_zone)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.18f);
     mr_closure_find(&input, &zone, NULL);
@@ -34,9 +33,8 @@ static void open_joints_are_no_zone(void **state)
 /* All joints closed: the zone goes to the end of the runway, 42 segments of 20/7 ft, none of it
  * between two transducers that see it. At 20 ft/s and no deceleration known the wheel at 115 ft is
  * in it; before a zone it would be distance over speed. */
-static void a_runway_without_slack_is_one_zone(void **state)
+TEST(a_runway_without_slack_is_one_zone)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.0f);
     input.wheel_ft = 115.0f;
@@ -57,9 +55,8 @@ static void a_runway_without_slack_is_one_zone(void **state)
 /* Segment 14 begins at 14 * 20/7 = 40 ft. 0.30 in of closure between 40 and 50 ft at 0.1 in a
  * segment closes segments 14, 15 and 16: 40.000 to 48.571 ft, 30 mats. The wheel at 35 ft with 20
  * ft/s and 4 ft/s2 gets there in t = (20 - sqrt(400 - 2*4*5)) / 4 = 0.256584 s. */
-static void a_plough_closes_from_the_wheel_on(void **state)
+TEST(a_plough_closes_from_the_wheel_on)
 {
-    (void)state;
     struct mr_closure_zone zone;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_input input = even_slack(0.1f);
@@ -80,9 +77,8 @@ static void a_plough_closes_from_the_wheel_on(void **state)
     assert_near(remaining_in[13], 0.1, 1e-6);
 }
 
-static void a_run_the_wheel_is_inside_starts_at_the_wheel(void **state)
+TEST(a_run_the_wheel_is_inside_starts_at_the_wheel)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.1f);
     for (unsigned s = 28; s < 33; s++) /* 80.0 to 94.286 ft closed before the landing */
@@ -96,9 +92,8 @@ static void a_run_the_wheel_is_inside_starts_at_the_wheel(void **state)
     assert_near(zone.lead_s, 0.0, 1e-6);
 }
 
-static void a_gear_that_stops_before_has_no_lead_time(void **state)
+TEST(a_gear_that_stops_before_has_no_lead_time)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.1f);
     for (unsigned s = 35; s < 39; s++) /* 100.0 to 111.43 ft */
@@ -115,9 +110,8 @@ static void a_gear_that_stops_before_has_no_lead_time(void **state)
     assert_near(zone.lead_s, 5.0, 1e-3);
 }
 
-static void a_lost_transducer_widens_the_interval(void **state)
+TEST(a_lost_transducer_widens_the_interval)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.1f);
     moved_in[0] = 0.43f;
@@ -132,9 +126,8 @@ static void a_lost_transducer_widens_the_interval(void **state)
 /* Stations 50 ft apart from no segment's end: segment 17 (48.57 to 51.43 ft) lies half on each
  * side. 3.5 segments of 0.36 in close on either side, so it is closed as all the others from 40 to
  * 60 ft are. */
-static void a_segment_across_a_station_closes_from_both_sides(void **state)
+TEST(a_segment_across_a_station_closes_from_both_sides)
 {
-    (void)state;
     struct mr_closure_zone zone;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_input input = even_slack(0.36f);
@@ -149,9 +142,8 @@ static void a_segment_across_a_station_closes_from_both_sides(void **state)
 
 /* The wheel at 45 ft: of 0.10 in, segment 15 (42.86 to 45.71 ft) can give only its last quarter,
  * 0.025 in, segment 16 gives the other 0.075 in; behind the wheel nothing closes. */
-static void nothing_closes_behind_the_wheel(void **state)
+TEST(nothing_closes_behind_the_wheel)
 {
-    (void)state;
     struct mr_closure_zone zone;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_input input = even_slack(0.1f);
@@ -164,9 +156,8 @@ static void nothing_closes_behind_the_wheel(void **state)
     assert_near(remaining_in[17], 0.1, 1e-6);
 }
 
-static void of_equal_runs_the_nearest_is_told(void **state)
+TEST(of_equal_runs_the_nearest_is_told)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.1f);
     for (unsigned s = 0; s < 4; s++)
@@ -176,29 +167,11 @@ static void of_equal_runs_the_nearest_is_told(void **state)
     assert_near(zone.start_ft, 40.0, 1e-4);
 }
 
-static void what_was_not_surveyed_is_never_closed(void **state)
+TEST(what_was_not_surveyed_is_never_closed)
 {
-    (void)state;
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(NAN);
     moved_in[0] = 1.0f;
     mr_closure_find(&input, &zone, NULL);
     assert_int_equal(zone.mats, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(open_joints_are_no_zone),
-        cmocka_unit_test(a_plough_closes_from_the_wheel_on),
-        cmocka_unit_test(a_run_the_wheel_is_inside_starts_at_the_wheel),
-        cmocka_unit_test(a_gear_that_stops_before_has_no_lead_time),
-        cmocka_unit_test(a_lost_transducer_widens_the_interval),
-        cmocka_unit_test(a_segment_across_a_station_closes_from_both_sides),
-        cmocka_unit_test(nothing_closes_behind_the_wheel),
-        cmocka_unit_test(of_equal_runs_the_nearest_is_told),
-        cmocka_unit_test(what_was_not_surveyed_is_never_closed),
-        cmocka_unit_test(a_runway_without_slack_is_one_zone),
-    };
-    return cmocka_run_group_tests_name("common/closure", tests, NULL, NULL);
 }

@@ -28,9 +28,8 @@ static void is_real(float value)
     assert_int_equal(number(4), bits);
 }
 
-static void stored_form_is_the_table(void **state)
+TEST(stored_form_is_the_table)
 {
-    (void)state;
     const struct mr_config c = sound_config();
     memset(image, 0xa5, sizeof image);
     uint32_t crc = mr_config_encode(&c, image);
@@ -65,9 +64,8 @@ static void stored_form_is_the_table(void **state)
 }
 
 /* Whatever the fields hold, through the stored form and back. */
-static void it_comes_back(void **state)
+TEST(it_comes_back)
 {
-    (void)state;
     static struct mr_config c, back;
     static uint8_t again[MR_CONFIG_IMAGE];
     uint32_t random = 1;
@@ -86,9 +84,8 @@ static void it_comes_back(void **state)
     }
 }
 
-static void exchanging_twice_changes_nothing(void **state)
+TEST(exchanging_twice_changes_nothing)
 {
-    (void)state;
     struct mr_config c = sound_config(), other = c;
     static uint8_t kept[MR_CONFIG_IMAGE], of_other[MR_CONFIG_IMAGE];
     other.site[0].touchdown_ft = 9.0f;
@@ -106,9 +103,8 @@ static void exchanging_twice_changes_nothing(void **state)
     assert_memory_equal(&c, &sound, sizeof c);
 }
 
-static void every_wrong_bit_is_noticed(void **state)
+TEST(every_wrong_bit_is_noticed)
 {
-    (void)state;
     struct mr_config c = sound_config(), kept;
     mr_config_encode(&c, image);
     for (unsigned bit = 0; bit < 8 * MR_CONFIG_IMAGE; bit++) {
@@ -131,9 +127,8 @@ static void seal(uint8_t *bytes, unsigned length)
         bytes[length - 4 + i] = (uint8_t)(crc >> 8 * i);
 }
 
-static void what_is_wrong_has_a_name(void **state)
+TEST(what_is_wrong_has_a_name)
 {
-    (void)state;
     struct mr_config c = sound_config();
     static uint8_t longer[MR_CONFIG_IMAGE + 8];
     mr_config_encode(&c, image);
@@ -230,9 +225,8 @@ static void refuse_text(char *text, unsigned size, unsigned g, unsigned i, unsig
     memcpy(text, kept, size);
 }
 
-static void every_limit_is_refused_with_its_reason(void **state)
+TEST(every_limit_is_refused_with_its_reason)
 {
-    (void)state;
     struct mr_config_reason reason;
     broken = sound_config();
     assert_int_equal(mr_config_check(&broken, &reason), MR_OK);
@@ -260,9 +254,8 @@ static void every_limit_is_refused_with_its_reason(void **state)
 }
 
 /* The table has a number: with it the last message of the catalogue has the last identifier. */
-static void a_base_keeps_all_messages_within_11_bits(void **state)
+TEST(a_base_keeps_all_messages_within_11_bits)
 {
-    (void)state;
     const struct mr_config_field *field =
         &mr_config_groups[MR_GROUP_site].fields[MR_FIELD_site_can_base];
     size_t count;
@@ -292,9 +285,8 @@ static void a_base_keeps_all_messages_within_11_bits(void **state)
         assert_int_equal(reason_.rule, MR_RULE_NONE);           \
     } while (0)
 
-static void switches_rise_and_differ(void **state)
+TEST(switches_rise_and_differ)
 {
-    (void)state;
     WRONG(c.gate[9].station_ft = c.gate[8].station_ft, gate, 9, station_ft, 0, NOT_RISING);
     /* number 5 is not fitted */
     WRONG(c.gate[6].station_ft = c.gate[4].station_ft, gate, 6, station_ft, 0, NOT_RISING);
@@ -310,9 +302,8 @@ static void switches_rise_and_differ(void **state)
     WRONG(c.channel[22].zero_code = 503.5f, gate, 23, step_codes, 0, SUM);
 }
 
-static void channels_go_with_their_place(void **state)
+TEST(channels_go_with_their_place)
 {
-    (void)state;
     WRONG(c.channel[8].kind = MR_KIND_DISPLACEMENT, channel, 8, kind, 0, PLACE);
     WRONG(c.channel[7].kind = MR_KIND_TENSION, channel, 7, kind, 0, PLACE);
     WRONG(c.channel[22].kind = MR_KIND_REFERENCE, channel, 22, kind, 0, PLACE);
@@ -333,9 +324,8 @@ static void channels_go_with_their_place(void **state)
 
 /* The limit by hand: m = 0.466 / 32.174 = 0.014484 slug; w^2 = 4 * 2.9e5 / m = 8.0089e7, d = 4 * 5
  * / m = 1380.9; 4 / (d + sqrt(d^2 + 4 w^2)) = 2.0692e-4 s, 0.9 of it 0.18623 ms. */
-static void the_predictor_is_stable(void **state)
+TEST(the_predictor_is_stable)
 {
-    (void)state;
     RIGHT(c.predict[0].step_ms = 0.1860f);
     WRONG(c.predict[0].step_ms = 0.1865f, predict, 0, step_ms, 0, UNSTABLE);
     /* slugs for pounds */
@@ -349,9 +339,8 @@ static void the_predictor_is_stable(void **state)
     RIGHT(c.predict[0].step_ms = 0.5f; c.predict[0].fitted = 0); /* one that does not run */
 }
 
-static void calibrations_make_sense(void **state)
+TEST(calibrations_make_sense)
 {
-    (void)state;
     WRONG(c.channel[0].high = c.channel[0].low, channel, 0, high, 0, NOT_ABOVE);
     RIGHT(c.channel[0].high = 0.0f; c.channel[0].low = 0.0f); /* none given */
     RIGHT(c.channel[0].high = 0.0f; c.channel[0].low = -1.0f);
@@ -365,22 +354,4 @@ static void calibrations_make_sense(void **state)
           NOT_ABOVE);
     WRONG(c.channel[6].calibrated_day = 0, channel, 6, calibrated_day, 0, ZERO);
     RIGHT(c.channel[6].expires_day = 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stored_form_is_the_table),
-        cmocka_unit_test(it_comes_back),
-        cmocka_unit_test(exchanging_twice_changes_nothing),
-        cmocka_unit_test(every_wrong_bit_is_noticed),
-        cmocka_unit_test(what_is_wrong_has_a_name),
-        cmocka_unit_test(every_limit_is_refused_with_its_reason),
-        cmocka_unit_test(a_base_keeps_all_messages_within_11_bits),
-        cmocka_unit_test(switches_rise_and_differ),
-        cmocka_unit_test(channels_go_with_their_place),
-        cmocka_unit_test(the_predictor_is_stable),
-        cmocka_unit_test(calibrations_make_sense),
-    };
-    return cmocka_run_group_tests_name("common/config", tests, NULL, NULL);
 }

@@ -6,17 +6,15 @@
 #include "common/crc32.h"
 #include "tests/cmocka_all.h"
 
-static void crc_has_the_published_check_value(void **state)
+TEST(crc_has_the_published_check_value)
 {
-    (void)state;
     const uint8_t *digits = (const uint8_t *)"123456789";
     assert_int_equal(mr_crc32(0, digits, 9), 0xcbf43926u);
     assert_int_equal(mr_crc32(mr_crc32(0, digits, 4), digits + 4, 5), 0xcbf43926u);
 }
 
-static void crc_equals_zlib(void **state)
+TEST(crc_equals_zlib)
 {
-    (void)state;
     uint8_t bytes[300];
     for (size_t i = 0; i < sizeof bytes; i++)
         bytes[i] = (uint8_t)(i * i * 7 + i);
@@ -27,9 +25,8 @@ static void crc_equals_zlib(void **state)
 /* By hand: content 02 01 | 80 00 | 11 00 22 | CRC. zlib.crc32(bytes.fromhex("02018000110022")) =
  * 0xb8cd25c3, so the stream is 04 02 01 80 | 02 11 | 06 22 c3 25 cd b8 | 00: each length byte
  * counts to the next zero of the content. */
-static void a_frame_worked_out_by_hand(void **state)
+TEST(a_frame_worked_out_by_hand)
 {
-    (void)state;
     const uint8_t payload[] = {0x11, 0x00, 0x22};
     const uint8_t expected[] = {0x04, 0x02, 0x01, 0x80, 0x02, 0x11, 0x06,
                                 0x22, 0xc3, 0x25, 0xcd, 0xb8, 0x00};
@@ -51,9 +48,8 @@ static enum mr_status push_all(struct mr_deframer *deframer, const uint8_t *byte
     return status;
 }
 
-static void what_goes_in_comes_out(void **state)
+TEST(what_goes_in_comes_out)
 {
-    (void)state;
     struct mr_deframer deframer;
     struct mr_frame frame;
     uint8_t payload[MR_FRAME_PAYLOAD_MAX], out[MR_FRAME_MAX];
@@ -73,9 +69,8 @@ static void what_goes_in_comes_out(void **state)
     assert_int_equal(mr_frame_encode(0, 0, payload, MR_FRAME_PAYLOAD_MAX + 1, out), 0);
 }
 
-static void every_single_bit_error_is_noticed(void **state)
+TEST(every_single_bit_error_is_noticed)
 {
-    (void)state;
     struct mr_deframer deframer;
     struct mr_frame frame;
     uint8_t out[MR_FRAME_MAX], bad[MR_FRAME_MAX];
@@ -95,9 +90,8 @@ static void every_single_bit_error_is_noticed(void **state)
     }
 }
 
-static void too_long_and_too_short_are_refused(void **state)
+TEST(too_long_and_too_short_are_refused)
 {
-    (void)state;
     struct mr_deframer deframer;
     struct mr_frame frame;
     mr_deframer_init(&deframer);
@@ -113,17 +107,4 @@ static void too_long_and_too_short_are_refused(void **state)
     const uint8_t run_beyond_end[] = {0x09, 0x01, 0x02, 0x00};
     assert_int_equal(push_all(&deframer, run_beyond_end, sizeof run_beyond_end, &frame),
                      MR_MALFORMED);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(crc_has_the_published_check_value),
-        cmocka_unit_test(crc_equals_zlib),
-        cmocka_unit_test(a_frame_worked_out_by_hand),
-        cmocka_unit_test(what_goes_in_comes_out),
-        cmocka_unit_test(every_single_bit_error_is_noticed),
-        cmocka_unit_test(too_long_and_too_short_are_refused),
-    };
-    return cmocka_run_group_tests_name("common/framing", tests, NULL, NULL);
 }

@@ -25,9 +25,8 @@ static enum mr_config_rule with_gain(struct mr_channel_config channel, double fa
     return mr_gain_check(&channel);
 }
 
-static void built_in_channels_pass(void **state)
+TEST(built_in_channels_pass)
 {
-    (void)state;
     const struct mr_config sound = sound_config();
     assert_int_equal(mr_gain_check(&transducer), MR_RULE_NONE);
     assert_int_equal(mr_gain_check(&gage), MR_RULE_NONE);
@@ -35,9 +34,8 @@ static void built_in_channels_pass(void **state)
         assert_int_equal(mr_gain_check(&sound.channel[i]), MR_RULE_NONE);
 }
 
-static void mistakes_of_units_are_refused(void **state)
+TEST(mistakes_of_units_are_refused)
 {
-    (void)state;
     assert_int_equal(with_gain(transducer, 25.4), MR_RULE_COARSE); /* mm for in */
     assert_int_equal(with_gain(transducer, -25.4), MR_RULE_COARSE);
     assert_int_equal(with_gain(transducer, 1.0 / 12.0), MR_RULE_FINE); /* ft for in */
@@ -53,9 +51,8 @@ static void mistakes_of_units_are_refused(void **state)
     assert_int_equal(mr_gain_check(&swapped), MR_RULE_COARSE);
 }
 
-static void the_limits_are_where_the_facts_put_them(void **state)
+TEST(the_limits_are_where_the_facts_put_them)
 {
-    (void)state;
     struct mr_channel_config c = {.kind = MR_KIND_DISPLACEMENT}; /* no range is set */
     static const struct {
         double unit, codes;
@@ -78,9 +75,8 @@ static void the_limits_are_where_the_facts_put_them(void **state)
 }
 
 /* 1 in of travel: at 0.0099 in per code it is 101 codes, at 0.0101 99. */
-static void a_range_of_few_codes_is_refused(void **state)
+TEST(a_range_of_few_codes_is_refused)
 {
-    (void)state;
     struct mr_channel_config c = {
         .kind = MR_KIND_DISPLACEMENT, .low = -0.5f, .high = 0.5f, .unit_per_code = 0.0099f};
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
@@ -90,9 +86,8 @@ static void a_range_of_few_codes_is_refused(void **state)
 
 /* A gage of 0.04 lb per code whose zero is at 0: the converter ends at 4095 * 1.02 codes, 167.1
  * lb. */
-static void a_range_beyond_the_converter_is_refused(void **state)
+TEST(a_range_beyond_the_converter_is_refused)
 {
-    (void)state;
     struct mr_channel_config c = {.kind = MR_KIND_TENSION, .high = 668.0f, .unit_per_code = 0.04f};
     assert_true(fabsf(mr_channel_reached(&c) - 167.076f / 668.0f) < 1e-5f);
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
@@ -111,9 +106,8 @@ static void a_range_beyond_the_converter_is_refused(void **state)
 
 /* A table hides a mistake as well as the straight line does: values in mm against readings in
  * in. */
-static void a_table_is_part_of_the_gain(void **state)
+TEST(a_table_is_part_of_the_gain)
 {
-    (void)state;
     struct mr_channel_config c = transducer;
     c.points = 3;
     for (unsigned i = 0; i < 3; i++) {
@@ -127,9 +121,8 @@ static void a_table_is_part_of_the_gain(void **state)
     assert_int_equal(mr_gain_check(&c), MR_RULE_COARSE);
 }
 
-static void a_configuration_is_refused_by_channel(void **state)
+TEST(a_configuration_is_refused_by_channel)
 {
-    (void)state;
     struct mr_config c = sound_config();
     struct mr_config_reason reason;
     c.channel[2].unit_per_code = 25.4f * 0.0016113281f;
@@ -140,18 +133,4 @@ static void a_configuration_is_refused_by_channel(void **state)
     assert_int_equal(reason.rule, MR_RULE_COARSE);
     c.channel[2].kind = MR_KIND_NONE; /* nothing measures by it */
     assert_int_equal(mr_config_check(&c, &reason), MR_OK);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(built_in_channels_pass),
-        cmocka_unit_test(mistakes_of_units_are_refused),
-        cmocka_unit_test(the_limits_are_where_the_facts_put_them),
-        cmocka_unit_test(a_range_of_few_codes_is_refused),
-        cmocka_unit_test(a_range_beyond_the_converter_is_refused),
-        cmocka_unit_test(a_table_is_part_of_the_gain),
-        cmocka_unit_test(a_configuration_is_refused_by_channel),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -34,9 +34,8 @@ static size_t uniform_gates(double touchdown_ft, double speed_ft_s, double decel
     return count;
 }
 
-static void uniform_deceleration_is_recovered(void **state)
+TEST(uniform_deceleration_is_recovered)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
@@ -70,9 +69,8 @@ static void uniform_deceleration_is_recovered(void **state)
 }
 
 /* One switch opens 3 ms late: named, its lateness told, the rest as good as before. */
-static void a_late_switch_is_left_out(void **state)
+TEST(a_late_switch_is_left_out)
 {
-    (void)state;
     for (size_t late = 0; late < 18; late++) {
         struct mr_gate gates[MR_GATES_MAX];
         struct mr_gates_summary summary;
@@ -88,9 +86,8 @@ static void a_late_switch_is_left_out(void **state)
 /* Standard errors against the textbook: for n equally spaced times, unit apart, a straight line's
  * slope has the variance 12 s^2 / (n (n^2 - 1)), a parabola's second coefficient 180 s^2 / (n (n^2
  * - 1) (n^2 - 4)). */
-static void errors_are_the_textbook_ones(void **state)
+TEST(errors_are_the_textbook_ones)
 {
-    (void)state;
     const double s = 0.003;
     for (unsigned n = 4; n <= 20; n += 4) {
         struct mr_gate gates[MR_GATES_MAX];
@@ -118,9 +115,8 @@ static double uniform(void)
 /* The online estimate at the last switch, 2000 times with switches misplaced by up to 0.02 in: the
  * stated 95 % interval must hold in 95 % of them; the binomial spread of 2000 is 0.5 %, so 93.5 to
  * 96.5 % is three of it. test_landings has the rest. */
-static void the_online_intervals_hold(void **state)
+TEST(the_online_intervals_hold)
 {
-    (void)state;
     unsigned inside = 0;
     const unsigned landings = 2000;
     lcg_state = 1970;
@@ -143,9 +139,8 @@ static void the_online_intervals_hold(void **state)
 /* The error of the speed at a given station against the definition: move each switch a little, fit
  * again, see how much that speed moves. Where the gear is slow, being there earlier or later
  * matters most. */
-static void the_error_at_a_station_is_that_of_moved_switches(void **state)
+TEST(the_error_at_a_station_is_that_of_moved_switches)
 {
-    (void)state;
     const double station_ft = 90.0, h_ft = 1e-5;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_fit fit;
@@ -170,9 +165,8 @@ static void the_error_at_a_station_is_that_of_moved_switches(void **state)
 
 /* Braking that changes along the way needs a higher order; the fit must take it and still be
  * right. */
-static void a_changing_deceleration_is_followed(void **state)
+TEST(a_changing_deceleration_is_followed)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     size_t count = 0;
@@ -201,9 +195,8 @@ static void a_changing_deceleration_is_followed(void **state)
 }
 
 /* Quantile 0.975 of Student's t from a table. */
-static void students_factor_is_that_of_the_tables(void **state)
+TEST(students_factor_is_that_of_the_tables)
 {
-    (void)state;
     const struct {
         unsigned freedom;
         double t;
@@ -216,9 +209,8 @@ static void students_factor_is_that_of_the_tables(void **state)
 
 /* Gates of a polynomial of order 1 to 4 with exact stations: the lowest order that is enough, and
  * its derivatives. */
-static void the_lowest_order_that_is_enough_is_taken(void **state)
+TEST(the_lowest_order_that_is_enough_is_taken)
 {
-    (void)state;
     const double c[] = {3.0, 40.0, -3.0, -0.35, 0.04};
     for (unsigned order = 2; order <= MR_GATES_ORDER_MAX; order++) {
         struct mr_gate gates[MR_GATES_MAX];
@@ -256,9 +248,8 @@ static void the_lowest_order_that_is_enough_is_taken(void **state)
 
 /* Of the last six, one opens 5 ms late: at 15 to 28 ft/s that is an inch off, and the speed does
  * not feel it. */
-static void the_online_estimate_leaves_one_out(void **state)
+TEST(the_online_estimate_leaves_one_out)
 {
-    (void)state;
     for (size_t late = 7; late < 11; late++) {
         struct mr_gate gates[MR_GATES_MAX];
         struct mr_motion_estimate now;
@@ -296,9 +287,8 @@ static size_t two_brakes(double a1_ft_s2, double a2_ft_s2, unsigned first, struc
 
 /* A brake that is let off or pulled on half way is not even: its ends are taken apart, and each is
  * still right. */
-static void an_uneven_brake_is_taken_apart(void **state)
+TEST(an_uneven_brake_is_taken_apart)
 {
-    (void)state;
     const struct {
         double a1, a2;
     } brakes[] = {{4.0, 9.0}, {6.0, 4.0}, {3.0, 12.0}, {7.0, 2.9}};
@@ -327,9 +317,8 @@ static void an_uneven_brake_is_taken_apart(void **state)
 
 /* The same, and the third switch from the end opens 10 ms late: it alone keeps the others off a
  * parabola. */
-static void a_late_switch_near_the_stop_is_left_out(void **state)
+TEST(a_late_switch_near_the_stop_is_left_out)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     size_t count = two_brakes(6.0, 4.0, 0, gates);
@@ -346,9 +335,8 @@ static void a_late_switch_near_the_stop_is_left_out(void **state)
 
 /* Four gates, one of them 0.1 ft off: nobody can tell which, so the errors say that something is
  * wrong. */
-static void few_gates_that_disagree_have_wide_errors(void **state)
+TEST(few_gates_that_disagree_have_wide_errors)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary good, bad;
     uniform_gates(3.0, 28.0, 4.0, gates);
@@ -368,9 +356,8 @@ static void few_gates_that_disagree_have_wide_errors(void **state)
 /* Whatever the gates, there is an answer within bounds or a refusal: times strictly rising,
  * stations not, gears that get faster, that roll back, that jump. An answer has finite values,
  * errors, and comes to rest after touchdown. */
-static void nonsense_is_refused_or_bounded(void **state)
+TEST(nonsense_is_refused_or_bounded)
 {
-    (void)state;
     unsigned answered = 0, refused = 0;
     lcg_state = 5;
     for (unsigned n = 0; n < 4000; n++) {
@@ -411,9 +398,8 @@ static void nonsense_is_refused_or_bounded(void **state)
     assert_true(answered > 400 && refused > 400);
 }
 
-static void too_little_is_refused(void **state)
+TEST(too_little_is_refused)
 {
-    (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     struct mr_gates_fit fit;
@@ -428,9 +414,8 @@ static void too_little_is_refused(void **state)
     assert_int_equal(mr_gates_fit(gates, 4, 2, SWITCH_ERROR_FT, &fit), MR_MALFORMED);
 }
 
-static void the_staircase_names_the_switch(void **state)
+TEST(the_staircase_names_the_switch)
 {
-    (void)state;
     struct mr_staircase staircase;
     const uint16_t steps[] = {64, 120, 176, 72};
     float step;
@@ -461,9 +446,8 @@ static enum mr_status step_of(const float *codes, unsigned count, float *step)
     return mr_staircase_step(&staircase, 42000u + 84000u / 2u, step);
 }
 
-static void a_step_is_read_next_to_its_edge(void **state)
+TEST(a_step_is_read_next_to_its_edge)
 {
-    (void)state;
     /* Blocks 0 to 3 before, 4 straddles, 5 to 8 after; then the next switch opens. */
     const float later[] = {62, 62, 62, 62, 100, 238, 238, 238, 238, 238, 358, 358, 358, 358};
     /* The next switch opens 2.5 ms after the edge: no level can be told from the other. */
@@ -475,27 +459,4 @@ static void a_step_is_read_next_to_its_edge(void **state)
     assert_near(step, 176.0, 1e-3);
     assert_int_equal(step_of(soon, 10, &step), MR_NUMERICS);
     assert_int_equal(step_of(just, 10, &step), MR_NUMERICS);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_deceleration_is_recovered),
-        cmocka_unit_test(a_late_switch_is_left_out),
-        cmocka_unit_test(errors_are_the_textbook_ones),
-        cmocka_unit_test(the_online_intervals_hold),
-        cmocka_unit_test(the_error_at_a_station_is_that_of_moved_switches),
-        cmocka_unit_test(a_changing_deceleration_is_followed),
-        cmocka_unit_test(students_factor_is_that_of_the_tables),
-        cmocka_unit_test(the_lowest_order_that_is_enough_is_taken),
-        cmocka_unit_test(the_online_estimate_leaves_one_out),
-        cmocka_unit_test(an_uneven_brake_is_taken_apart),
-        cmocka_unit_test(a_late_switch_near_the_stop_is_left_out),
-        cmocka_unit_test(few_gates_that_disagree_have_wide_errors),
-        cmocka_unit_test(nonsense_is_refused_or_bounded),
-        cmocka_unit_test(too_little_is_refused),
-        cmocka_unit_test(the_staircase_names_the_switch),
-        cmocka_unit_test(a_step_is_read_next_to_its_edge),
-    };
-    return cmocka_run_group_tests_name("common/gates", tests, NULL, NULL);
 }

@@ -23,9 +23,8 @@ static void make_head(uint8_t head[MR_IMAGE_HEAD])
         head[MR_IMAGE_HEAD - 4 + i] = (uint8_t)(crc >> 8 * i);
 }
 
-static void reads_and_writes_the_layout(void **state)
+TEST(reads_and_writes_the_layout)
 {
-    (void)state;
     uint8_t head[MR_IMAGE_HEAD], again[MR_IMAGE_HEAD];
     struct mr_image image;
     make_head(head);
@@ -46,9 +45,8 @@ static void reads_and_writes_the_layout(void **state)
 }
 
 /* Every bit of vectors and header, the magic and the format included. */
-static void every_single_bit_is_noticed(void **state)
+TEST(every_single_bit_is_noticed)
 {
-    (void)state;
     uint8_t head[MR_IMAGE_HEAD];
     struct mr_image image;
     make_head(head);
@@ -63,9 +61,8 @@ static void every_single_bit_is_noticed(void **state)
     assert_int_equal(mr_image_get(&image, head), MR_OK);
 }
 
-static void a_program_out_of_flash_is_refused(void **state)
+TEST(a_program_out_of_flash_is_refused)
 {
-    (void)state;
     static const uint32_t places[][2] = {
         {0x07ffffff, 0x08000010}, {0x08010000, 0x08100001}, {0x08010010, 0x0801000f}};
     for (unsigned i = 0; i < 3; i++) {
@@ -76,9 +73,8 @@ static void a_program_out_of_flash_is_refused(void **state)
     }
 }
 
-static void commits_as_text(void **state)
+TEST(commits_as_text)
 {
-    (void)state;
     static const char *const good[] = {"c7a3136ab3a3", "0000000000ff-dirty", "unknown"};
     static const char *const bad[] = {"",
                                       "c7a3136ab3a",
@@ -100,25 +96,12 @@ static void commits_as_text(void **state)
     }
 }
 
-static void every_state_has_its_own_text(void **state)
+TEST(every_state_has_its_own_text)
 {
-    (void)state;
     for (unsigned a = 0; a <= MR_IMAGE_HEADER; a++) {
         assert_string_not_equal(mr_image_state_text(a), "unknown");
         for (unsigned b = 0; b < a; b++)
             assert_string_not_equal(mr_image_state_text(a), mr_image_state_text(b));
     }
     assert_string_equal(mr_image_state_text(MR_IMAGE_HEADER + 1), "unknown");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reads_and_writes_the_layout),
-        cmocka_unit_test(every_single_bit_is_noticed),
-        cmocka_unit_test(a_program_out_of_flash_is_refused),
-        cmocka_unit_test(commits_as_text),
-        cmocka_unit_test(every_state_has_its_own_text),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

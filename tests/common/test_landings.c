@@ -176,16 +176,7 @@ static void intervals_hold(double place_in, double stated_in)
     assert_true(alien <= 0.01 * LANDINGS); /* none was late */
 }
 
-static void stated_intervals_hold(void **state)
+TEST_IN(stated_intervals_hold, set_table, NULL)
 {
-    (void)state;
     intervals_hold(0.02, 0.02);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(stated_intervals_hold, set_table),
-    };
-    return cmocka_run_group_tests_name("common/landings", tests, NULL, NULL);
 }

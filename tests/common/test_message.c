@@ -7,9 +7,8 @@
 
 /* 41.2 ft * 500 = 20600 = 0x5078, 35.5 ft/s * 1000 = 0x8aac, missing = 0x8000: worked out by
  * hand. */
-static void a_message_is_read_into_its_own_member(void **state)
+TEST(a_message_is_read_into_its_own_member)
 {
-    (void)state;
     const uint8_t motion[8] = {0x78, 0x50, 0xac, 0x8a, 0x00, 0x80, 0x34, 0x12};
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, MR_ID_MOTION, motion, 8), MR_OK);
@@ -22,9 +21,8 @@ static void a_message_is_read_into_its_own_member(void **state)
     assert_memory_equal(message.payload, motion, 8);
 }
 
-static void what_has_no_block16_says_so(void **state)
+TEST(what_has_no_block16_says_so)
 {
-    (void)state;
     const uint8_t bytes[8] = {1, 2, 3, 4, 5, 6, 7, 8};
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, MR_ID_CLOCK, bytes, 8), MR_OK);
@@ -34,9 +32,8 @@ static void what_has_no_block16_says_so(void **state)
     assert_int_equal(message.block16, -1);
 }
 
-static void another_length_or_identifier_is_refused(void **state)
+TEST(another_length_or_identifier_is_refused)
 {
-    (void)state;
     const uint8_t bytes[9] = {0};
     struct mr_message message;
     assert_int_equal(mr_message_read(&message, MR_ID_MOTION, bytes, 7), MR_TRUNCATED);
@@ -47,9 +44,8 @@ static void another_length_or_identifier_is_refused(void **state)
 
 /* Bytes that are read and put again by the message's own functions are the same: `as` holds each
  * message. */
-static void every_message_is_read(void **state)
+TEST(every_message_is_read)
 {
-    (void)state;
     uint8_t bytes[MR_MESSAGE_MAX], again[MR_MESSAGE_MAX];
     for (unsigned i = 0; i < sizeof bytes; i++)
         bytes[i] = (uint8_t)(17 * i + 3);
@@ -65,9 +61,8 @@ static void every_message_is_read(void **state)
 }
 
 /* A campaign's event is of the block that its message is of. */
-static void the_block_is_all_of_it_or_its_low_bits(void **state)
+TEST(the_block_is_all_of_it_or_its_low_bits)
 {
-    (void)state;
     struct mr_message message;
     const uint8_t bytes[8] = {1, 2, 3, 4, 0x78, 0x56, 0x34, 0x12};
     assert_int_equal(mr_message_read(&message, MR_ID_LANDING, bytes, 8), MR_OK);
@@ -83,16 +78,4 @@ static void the_block_is_all_of_it_or_its_low_bits(void **state)
     assert_int_equal(mr_message_read(&message, MR_ID_##NAME, bytes, 8), MR_OK); \
     assert_true(message.block >= 0 || message.block16 >= 0);
 #include "common/catalogue.def"
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_message_is_read_into_its_own_member),
-        cmocka_unit_test(what_has_no_block16_says_so),
-        cmocka_unit_test(the_block_is_all_of_it_or_its_low_bits),
-        cmocka_unit_test(another_length_or_identifier_is_refused),
-        cmocka_unit_test(every_message_is_read),
-    };
-    return cmocka_run_group_tests_name("common/message", tests, NULL, NULL);
 }

@@ -53,9 +53,8 @@ static uint32_t block_after(double s)
     return (uint32_t)((now_s + s) * 1000.0);
 }
 
-static void two_edges_along_the_runway_are_a_landing(void **state)
+TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
 {
-    (void)state;
     struct mr_passage_news news = open_after(1, 0.0);
     assert_false(news.started || news.gate || news.pushed);
     assert_true(mr_passage_unclear(&passage, block_after(2.9)));
@@ -73,9 +72,8 @@ static void two_edges_along_the_runway_are_a_landing(void **state)
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
 }
 
-static void switches_that_did_not_open_are_missing(void **state)
+TEST_IN(switches_that_did_not_open_are_missing, begin, NULL)
 {
-    (void)state;
     open_after(3, 0.0);
     open_after(6, 0.75);
     assert_int_equal(notes_of(1, MR_SWITCH_MISSING), 1);
@@ -89,9 +87,8 @@ static void switches_that_did_not_open_are_missing(void **state)
 }
 
 /* 1.9 and 81 ft/s are no gear; 2.1 and 79 are. */
-static void the_speeds_of_a_landing_are_bounded(void **state)
+TEST_IN(the_speeds_of_a_landing_are_bounded, begin, NULL)
 {
-    (void)state;
     const struct {
         double speed_ft_s;
         bool lands;
@@ -106,9 +103,8 @@ static void the_speeds_of_a_landing_are_bounded(void **state)
     assert_false(open_after(2, 0.0).started); /* in the same tick */
 }
 
-static void an_edge_out_of_order_before_the_landing_does_not_hide_it(void **state)
+TEST_IN(an_edge_out_of_order_before_the_landing_does_not_hide_it, begin, NULL)
 {
-    (void)state;
     open_after(2, 0.0);
     open_after(9, 0.05);                      /* 700 ft/s: no gear */
     assert_true(open_after(3, 0.15).started); /* 25 ft/s from the first */
@@ -118,9 +114,8 @@ static void an_edge_out_of_order_before_the_landing_does_not_hide_it(void **stat
 }
 
 /* Four are held; the fifth pushes the oldest out. */
-static void a_handful_of_strays_is_remembered(void **state)
+TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
 {
-    (void)state;
     const unsigned strays[] = {2, 12, 22, 32};
     for (unsigned i = 0; i < 4; i++)
         assert_false(open_after(strays[i], 0.01).started); /* 5000 ft/s */
@@ -135,9 +130,8 @@ static void a_handful_of_strays_is_remembered(void **state)
     assert_int_equal(passage.pushbacks, 0);
 }
 
-static void pushed_backward_is_one_pushback(void **state)
+TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
 {
-    (void)state;
     open_after(8, 0.0);
     struct mr_passage_news news = open_after(7, 5.0); /* -1 ft/s */
     assert_true(news.pushed);
@@ -156,9 +150,8 @@ static void pushed_backward_is_one_pushback(void **state)
     assert_int_equal(passage.pushbacks, 2);
 }
 
-static void pushed_slowly_forward_is_one_too(void **state)
+TEST_IN(pushed_slowly_forward_is_one_too, begin, NULL)
 {
-    (void)state;
     open_after(4, 0.0);
     assert_true(open_after(5, 5.0).pushed); /* 1 ft/s */
     assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
@@ -166,9 +159,8 @@ static void pushed_slowly_forward_is_one_too(void **state)
     assert_int_equal(notes_of(5, MR_SWITCH_SLOW), 1);
 }
 
-static void the_count_of_pushbacks_stays_at_its_end(void **state)
+TEST_IN(the_count_of_pushbacks_stays_at_its_end, begin, NULL)
 {
-    (void)state;
     passage.pushbacks = UINT16_MAX;
     open_after(8, 0.0);
     assert_true(open_after(7, 5.0).pushed);
@@ -176,9 +168,8 @@ static void the_count_of_pushbacks_stays_at_its_end(void **state)
 }
 
 /* Nobody pushes at 25 ft/s backward: a switch was late, and the landing may still come. */
-static void fast_backward_is_no_pushback(void **state)
+TEST_IN(fast_backward_is_no_pushback, begin, NULL)
 {
-    (void)state;
     open_after(2, 0.0);
     assert_false(open_after(1, 0.2).pushed);
     assert_int_equal(passage.pushbacks, 0);
@@ -196,9 +187,8 @@ static void roll_in(void)
 }
 
 /* It came in at 25 ft/s: 25 * 1.25 + 3 = 34.25 ft/s is what a gear could have. */
-static void no_gear_gets_much_faster(void **state)
+TEST_IN(no_gear_gets_much_faster, begin, NULL)
 {
-    (void)state;
     roll_in();
     assert_true(open_after(4, 5.0 / 34.0).gate);
     begin(NULL);
@@ -211,9 +201,8 @@ static void no_gear_gets_much_faster(void **state)
 
 /* With two gates nobody knows yet how fast it came in: what no gear does is refused all the same,
  * and neither gate is taken back. */
-static void the_third_edge_may_be_nonsense(void **state)
+TEST_IN(the_third_edge_may_be_nonsense, begin, NULL)
 {
-    (void)state;
     open_after(1, 0.0);
     open_after(2, 0.2);
     assert_false(open_after(9, 0.05).gate); /* 700 ft/s */
@@ -222,9 +211,8 @@ static void the_third_edge_may_be_nonsense(void **state)
     assert_true(open_after(3, 0.15).gate);
 }
 
-static void a_late_switch_is_taken_back(void **state)
+TEST_IN(a_late_switch_is_taken_back, begin, NULL)
 {
-    (void)state;
     roll_in();
     assert_true(open_after(4, 0.3).gate); /* 0.1 s late */
     assert_true(open_after(5, 0.1).gate); /* 50 ft/s from there, 25 ft/s from the third */
@@ -234,18 +222,16 @@ static void a_late_switch_is_taken_back(void **state)
     assert_near(passage.gate[3].t_s, 0.8, 1e-6);
 }
 
-static void passed_once_more_while_it_rolls_is_out_of_order(void **state)
+TEST_IN(passed_once_more_while_it_rolls_is_out_of_order, begin, NULL)
 {
-    (void)state;
     roll_in();
     assert_false(open_at(1, 0.1, 24.0).gate);
     assert_int_equal(notes_of(1, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.pushbacks, 0);
 }
 
-static void pushed_after_the_stop_is_a_pushback_and_no_gate(void **state)
+TEST_IN(pushed_after_the_stop_is_a_pushback_and_no_gate, begin, NULL)
 {
-    (void)state;
     roll_in();
     struct mr_passage_news news = open_at(2, 8.0, 0.0); /* at rest, then back */
     assert_true(news.pushed && !news.gate);
@@ -259,9 +245,8 @@ static void pushed_after_the_stop_is_a_pushback_and_no_gate(void **state)
 }
 
 /* More switches than gates: those beyond are left out without a word that would be wrong. */
-static void there_are_32_gates(void **state)
+TEST_IN(there_are_32_gates, begin, NULL)
 {
-    (void)state;
     for (unsigned position = 1; position <= MR_GATES_MAX; position++)
         assert_int_equal(open_after(position, 0.2).gate, position > 1);
     assert_int_equal(passage.gates, MR_GATES_MAX);
@@ -270,9 +255,8 @@ static void there_are_32_gates(void **state)
     assert_int_equal(passage.notes, 0);
 }
 
-static void the_next_landing_begins_without_the_last(void **state)
+TEST_IN(the_next_landing_begins_without_the_last, begin, NULL)
 {
-    (void)state;
     open_after(8, 0.0);
     open_after(7, 5.0);
     mr_passage_clear(&passage);
@@ -281,28 +265,4 @@ static void the_next_landing_begins_without_the_last(void **state)
     assert_true(open_after(2, 0.2).started);
     assert_int_equal(passage.notes, 0);
     assert_int_equal(passage.gates, 2);
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, begin)
-    const struct CMUnitTest tests[] = {
-        TEST(two_edges_along_the_runway_are_a_landing),
-        TEST(switches_that_did_not_open_are_missing),
-        TEST(the_speeds_of_a_landing_are_bounded),
-        TEST(an_edge_out_of_order_before_the_landing_does_not_hide_it),
-        TEST(a_handful_of_strays_is_remembered),
-        TEST(pushed_backward_is_one_pushback),
-        TEST(pushed_slowly_forward_is_one_too),
-        TEST(the_count_of_pushbacks_stays_at_its_end),
-        TEST(fast_backward_is_no_pushback),
-        TEST(no_gear_gets_much_faster),
-        TEST(a_late_switch_is_taken_back),
-        TEST(passed_once_more_while_it_rolls_is_out_of_order),
-        TEST(pushed_after_the_stop_is_a_pushback_and_no_gate),
-        TEST(there_are_32_gates),
-        TEST(the_next_landing_begins_without_the_last),
-        TEST(the_third_edge_may_be_nonsense),
-    };
-    return cmocka_run_group_tests_name("common/passage", tests, NULL, NULL);
 }

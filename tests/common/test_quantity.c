@@ -13,9 +13,8 @@ static void take(struct mr_quantity_value *values, uint16_t id, const uint8_t *p
     mr_quantity_take(values, &message);
 }
 
-static void a_message_says_its_own(void **state)
+TEST(a_message_says_its_own)
 {
-    (void)state;
     struct mr_quantity_value values[MR_QUANTITIES];
     uint8_t payload[MR_MESSAGE_MAX];
     for (unsigned i = 0; i < MR_QUANTITIES; i++)
@@ -38,9 +37,8 @@ static void a_message_says_its_own(void **state)
     assert_near(values[MR_QUANTITY_load].value, 12.3, 1e-12);
 }
 
-static void each_has_its_words(void **state)
+TEST(each_has_its_words)
 {
-    (void)state;
     const struct mr_quantity_info *t = mr_quantity_at(MR_QUANTITY_temperature),
                                   *load = mr_quantity_at(MR_QUANTITY_load);
     assert_string_equal(t->key, "temperature_c");
@@ -56,13 +54,4 @@ static void each_has_its_words(void **state)
         for (unsigned k = 0; k < i; k++)
             assert_string_not_equal(mr_quantity_at(i)->key, mr_quantity_at(k)->key);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_message_says_its_own),
-        cmocka_unit_test(each_has_its_words),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -82,9 +82,8 @@ static struct mr_risk_said roll(double v, double a, unsigned blocks)
     return said;
 }
 
-static void the_rule_is_logistic(void **state)
+TEST(the_rule_is_logistic)
 {
-    (void)state;
     for (int i = -3000; i <= 3000; i++) {
         double x = 0.01 * i;
         is_near((double)mr_risk_logistic((float)x), 1.0 / (1.0 + exp(-(double)(float)x)), 1e-6);
@@ -92,9 +91,8 @@ static void the_rule_is_logistic(void **state)
     assert_true(mr_risk_logistic(1e30f) <= 1.0f && mr_risk_logistic(-1e30f) >= 0.0f);
 }
 
-static void a_plan_is_a_list_of_numbers(void **state)
+TEST(a_plan_is_a_list_of_numbers)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(3.0f), copy;
     mr_risk_plan_clear(&copy);
     for (unsigned i = 0; i < MR_RISK_ITEMS; i++)
@@ -107,9 +105,8 @@ static void a_plan_is_a_list_of_numbers(void **state)
     assert_int_not_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
 }
 
-static void what_makes_no_sense_is_no_plan(void **state)
+TEST(what_makes_no_sense_is_no_plan)
 {
-    (void)state;
     struct mr_risk_plan plan = even();
     assert_int_equal(mr_risk_plan_check(&plan), MR_OK);
 #define WRONG(change)                                       \
@@ -132,9 +129,8 @@ static void what_makes_no_sense_is_no_plan(void **state)
     WRONG(p.row_ft[0] = 1e9f);
 }
 
-static void nobody_knows_before_it_rolls(void **state)
+TEST(nobody_knows_before_it_rolls)
 {
-    (void)state;
     struct mr_risk_said said;
     struct mr_predictor_zone zone;
     begin(NULL);
@@ -152,9 +148,8 @@ static void nobody_knows_before_it_rolls(void **state)
     is_near((double)said.input[MR_RISK_CHART], 0.5, 0.02);
 }
 
-static void a_plan_that_is_met_tells_the_way(void **state)
+TEST(a_plan_that_is_met_tells_the_way)
 {
-    (void)state;
     struct mr_risk_plan plan = even();
     begin(&plan);
     struct mr_risk_said said = roll(30.0, 6.0, 2001);
@@ -169,9 +164,8 @@ static void a_plan_that_is_met_tells_the_way(void **state)
     assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_PLAN_LEFT), MR_RISK_OF_PLAN);
 }
 
-static void hard_braking_that_is_planned_counts(void **state)
+TEST(hard_braking_that_is_planned_counts)
 {
-    (void)state;
     struct mr_risk_plan plan = even();
     plan.knot_ft_s2[0] = 3.0f;
     plan.knot_s[1] = 3.0f;
@@ -185,9 +179,8 @@ static void hard_braking_that_is_planned_counts(void **state)
     is_near((double)risk.way_ft, 22.5 + 4.1 + 15.9, 1.0);
 }
 
-static void a_plan_that_is_not_met_is_left(void **state)
+TEST(a_plan_that_is_not_met_is_left)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(0.0f);
     begin(&plan);
     struct mr_risk_said said = roll(30.0, 12.0,
@@ -203,9 +196,8 @@ static void a_plan_that_is_not_met_is_left(void **state)
     assert_int_equal(said.basis & MR_RISK_PLAN_LEFT, MR_RISK_PLAN_LEFT);
 }
 
-static void a_chart_of_another_runway_is_ignored(void **state)
+TEST(a_chart_of_another_runway_is_ignored)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(2.0f);
     begin(&plan); /* that has had none */
     struct mr_risk_said said = roll(30.0, 6.0, 1001);
@@ -213,9 +205,8 @@ static void a_chart_of_another_runway_is_ignored(void **state)
     assert_true(said.input[MR_RISK_CHART] == 0.0f);
 }
 
-static void who_stands_comes_to_no_zone(void **state)
+TEST(who_stands_comes_to_no_zone)
 {
-    (void)state;
     begin(NULL);
     struct mr_risk_said said = roll(30.0, 6.0, 5200);
     assert_true(said.risk == 0.0f);
@@ -223,9 +214,8 @@ static void who_stands_comes_to_no_zone(void **state)
     assert_int_equal(said.reason, MR_RISK_NO_REASON);
 }
 
-static void no_transducer_is_told(void **state)
+TEST(no_transducer_is_told)
 {
-    (void)state;
     begin(NULL);
     struct mr_predictor_input input = {.wheel_ft = 20.0f,
                                        .speed_ft_s = 25.0f,
@@ -245,9 +235,8 @@ static void no_transducer_is_told(void **state)
 }
 
 /* 60 mats from 40 ft on, the wheel at 20 ft with 25 ft/s and 5 ft/s2. */
-static void failure_is_expected_inside_the_zone(void **state)
+TEST(failure_is_expected_inside_the_zone)
 {
-    (void)state;
     begin(NULL);
     struct mr_predictor_input input = {
         .wheel_ft = 20.0f, .speed_ft_s = 25.0f, .deceleration_ft_s2 = 5.0f, .on_runway = true};
@@ -264,9 +253,8 @@ static void failure_is_expected_inside_the_zone(void **state)
 }
 
 /* By the plan and the chart nothing was to be expected. */
-static void a_zone_that_is_there_outweighs_the_chart(void **state)
+TEST(a_zone_that_is_there_outweighs_the_chart)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(0.0f);
     const struct mr_predictor_zone none = {.coming_mats = 60, .coming_ft = 60.0f},
                                    there = {.mats = 60,
@@ -287,9 +275,8 @@ static void a_zone_that_is_there_outweighs_the_chart(void **state)
     assert_true(plain.risk > 0.5f && seen.risk == plain.risk);
 }
 
-static void the_lamp_has_a_limit_or_the_verdict(void **state)
+TEST(the_lamp_has_a_limit_or_the_verdict)
 {
-    (void)state;
     struct mr_predictor_zone zone = {.verdict = MR_PREDICTOR_WARNING};
     struct mr_risk_said said = {.risk = 0.1f};
     assert_true(mr_risk_lamp(NAN, &zone, &said)); /* none set */
@@ -303,24 +290,4 @@ static void the_lamp_has_a_limit_or_the_verdict(void **state)
     assert_false(mr_risk_lamp(0.2f, &zone, &said));
     zone.verdict = MR_PREDICTOR_WARNING;
     assert_true(mr_risk_lamp(0.2f, &zone, &said));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_rule_is_logistic),
-        cmocka_unit_test(a_plan_is_a_list_of_numbers),
-        cmocka_unit_test(what_makes_no_sense_is_no_plan),
-        cmocka_unit_test(nobody_knows_before_it_rolls),
-        cmocka_unit_test(a_plan_that_is_met_tells_the_way),
-        cmocka_unit_test(hard_braking_that_is_planned_counts),
-        cmocka_unit_test(a_plan_that_is_not_met_is_left),
-        cmocka_unit_test(a_chart_of_another_runway_is_ignored),
-        cmocka_unit_test(who_stands_comes_to_no_zone),
-        cmocka_unit_test(no_transducer_is_told),
-        cmocka_unit_test(failure_is_expected_inside_the_zone),
-        cmocka_unit_test(a_zone_that_is_there_outweighs_the_chart),
-        cmocka_unit_test(the_lamp_has_a_limit_or_the_verdict),
-    };
-    return cmocka_run_group_tests_name("common/risk", tests, NULL, NULL);
 }

@@ -2,17 +2,12 @@
  * them: form and checksum, and whether the physics in them holds by closed forms and by other
  * routes than the generator's. Reads only the files. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "tests/common/run_text.h"
+#include "tests/cmocka_all.h"
 
 #define RUNS 3
 
@@ -72,9 +67,8 @@ static double d_in(const struct run *run, int sample, int channel)
     return (double)run->row[sample][channel] * 1e-5;
 }
 
-static void everything_is_there(void **state)
+TEST(everything_is_there)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         const struct run *run = runs[r];
         double stop_s = truth(run, "stop_t_s");
@@ -101,9 +95,8 @@ static void everything_is_there(void **state)
     }
 }
 
-static void one_rig_one_runway(void **state)
+TEST(one_rig_one_runway)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         assert_memory_equal(runs[r]->true_ft, runs[0]->true_ft, sizeof runs[0]->true_ft);
         /* pretensions too */
@@ -124,13 +117,12 @@ static void one_rig_one_runway(void **state)
 /* Edges against what the report states, by divided differences: over three edges their second
  * difference is the mean deceleration there (weighted by a hat), whatever the rest of the
  * motion. */
-static void edges_tell_the_stated_motion(void **state)
+TEST(edges_tell_the_stated_motion)
 {
     static const double speed[RUNS] = {28.0, 28.0, 35.5};
     static const double least[RUNS] = {4.0, 4.6, 6.6};
     static const double most[RUNS] = {4.0, 4.6, 9.2};
 
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         const struct run *run = runs[r];
         double stop_ft = truth(run, "stop_station_ft"), stop_s = truth(run, "stop_t_s");
@@ -173,9 +165,8 @@ static void edges_tell_the_stated_motion(void **state)
 
 /* Displacement is what the joints upfield opened: from the ground to mat 141 at station 40, and so
  * on every 35 joints. */
-static void gaps_add_up_to_movement(void **state)
+TEST(gaps_add_up_to_movement)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         const struct run *run = runs[r];
         double sum = 0.0;
@@ -211,9 +202,8 @@ static void gaps_add_up_to_movement(void **state)
 /* At rest every joint's force lies in an interval that its gap gives (grit and stick take what they
  * must), and neighbours differ by at most a mat's friction: carry the interval of possible forces
  * along the runway. */
-static void rest_is_in_equilibrium(void **state)
+TEST(rest_is_in_equilibrium)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         const double rounding_lb = 1e-7 * KL_LB_IN;
         double low = -1e9, high = 1e9;
@@ -236,9 +226,8 @@ static void rest_is_in_equilibrium(void **state)
 
 /* A push of F cannot slide more than F/(f w) mats; and as the wheel passes, movement practically
  * ceases. */
-static void movement_keeps_to_the_wheel(void **state)
+TEST(movement_keeps_to_the_wheel)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         const struct run *run = runs[r];
         double push_lb = GEAR_SLUG * 1.016 * (numbers[r] == 1 ? 4.0 : numbers[r] == 4 ? 4.6 : 9.2);
@@ -272,14 +261,13 @@ static void movement_keeps_to_the_wheel(void **state)
 
 /* Gages between two transducers can be worked out from these: a first-order lag of 10 ms on 60
  * lb/in of their difference. */
-static void witness_bands_follow_the_mat(void **state)
+TEST(witness_bands_follow_the_mat)
 {
     static const int behind[] = {0, 1, 2, 3,
                                  /* transducers 5 ft behind gages 3..7; the next one is 5 ft
                                   * ahead */
                                  4};
 
-    (void)state;
     for (int r = 0; r < RUNS; r++)
         for (int g = 0; g < GAGES; g++) {
             int at = g % 7;
@@ -307,9 +295,8 @@ static void witness_bands_follow_the_mat(void **state)
         }
 }
 
-static void survey_reads_the_gaps(void **state)
+TEST(survey_reads_the_gaps)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         double square = 0.0;
         int count = 0;
@@ -368,9 +355,8 @@ static void check_zone(const struct run *run, const double *gap_in, const char *
     assert_int_equal(closed, lround(truth(run, name)));
 }
 
-static void zones_are_where_the_gaps_say(void **state)
+TEST(zones_are_where_the_gaps_say)
 {
-    (void)state;
     for (int r = 0; r < RUNS; r++) {
         check_zone(runs[r], runs[r]->gap_in, "start");
         check_zone(runs[r], runs[r]->gap_end_in, "end");
@@ -384,19 +370,4 @@ static void zones_are_where_the_gaps_say(void **state)
     assert_true(truth(runs[2], "zone_ahead_first_t_s") < truth(runs[2], "stop_t_s"));
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(everything_is_there),
-        cmocka_unit_test(one_rig_one_runway),
-        cmocka_unit_test(edges_tell_the_stated_motion),
-        cmocka_unit_test(gaps_add_up_to_movement),
-        cmocka_unit_test(rest_is_in_equilibrium),
-        cmocka_unit_test(movement_keeps_to_the_wheel),
-        cmocka_unit_test(witness_bands_follow_the_mat),
-        cmocka_unit_test(survey_reads_the_gaps),
-        cmocka_unit_test(zones_are_where_the_gaps_say),
-    };
-
-    return cmocka_run_group_tests(tests, load_all, free_all);
-}
+TESTS_BETWEEN(load_all, free_all);

@@ -8,9 +8,8 @@
 
 /* -0.3312 in * 10000 = -3312 = 0xf310, 14.02 lb * 50 = 701 = 0x02bd; missing = 0x8000: worked out
  * by hand. */
-static void packs_put_the_bytes_worked_out_by_hand(void **state)
+TEST(packs_put_the_bytes_worked_out_by_hand)
 {
-    (void)state;
     const float d[8] = {-0.3312f, NAN, 4.0f, 0, 0, 0, 1.0f, NAN};
     float t[14] = {0};
     uint8_t out[MR_MESSAGE_MAX];
@@ -31,9 +30,8 @@ static void packs_put_the_bytes_worked_out_by_hand(void **state)
 }
 
 /* The message that the catalogue describes, field by field: another way to the same numbers. */
-static void a_pack_is_the_message_of_the_catalogue(void **state)
+TEST(a_pack_is_the_message_of_the_catalogue)
 {
-    (void)state;
     unsigned seen[MR_SERIES_COUNT] = {0};
     for (unsigned number = 0; number < MR_SERIES_PACKS; number++) {
         const struct mr_series_pack *pack = mr_series_pack_at(number);
@@ -64,13 +62,4 @@ static void a_pack_is_the_message_of_the_catalogue(void **state)
     for (unsigned i = 0; i < MR_SERIES_COUNT; i++)
         assert_int_equal(seen[i], mr_series_at(i)->readings);
     assert_int_equal(mr_series_pack_find(MR_ID_HELLO), MR_SERIES_PACKS);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(packs_put_the_bytes_worked_out_by_hand),
-        cmocka_unit_test(a_pack_is_the_message_of_the_catalogue),
-    };
-    return cmocka_run_group_tests_name("common/series", tests, NULL, NULL);
 }

@@ -12,9 +12,8 @@ static double ratio(enum mr_similitude_rule rule, double n, const char *name)
     return mr_similitude_ratio(rule, n, quantity->dimension);
 }
 
-static void table_2_2(void **state)
+TEST(table_2_2)
 {
-    (void)state;
     static const struct {
         const char *name;
         int half_powers;
@@ -38,9 +37,8 @@ static void table_2_2(void **state)
     }
 }
 
-static void table_b_2(void **state)
+TEST(table_b_2)
 {
-    (void)state;
     static const struct {
         const char *name;
         int half_powers;
@@ -56,9 +54,8 @@ static void table_b_2(void **state)
     }
 }
 
-static void what_the_text_works_out(void **state)
+TEST(what_the_text_works_out)
 {
-    (void)state;
     assert_near(1000 * ratio(MR_KEEP_DENSITY, 7, "W"), 343000, 1e-6); /* 2.3 */
     /* 2.6, rounded there */
     assert_near(1440 * ratio(MR_KEEP_DENSITY, 7, "W"), 495000, 1500);
@@ -76,9 +73,8 @@ static void what_the_text_works_out(void **state)
 }
 
 /* All pi terms of the 1/7 model stay; with the modulus kept, so do those of B.1. */
-static void pi_terms_stay(void **state)
+TEST(pi_terms_stay)
 {
-    (void)state;
     const double model[MR_PI_INPUTS] = {1440, 5.2, 32.174, 0.29, 8, 2e8, 28, 720, 0.5, 5};
     for (int rule = MR_KEEP_DENSITY; rule <= MR_KEEP_MODULUS; rule++) {
         double prototype[MR_PI_INPUTS];
@@ -99,22 +95,9 @@ static void pi_terms_stay(void **state)
     assert_near(mr_pi_value(&mr_pi_terms[3], model), 28 * 28 / (32.174 * 0.29), 1e-9);
 }
 
-static void names_are_found(void **state)
+TEST(names_are_found)
 {
-    (void)state;
     assert_ptr_equal(mr_quantity_find("inertia"), mr_quantity_find("I"));
     assert_null(mr_quantity_find("speed"));
     assert_null(mr_quantity_find(""));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(table_2_2),
-        cmocka_unit_test(table_b_2),
-        cmocka_unit_test(what_the_text_works_out),
-        cmocka_unit_test(pi_terms_stay),
-        cmocka_unit_test(names_are_found),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

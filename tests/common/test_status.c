@@ -4,9 +4,8 @@
 
 /* Exit codes are a contract of the command line: 1 limit, 2 usage, 3 I/O, 4 malformed, 5
  * numerics. */
-static void exit_codes_keep_the_contract(void **state)
+TEST(exit_codes_keep_the_contract)
 {
-    (void)state;
     assert_int_equal(mr_status_exit_code(MR_OK), 0);
     assert_int_equal(mr_status_exit_code(MR_LIMIT), 1);
     assert_int_equal(mr_status_exit_code(MR_USAGE), 2);
@@ -20,9 +19,8 @@ static void exit_codes_keep_the_contract(void **state)
 
 /* The rest by what kind of failure it is (README, exit codes): usage, input or output, malformed,
  * numerics. */
-static void failures_of_a_kind_exit_alike(void **state)
+TEST(failures_of_a_kind_exit_alike)
 {
-    (void)state;
     const enum mr_status usage[] = {MR_NOT_NOW, MR_UNKNOWN},
                          malformed[] = {MR_TRUNCATED, MR_CRC, MR_TOO_LONG};
     const enum mr_status input[] = {MR_CLOSED, MR_FULL, MR_UNMODELLED, MR_HALTED, MR_WAIT};
@@ -35,9 +33,8 @@ static void failures_of_a_kind_exit_alike(void **state)
     assert_int_equal(mr_status_exit_code(MR_TOO_FEW), 5);
 }
 
-static void every_status_has_its_own_text(void **state)
+TEST(every_status_has_its_own_text)
 {
-    (void)state;
     for (int a = 0; a >= MR_WAIT; a--) {
         assert_string_not_equal(mr_status_text((enum mr_status)a), "unknown status");
         for (int b = 0; b > a; b--)
@@ -47,21 +44,9 @@ static void every_status_has_its_own_text(void **state)
     assert_string_equal(mr_status_text((enum mr_status) - 99), "unknown status");
 }
 
-static void every_fault_has_a_text(void **state)
+TEST(every_fault_has_a_text)
 {
-    (void)state;
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
         assert_string_not_equal(mr_fault_text(i), "unknown fault");
     assert_string_equal(mr_fault_text(MR_FAULT_COUNT), "unknown fault");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(exit_codes_keep_the_contract),
-        cmocka_unit_test(failures_of_a_kind_exit_alike),
-        cmocka_unit_test(every_status_has_its_own_text),
-        cmocka_unit_test(every_fault_has_a_text),
-    };
-    return cmocka_run_group_tests_name("common/status", tests, NULL, NULL);
 }

@@ -57,9 +57,8 @@ static void check(unsigned i, unsigned position, enum mr_switch_reason reason)
     assert_int_equal(answered[i].position, position);
 }
 
-static void every_reason_has_its_own_text(void **state)
+TEST_IN(every_reason_has_its_own_text, begin, NULL)
 {
-    (void)state;
     for (unsigned a = 0; a <= MR_SWITCH_ALONE; a++) {
         assert_string_not_equal(mr_switch_reason_text(a), "unknown");
         for (unsigned b = 0; b < a; b++)
@@ -68,9 +67,8 @@ static void every_reason_has_its_own_text(void **state)
     assert_string_equal(mr_switch_reason_text(MR_SWITCH_ALONE + 1), "unknown");
 }
 
-static void a_single_edge_is_named_by_its_step(void **state)
+TEST_IN(a_single_edge_is_named_by_its_step, begin, NULL)
 {
-    (void)state;
     rest(8);
     edge(176);
     assert_int_equal(answers, 0); /* 5 ms after it, not before */
@@ -83,9 +81,8 @@ static void a_single_edge_is_named_by_its_step(void **state)
     assert_int_equal(answers, 1);
 }
 
-static void an_edge_without_a_step_is_none_of_the_table(void **state)
+TEST_IN(an_edge_without_a_step_is_none_of_the_table, begin, NULL)
 {
-    (void)state;
     rest(8);
     edge(0);
     rest(30);
@@ -99,9 +96,8 @@ static void an_edge_without_a_step_is_none_of_the_table(void **state)
     assert_int_equal(answers, 3);
 }
 
-static void opening_again_is_a_bounce_for_50_ms_and_then_double(void **state)
+TEST_IN(opening_again_is_a_bounce_for_50_ms_and_then_double, begin, NULL)
 {
-    (void)state;
     rest(8);
     edge(120);
     rest(30);
@@ -133,9 +129,8 @@ static void opening_again_is_a_bounce_for_50_ms_and_then_double(void **state)
     assert_int_equal(answers, 6);
 }
 
-static void a_bouncing_contact_is_one_opening(void **state)
+TEST_IN(a_bouncing_contact_is_one_opening, begin, NULL)
 {
-    (void)state;
     rest(8);
     block_of(level_codes + 100, (const double[]){0.1, 0.5, 0.8}, 3);
     level_codes += 176;
@@ -150,9 +145,8 @@ static void a_bouncing_contact_is_one_opening(void **state)
 }
 
 /* Interference: edges near each other that leave the level where it was. */
-static void a_burst_without_a_step_is_no_switch(void **state)
+TEST_IN(a_burst_without_a_step_is_no_switch, begin, NULL)
 {
-    (void)state;
     rest(8);
     block_of(level_codes + 20, (const double[]){0.2, 0.6}, 2);
     rest(30);
@@ -163,9 +157,8 @@ static void a_burst_without_a_step_is_no_switch(void **state)
 
 /* An edge without a step 7 ms after one that had its answer is that contact's bounce; 20 ms after
  * it, nobody's. */
-static void an_edge_without_a_step_soon_after_is_a_bounce(void **state)
+TEST_IN(an_edge_without_a_step_soon_after_is_a_bounce, begin, NULL)
 {
-    (void)state;
     for (unsigned n = 0; n < 2; n++) {
         begin(NULL);
         rest(8);
@@ -180,9 +173,8 @@ static void an_edge_without_a_step_soon_after_is_a_bounce(void **state)
 }
 
 /* 6 ms apart: each is steady by itself, and together they are no switch of the table. */
-static void two_switches_near_each_other_are_told_apart_by_their_own_steps(void **state)
+TEST_IN(two_switches_near_each_other_are_told_apart_by_their_own_steps, begin, NULL)
 {
-    (void)state;
     rest(8);
     edge(64);
     rest(5);
@@ -194,9 +186,8 @@ static void two_switches_near_each_other_are_told_apart_by_their_own_steps(void 
 }
 
 /* 2 ms apart no level between them holds still: neither has a name, and none is invented. */
-static void two_switches_too_near_have_no_names(void **state)
+TEST_IN(two_switches_too_near_have_no_names, begin, NULL)
 {
-    (void)state;
     rest(8);
     edge(64);
     rest(1);
@@ -211,9 +202,8 @@ static void two_switches_too_near_have_no_names(void **state)
 }
 
 /* 64 + 176 at once are 240, a step of no switch: no name is invented. */
-static void two_in_the_same_moment_are_too_near(void **state)
+TEST_IN(two_in_the_same_moment_are_too_near, begin, NULL)
 {
-    (void)state;
     rest(8);
     block_of(level_codes + 120, (const double[]){0.5, 0.50001}, 2);
     level_codes += 64 + 176;
@@ -224,9 +214,8 @@ static void two_in_the_same_moment_are_too_near(void **state)
 }
 
 /* A switch that is open already and bounces once more, with two edges this time. */
-static void a_bouncing_switch_that_is_open_already_is_its_bounce(void **state)
+TEST_IN(a_bouncing_switch_that_is_open_already_is_its_bounce, begin, NULL)
 {
-    (void)state;
     rest(8);
     edge(176);
     rest(16);
@@ -241,9 +230,8 @@ static void a_bouncing_switch_that_is_open_already_is_its_bounce(void **state)
     assert_int_equal(answers, 3);
 }
 
-static void edges_before_any_level_have_no_step(void **state)
+TEST_IN(edges_before_any_level_have_no_step, begin, NULL)
 {
-    (void)state;
     block_of(level_codes, (const double[]){0.5}, 1);
     rest(30);
     check(0, 0, MR_SWITCH_TOO_NEAR);
@@ -253,9 +241,8 @@ static void edges_before_any_level_have_no_step(void **state)
 
 /* 32 wait at most; the next is not taken, and the caller is told. A contact that never comes to
  * rest does not hold them for ever. */
-static void there_is_room_for_32(void **state)
+TEST_IN(there_is_room_for_32, begin, NULL)
 {
-    (void)state;
     struct mr_switch_edge ignored;
     rest(8);
     mr_switches_level(&switches, block * BLOCK_TICKS, 62.0f);
@@ -273,25 +260,4 @@ static void there_is_room_for_32(void **state)
     for (unsigned i = 1; i < MR_SWITCHES_WAITING; i++)
         assert_true(mr_switches_next(&switches, steps, 4, &ignored));
     assert_false(mr_switches_next(&switches, steps, 4, &ignored));
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, begin)
-    const struct CMUnitTest tests[] = {
-        TEST(every_reason_has_its_own_text),
-        TEST(a_single_edge_is_named_by_its_step),
-        TEST(an_edge_without_a_step_is_none_of_the_table),
-        TEST(opening_again_is_a_bounce_for_50_ms_and_then_double),
-        TEST(a_bouncing_contact_is_one_opening),
-        TEST(a_burst_without_a_step_is_no_switch),
-        TEST(two_switches_near_each_other_are_told_apart_by_their_own_steps),
-        TEST(two_switches_too_near_have_no_names),
-        TEST(two_in_the_same_moment_are_too_near),
-        TEST(a_bouncing_switch_that_is_open_already_is_its_bounce),
-        TEST(edges_before_any_level_have_no_step),
-        TEST(there_is_room_for_32),
-        TEST(an_edge_without_a_step_soon_after_is_a_bounce),
-    };
-    return cmocka_run_group_tests_name("common/switches", tests, NULL, NULL);
 }

@@ -64,9 +64,8 @@ static int lay_out(void **state)
     return 0;
 }
 
-static void functions_are_found_by_address_and_name(void **state)
+TEST_IN(functions_are_found_by_address_and_name, lay_out, NULL)
 {
-    (void)state;
     size_t most;
     assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_OK);
     assert_int_equal(most, 7);
@@ -87,9 +86,8 @@ static void functions_are_found_by_address_and_name(void **state)
     assert_null(mr_symbols_named(&symbols, "alias"));
 }
 
-static void a_stripped_image_has_none(void **state)
+TEST_IN(a_stripped_image_has_none, lay_out, NULL)
 {
-    (void)state;
     size_t most = 99;
     put_section(1, 1, 0, 0, 0);
     assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_OK);
@@ -99,9 +97,8 @@ static void a_stripped_image_has_none(void **state)
     assert_null(mr_symbols_at(&symbols, 0x08010000));
 }
 
-static void what_is_no_whole_image_is_refused(void **state)
+TEST_IN(what_is_no_whole_image_is_refused, lay_out, NULL)
 {
-    (void)state;
     size_t most;
     for (size_t cut = 0; cut < sizeof file; cut++)
         assert_int_equal(mr_symbols_take(file, cut, room, &symbols),
@@ -118,9 +115,8 @@ static void what_is_no_whole_image_is_refused(void **state)
 }
 
 /* Names at the very end of the file, the last one without its zero. */
-static void a_name_that_does_not_end_is_refused(void **state)
+TEST_IN(a_name_that_does_not_end_is_refused, lay_out, NULL)
 {
-    (void)state;
     put_section(2, 3, FILE_BYTES - 4u, 4, 0);
     for (unsigned n = 1; n < 7; n++)
         put(SYMBOLS_AT + 16u * n, 4, 100); /* outside the names: passed over */
@@ -132,9 +128,8 @@ static void a_name_that_does_not_end_is_refused(void **state)
     assert_int_equal(symbols.count, 0);
 }
 
-static void sections_that_are_not_there_are_refused(void **state)
+TEST_IN(sections_that_are_not_there_are_refused, lay_out, NULL)
 {
-    (void)state;
     /* names in a section that there is not: no table of ours */
     put_section(1, 2, SYMBOLS_AT, 16u * 7u, 9);
     assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
@@ -148,12 +143,11 @@ static void sections_that_are_not_there_are_refused(void **state)
 
 /* 400 functions in an order that was shuffled, each address twice, one of the two names without a
  * size: found by every address in them. */
-static void many_are_sorted(void **state)
+TEST_IN(many_are_sorted, lay_out, NULL)
 {
     enum { FUNCTIONS = 400, TABLE = 16 * 2 * FUNCTIONS };
     static uint8_t big[52 + TABLE + 8 + 3 * 40];
     static struct mr_symbol all[2 * FUNCTIONS];
-    (void)state;
     memcpy(big, file, 52);
     memcpy(big + 52 + TABLE, "\0one\0b\0", 8);
     memcpy(big + 52 + TABLE + 8, file + SECTIONS_AT, 3 * 40);
@@ -184,15 +178,4 @@ static void many_are_sorted(void **state)
         assert_ptr_equal(mr_symbols_at(&symbols, 0x08010000u + 64u * n + 47u), &symbols.all[n]);
         assert_null(mr_symbols_at(&symbols, 0x08010000u + 64u * n + 48u));
     }
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, lay_out)
-    const struct CMUnitTest tests[] = {
-        TEST(functions_are_found_by_address_and_name), TEST(a_stripped_image_has_none),
-        TEST(what_is_no_whole_image_is_refused),       TEST(a_name_that_does_not_end_is_refused),
-        TEST(sections_that_are_not_there_are_refused), TEST(many_are_sorted),
-    };
-    return cmocka_run_group_tests_name("common/symbols", tests, NULL, NULL);
 }

@@ -81,9 +81,8 @@ static void play(unsigned blocks)
 
 /* ---- noise ---- */
 
-static void noise_is_what_was_put_in(void **state)
+TEST_IN(noise_is_what_was_put_in, start, NULL)
 {
-    (void)state;
     noise_in = 0.002;
     assert_true(isnan(mr_watch_noise(&watch, 0)));
     play(10);
@@ -98,9 +97,8 @@ static void noise_is_what_was_put_in(void **state)
     assert_near(mean, 0.002, 0.0001);
 }
 
-static void movement_is_no_noise(void **state)
+TEST_IN(movement_is_no_noise, start, NULL)
 {
-    (void)state;
     noise_in = 0.001;
     for (unsigned i = 0; i < 1500; i++) {
         /* 5 in/s, turning round: as fast as mats were seen to move */
@@ -119,9 +117,8 @@ static void movement_is_no_noise(void **state)
 
 /* ---- rate ---- */
 
-static void a_spike_is_refused_and_told_at_once(void **state)
+TEST_IN(a_spike_is_refused_and_told_at_once, start, NULL)
 {
-    (void)state;
     play(100);
     reading_in[1] = 0.5f;
     play_block();
@@ -136,9 +133,8 @@ static void a_spike_is_refused_and_told_at_once(void **state)
     assert_int_equal(told[0] + told[2], 0);
 }
 
-static void a_step_is_believed_when_it_lasts(void **state)
+TEST_IN(a_step_is_believed_when_it_lasts, start, NULL)
 {
-    (void)state;
     play(100);
     reading_in[1] = 0.55f; /* 100 in/s: after 6 ms anything may be there */
     play(5);
@@ -148,9 +144,8 @@ static void a_step_is_believed_when_it_lasts(void **state)
     assert_near(got_in[1], 0.55, 1e-6);
 }
 
-static void as_fast_as_allowed_is_valid_and_no_limit_none(void **state)
+TEST_IN(as_fast_as_allowed_is_valid_and_no_limit_none, start, NULL)
 {
-    (void)state;
     for (unsigned i = 0; i < 100; i++) {
         reading_in[0] += 0.099f;
         play_block();
@@ -173,9 +168,8 @@ static void all_move_but(int stuck, unsigned blocks)
     }
 }
 
-static void a_channel_that_stays_between_two_that_move_is_stuck(void **state)
+TEST_IN(a_channel_that_stays_between_two_that_move_is_stuck, start, NULL)
 {
-    (void)state;
     noise_in = 0.001;
     play(600);
     all_move_but(-1, 100);
@@ -193,9 +187,8 @@ static void a_channel_that_stays_between_two_that_move_is_stuck(void **state)
     assert_int_equal(news[1].validity, MR_VALID);
 }
 
-static void with_one_neighbour_or_none_moving_it_is_not(void **state)
+TEST_IN(with_one_neighbour_or_none_moving_it_is_not, start, NULL)
 {
-    (void)state;
     noise_in = 0.001;
     play(600);
     all_move_but(0, 400); /* the first one has neighbours on one side only */
@@ -208,16 +201,14 @@ static void with_one_neighbour_or_none_moving_it_is_not(void **state)
     assert_int_equal(told[0] + told[1] + told[2], 0);
 }
 
-static void before_half_a_second_nothing_is_judged(void **state)
+TEST_IN(before_half_a_second_nothing_is_judged, start, NULL)
 {
-    (void)state;
     all_move_but(1, 500);
     assert_int_equal(got[1], MR_VALID);
 }
 
-static void an_invalid_neighbour_is_passed_over(void **state)
+TEST_IN(an_invalid_neighbour_is_passed_over, start, NULL)
 {
-    (void)state;
     config[3] = config[2];
     config[3].station_ft = 70.0f;
     mr_watch_begin(&watch, config, FIRST);
@@ -236,9 +227,8 @@ static void an_invalid_neighbour_is_passed_over(void **state)
     config[3] = (struct mr_channel_config){0};
 }
 
-static void codes_that_end_to_change_are_stuck(void **state)
+TEST_IN(codes_that_end_to_change_are_stuck, start, NULL)
 {
-    (void)state;
     noise_in = 0.001; /* 0.6 codes */
     play(800);
     noise_in = 0.0;
@@ -250,9 +240,8 @@ static void codes_that_end_to_change_are_stuck(void **state)
     assert_in_range(news[0].block, FIRST + 799, FIRST + 801);
 }
 
-static void a_quiet_channel_without_noise_is_healthy(void **state)
+TEST_IN(a_quiet_channel_without_noise_is_healthy, start, NULL)
 {
-    (void)state;
     play(5000);
     for (unsigned c = 0; c < 3; c++) {
         assert_int_equal(got[c], MR_VALID);
@@ -265,9 +254,8 @@ static void a_quiet_channel_without_noise_is_healthy(void **state)
 
 /* ---- what is told ---- */
 
-static void a_change_is_told_once_when_it_holds(void **state)
+TEST_IN(a_change_is_told_once_when_it_holds, start, NULL)
 {
-    (void)state;
     play(100);
     wiring[0] = MR_INVALID_OPEN;
     play(9);
@@ -288,9 +276,8 @@ static void a_change_is_told_once_when_it_holds(void **state)
     assert_int_equal(watch.channel[0].invalid, 2010);
 }
 
-static void a_fluttering_contact_floods_nobody(void **state)
+TEST_IN(a_fluttering_contact_floods_nobody, start, NULL)
 {
-    (void)state;
     for (unsigned i = 0; i < 10000; i++) {
         wiring[1] = i / 15 % 2 ? MR_INVALID_SATURATED : MR_VALID;
         wiring[2] = i / 150 % 2 ? MR_INVALID_OPEN : MR_VALID;
@@ -300,9 +287,8 @@ static void a_fluttering_contact_floods_nobody(void **state)
     assert_in_range(told[2], 15, 20); /* two a second, as they come */
 }
 
-static void between_landings_only_the_wiring_is_looked_at(void **state)
+TEST_IN(between_landings_only_the_wiring_is_looked_at, start, NULL)
 {
-    (void)state;
     noise_in = 0.001;
     play(600);
     all_move_but(1, 200);
@@ -322,9 +308,8 @@ static void between_landings_only_the_wiring_is_looked_at(void **state)
 /* ---- the standard error ---- */
 
 /* sqrt(0.003^2/9 + 0.01^2 + (0.005*2)^2 + (0.004*1)^2 + 0.02^2 + (0.001*2.1)^2), by hand. */
-static void the_terms_of_an_error_add_up(void **state)
+TEST(the_terms_of_an_error_add_up)
 {
-    (void)state;
     const struct mr_channel_config c = {.unit_per_code = 0.001f,
                                         .zero_code = 100.0f,
                                         .gain_error = 0.005f,
@@ -345,9 +330,8 @@ static void the_terms_of_an_error_add_up(void **state)
 
 /* Without noise a reading is one of steps of a code, 0.289 codes from the truth; and the curve is
  * right at the zero. */
-static void at_rest_without_noise_rounding_is_left(void **state)
+TEST(at_rest_without_noise_rounding_is_left)
 {
-    (void)state;
     const struct mr_channel_config c = {
         .unit_per_code = 0.001f, .linearity_error = 0.01f, .low = -1.0f, .high = 7.0f};
     struct mr_error_case still = {
@@ -357,27 +341,4 @@ static void at_rest_without_noise_rounding_is_left(void **state)
     assert_near(mr_reading_error(&c, &still), 0.005008, 1e-5);
     still.value = 3.0f;
     assert_near(mr_reading_error(&c, &still), 0.010004, 1e-5);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(noise_is_what_was_put_in, start),
-        cmocka_unit_test_setup(movement_is_no_noise, start),
-        cmocka_unit_test_setup(a_spike_is_refused_and_told_at_once, start),
-        cmocka_unit_test_setup(a_step_is_believed_when_it_lasts, start),
-        cmocka_unit_test_setup(as_fast_as_allowed_is_valid_and_no_limit_none, start),
-        cmocka_unit_test_setup(a_channel_that_stays_between_two_that_move_is_stuck, start),
-        cmocka_unit_test_setup(with_one_neighbour_or_none_moving_it_is_not, start),
-        cmocka_unit_test_setup(before_half_a_second_nothing_is_judged, start),
-        cmocka_unit_test_setup(an_invalid_neighbour_is_passed_over, start),
-        cmocka_unit_test_setup(codes_that_end_to_change_are_stuck, start),
-        cmocka_unit_test_setup(a_quiet_channel_without_noise_is_healthy, start),
-        cmocka_unit_test_setup(a_change_is_told_once_when_it_holds, start),
-        cmocka_unit_test_setup(a_fluttering_contact_floods_nobody, start),
-        cmocka_unit_test_setup(between_landings_only_the_wiring_is_looked_at, start),
-        cmocka_unit_test(the_terms_of_an_error_add_up),
-        cmocka_unit_test(at_rest_without_noise_rounding_is_left),
-    };
-    return cmocka_run_group_tests_name("common/watch", tests, NULL, NULL);
 }

@@ -7,9 +7,8 @@
 #include "firmware/config.h"
 #include "firmware/health.h"
 
-static void it_says_hello_first(void **state)
+TEST_IN(it_says_hello_first, start, NULL)
 {
-    (void)state;
     struct mr_hello hello;
     assert_true(fake.sent_count >= 5);
     assert_int_equal(fake.sent[0].id, MR_ID_HELLO);
@@ -22,9 +21,8 @@ static void it_says_hello_first(void **state)
     assert_true(count_frames(MR_ID_SLACK) >= 42);
 }
 
-static void rates_are_those_of_the_design(void **state)
+TEST_IN(rates_are_those_of_the_design, start, NULL)
 {
-    (void)state;
     play(200);
     command("arm 5");
     play(1000);
@@ -42,9 +40,8 @@ static void rates_are_those_of_the_design(void **state)
     assert_in_range(fake.sent_count, 2950, 3060); /* of 131 bits at most, 1 Mbit/s: 40 % */
 }
 
-static void readings_are_in_inches_and_pounds(void **state)
+TEST_IN(readings_are_in_inches_and_pounds, start, NULL)
 {
-    (void)state;
     struct mr_displacement_1_3 d;
     struct mr_tension_13_14 t;
     moved_in[1] = 0.3312f;
@@ -62,9 +59,8 @@ static void readings_are_in_inches_and_pounds(void **state)
 
 /* No message may tell of a displacement that never was: not of the time before the first block, nor
  * mixed across a loss. */
-static void a_reading_is_whole_or_missing(void **state)
+TEST_IN(a_reading_is_whole_or_missing, start, NULL)
 {
-    (void)state;
     struct mr_health health;
     struct mr_tension_13_14 t;
     unsigned whole = 0;
@@ -96,11 +92,11 @@ static void a_reading_is_whole_or_missing(void **state)
 
 /* Each block moved by 0.004 in and pulled by 1 lb: the first messages after arming, at any phase of
  * the idle ones, are means of the newest two. */
-static void the_first_means_after_arming_reach_back(void **state)
+TEST_IN(the_first_means_after_arming_reach_back, start, NULL)
 {
     for (unsigned before = 96; before < 108; before++) {
         struct mr_displacement_1_3 d;
-        start(state);
+        start(NULL);
         for (unsigned n = 0; n < before + 6; n++) {
             moved_in[0] = 0.004f * (float)index_now;
             pulled_lb = (float)index_now;
@@ -123,9 +119,8 @@ static void the_first_means_after_arming_reach_back(void **state)
     }
 }
 
-static void commands_are_answered_with_the_reason(void **state)
+TEST_IN(commands_are_answered_with_the_reason, start, NULL)
 {
-    (void)state;
     struct mr_ack ack;
     command("arm 3");
     play(1);
@@ -164,9 +159,8 @@ static void commands_are_answered_with_the_reason(void **state)
 }
 
 /* Not while a landing could be lost; and only after the answer had 50 ms to go out. */
-static void the_boot_rom_is_entered_when_idle(void **state)
+TEST_IN(the_boot_rom_is_entered_when_idle, start, NULL)
 {
-    (void)state;
     struct mr_ack ack;
     command("arm 3");
     command("bootrom");
@@ -189,9 +183,8 @@ static void the_boot_rom_is_entered_when_idle(void **state)
 }
 
 /* Commands that come faster than the answers could go out wait; blocks go on. */
-static void a_flood_of_commands_is_taken_in_portions(void **state)
+TEST_IN(a_flood_of_commands_is_taken_in_portions, start, NULL)
 {
-    (void)state;
     struct mr_command message;
     uint8_t payload[MR_MESSAGE_MAX];
     for (unsigned i = 0; i < 64; i++)
@@ -210,9 +203,8 @@ static void a_flood_of_commands_is_taken_in_portions(void **state)
     assert_int_equal(before, 164);
 }
 
-static void a_full_queue_drops_and_counts(void **state)
+TEST_IN(a_full_queue_drops_and_counts, start, NULL)
 {
-    (void)state;
     struct mr_can_health can;
     struct mr_serial_health serial;
     command("arm 1");
@@ -264,9 +256,8 @@ static unsigned count_blocks(uint32_t *first)
     return blocks;
 }
 
-static void serial_carries_every_block_and_no_gap(void **state)
+TEST_IN(serial_carries_every_block_and_no_gap, start, NULL)
 {
-    (void)state;
     uint32_t first;
     command("arm 1");
     play(500);
@@ -274,9 +265,8 @@ static void serial_carries_every_block_and_no_gap(void **state)
 }
 
 /* The first means of a landing reach back before arming: the blocks they are of are told too. */
-static void the_record_begins_four_blocks_before_arming(void **state)
+TEST_IN(the_record_begins_four_blocks_before_arming, start, NULL)
 {
-    (void)state;
     struct mr_ack ack;
     uint32_t first;
     play(20);
@@ -287,9 +277,8 @@ static void the_record_begins_four_blocks_before_arming(void **state)
     assert_int_equal(first, ack.block - 4);
 }
 
-static void a_lost_block_before_arming_cuts_the_record(void **state)
+TEST_IN(a_lost_block_before_arming_cuts_the_record, start, NULL)
 {
-    (void)state;
     uint32_t first;
     play(20);
     index_now++; /* one is lost */
@@ -299,9 +288,8 @@ static void a_lost_block_before_arming_cuts_the_record(void **state)
     assert_int_equal(count_blocks(&first), 12);
 }
 
-static void a_bad_serial_frame_is_counted_and_the_next_one_obeyed(void **state)
+TEST_IN(a_bad_serial_frame_is_counted_and_the_next_one_obeyed, start, NULL)
 {
-    (void)state;
     struct mr_command message;
     struct mr_ack ack;
     uint8_t payload[MR_MESSAGE_MAX], out[MR_FRAME_MAX];
@@ -331,9 +319,8 @@ static void a_bad_serial_frame_is_counted_and_the_next_one_obeyed(void **state)
     assert_int_equal(app.telemetry.serial_bad, UINT16_MAX);
 }
 
-static void a_fault_is_told_when_it_comes_and_each_second(void **state)
+TEST_IN(a_fault_is_told_when_it_comes_and_each_second, start, NULL)
 {
-    (void)state;
     struct mr_fault fault;
     unsigned told = 0;
     fake.can_errors = (struct board_can_errors){.tec = 200, .passive = true, .bus_off = true};
@@ -355,9 +342,8 @@ static void a_fault_is_told_when_it_comes_and_each_second(void **state)
 }
 
 /* On the internal oscillator all times may be 1 % out: speeds by 1 %, decelerations by 2 %. */
-static void an_inexact_clock_is_part_of_the_errors(void **state)
+TEST_IN(an_inexact_clock_is_part_of_the_errors, start, NULL)
 {
-    (void)state;
     struct mr_deframer deframer;
     struct mr_frame frame;
     struct mr_touchdown touchdown = {0};
@@ -378,9 +364,8 @@ static void an_inexact_clock_is_part_of_the_errors(void **state)
     assert_near(touchdown.deceleration_error_ft_s2, 0.12, 0.005);
 }
 
-static void can_is_silent_on_the_internal_oscillator(void **state)
+TEST_IN(can_is_silent_on_the_internal_oscillator, start, NULL)
 {
-    (void)state;
     fake_reset();
     fake.clock_source = BOARD_CLOCK_INTERNAL;
     app_start(&app);
@@ -415,9 +400,8 @@ static int put_back(void **state)
     return 0;
 }
 
-static void what_is_not_fitted_is_neither_scanned_nor_sent(void **state)
+TEST_IN(what_is_not_fitted_is_neither_scanned_nor_sent, start_with_four, put_back)
 {
-    (void)state;
     assert_int_equal(fake.configurations, 1);
     assert_int_equal(fake.fitted & 0x3fffffu, 0x0f);
     moved_in[3] = 0.25f;
@@ -445,9 +429,8 @@ static void what_is_not_fitted_is_neither_scanned_nor_sent(void **state)
     assert_true(isnan(d.d5_in));
 }
 
-static void switches_alone_send_neither_readings_nor_box(void **state)
+TEST_IN(switches_alone_send_neither_readings_nor_box, start_with_switches, put_back)
 {
-    (void)state;
     assert_int_equal(fake.fitted & 0x3fffffu, 0);
     play(2000);
     command("arm 1");
@@ -465,9 +448,8 @@ static void switches_alone_send_neither_readings_nor_box(void **state)
 
 /* From one configuration to another while idle: the scans begin again, readings of before are no
  * readings of now. */
-static void another_configuration_begins_the_scans_again(void **state)
+TEST_IN(another_configuration_begins_the_scans_again, start_with_four, put_back)
 {
-    (void)state;
     struct mr_displacement_1_3 d;
     moved_in[0] = moved_in[1] = 1.0f;
     play(199);
@@ -487,11 +469,18 @@ static void another_configuration_begins_the_scans_again(void **state)
     assert_false(app.box.left_out);
 }
 
+static int start_and_keep(void **state)
+{
+    static struct mr_config kept;
+    kept = config;
+    *state = &kept;
+    return start(NULL);
+}
+
 /* Every channel with a whole table, every segment surveyed: the box keeps all of it with the
  * landing. */
-static void the_box_has_room_for_the_longest_configuration(void **state)
+TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back)
 {
-    (void)state;
     static uint8_t present[BLACKBOX_CONFIG];
     struct mr_boxread reader;
     struct mr_record record;
@@ -526,24 +515,15 @@ static void the_box_has_room_for_the_longest_configuration(void **state)
     assert_int_equal(calibration.index, 23);
 }
 
-static int start_and_keep(void **state)
-{
-    static struct mr_config kept;
-    kept = config;
-    *state = &kept;
-    return start(NULL);
-}
-
 /* Of the messages that hold several channels, only those are sent of which one is fitted: one
  * channel, one message. */
-static void one_channel_costs_one_message(void **state)
+TEST_IN(one_channel_costs_one_message, start, NULL)
 {
     static const uint16_t group[] = {MR_ID_DISPLACEMENT_1_3, MR_ID_DISPLACEMENT_4_6,
                                      MR_ID_DISPLACEMENT_7_8, MR_ID_TENSION_1_3,
                                      MR_ID_TENSION_4_6,      MR_ID_TENSION_7_9,
                                      MR_ID_TENSION_10_12,    MR_ID_TENSION_13_14};
     struct mr_config full = config;
-    (void)state;
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++) {
         unsigned wanted = c < MR_TRANSDUCERS ? c / 3 : 3 + (c - MR_TRANSDUCERS) / 3;
         for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
@@ -557,9 +537,8 @@ static void one_channel_costs_one_message(void **state)
 }
 
 /* The count of lost blocks ends at 65535, by one jump or by several. */
-static void lost_blocks_are_counted_to_the_end(void **state)
+TEST_IN(lost_blocks_are_counted_to_the_end, start, NULL)
 {
-    (void)state;
     static const uint32_t jumps[][3] = {
         {70000, 0, 65535}, {40000, 3, 40003}, {40000, 40000, 65535}};
     for (unsigned i = 0; i < 3; i++) {
@@ -574,9 +553,8 @@ static void lost_blocks_are_counted_to_the_end(void **state)
 }
 
 /* Without the reference nothing can be said in inches or pounds: missing, and a fault. */
-static void without_reference_there_are_no_readings(void **state)
+TEST_IN(without_reference_there_are_no_readings, start, NULL)
 {
-    (void)state;
     struct mr_displacement_1_3 d;
     struct mr_tension_1_3 t;
     uint16_t before = health_counted(MR_FAULT_REFERENCE);
@@ -605,9 +583,8 @@ static void without_reference_there_are_no_readings(void **state)
 
 /* Frames of others on either link are none of the board's business: neither answered nor a
  * fault. */
-static void messages_that_are_not_for_it_are_passed_over(void **state)
+TEST_IN(messages_that_are_not_for_it_are_passed_over, start, NULL)
 {
-    (void)state;
     struct board_can_frame *frame = &fake.received[fake.received_count++];
     *frame = (struct board_can_frame){.id = MR_ID_HELLO, .length = 8};
     fake.serial_in_count = mr_frame_encode(0, MR_ID_HELLO, (const uint8_t[8]){0}, 8,
@@ -620,11 +597,10 @@ static void messages_that_are_not_for_it_are_passed_over(void **state)
 }
 
 /* Neither beyond the table nor while gages are being calibrated, and half a word is none. */
-static void configuration_commands_that_are_refused(void **state)
+TEST_IN(configuration_commands_that_are_refused, start, NULL)
 {
     struct mr_ack ack;
     struct board_can_frame *frame;
-    (void)state;
     command("config-read 99999");
     play(1);
     GET_LAST(ack, ACK, &ack);
@@ -649,9 +625,8 @@ static void configuration_commands_that_are_refused(void **state)
 }
 
 /* Backward over two switches while idle: told once, with speed and place, on CAN. */
-static void a_pushback_is_told(void **state)
+TEST_IN(a_pushback_is_told, start, NULL)
 {
-    (void)state;
     struct mr_pushback pushback;
     play(50);
     for (unsigned position = 9; position > 6; position--) {
@@ -666,9 +641,8 @@ static void a_pushback_is_told(void **state)
     assert_near(pushback.speed_ft_s, -2.0, 0.003);
 }
 
-static void stopped_scans_are_started_again_and_said(void **state)
+TEST_IN(stopped_scans_are_started_again_and_said, start, NULL)
 {
-    (void)state;
     for (unsigned i = 0; i < 6; i++)
         app_supervise(&app);
     assert_int_equal(fake.restarts, 1);
@@ -681,43 +655,4 @@ static void stopped_scans_are_started_again_and_said(void **state)
     app_supervise(&app);
     assert_int_equal(count_frames(MR_ID_MARK), 1);
     assert_true(count_frames(MR_ID_FAULT) >= 1);
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, start)
-    const struct CMUnitTest tests[] = {
-        TEST(it_says_hello_first),
-        TEST(rates_are_those_of_the_design),
-        TEST(readings_are_in_inches_and_pounds),
-        TEST(a_reading_is_whole_or_missing),
-        TEST(the_first_means_after_arming_reach_back),
-        TEST(commands_are_answered_with_the_reason),
-        TEST(the_boot_rom_is_entered_when_idle),
-        TEST(a_flood_of_commands_is_taken_in_portions),
-        TEST(a_full_queue_drops_and_counts),
-        TEST(serial_carries_every_block_and_no_gap),
-        TEST(the_record_begins_four_blocks_before_arming),
-        TEST(a_lost_block_before_arming_cuts_the_record),
-        TEST(a_bad_serial_frame_is_counted_and_the_next_one_obeyed),
-        TEST(a_fault_is_told_when_it_comes_and_each_second),
-        TEST(an_inexact_clock_is_part_of_the_errors),
-        TEST(can_is_silent_on_the_internal_oscillator),
-        TEST(stopped_scans_are_started_again_and_said),
-        cmocka_unit_test_setup_teardown(what_is_not_fitted_is_neither_scanned_nor_sent,
-                                        start_with_four, put_back),
-        cmocka_unit_test_setup_teardown(switches_alone_send_neither_readings_nor_box,
-                                        start_with_switches, put_back),
-        cmocka_unit_test_setup_teardown(the_box_has_room_for_the_longest_configuration,
-                                        start_and_keep, put_back),
-        cmocka_unit_test_setup_teardown(another_configuration_begins_the_scans_again,
-                                        start_with_four, put_back),
-        TEST(one_channel_costs_one_message),
-        TEST(lost_blocks_are_counted_to_the_end),
-        TEST(without_reference_there_are_no_readings),
-        TEST(messages_that_are_not_for_it_are_passed_over),
-        TEST(a_pushback_is_told),
-        TEST(configuration_commands_that_are_refused),
-    };
-    return cmocka_run_group_tests_name("firmware/app", tests, NULL, NULL);
 }

@@ -213,9 +213,8 @@ static void check_whole(uint16_t record, uint16_t landing, unsigned blocks, uint
     assert_int_equal(told.config, CONFIG_MESSAGES);
 }
 
-static void a_landing_comes_back_with_what_was_before(void **state)
+TEST_IN(a_landing_comes_back_with_what_was_before, fresh, NULL)
 {
-    (void)state;
     play(3000); /* nothing is armed: none of it is kept */
     uint32_t trigger = index_now + 2000;
     uint16_t record = land(5, 2000, 2500);
@@ -238,9 +237,8 @@ static void a_landing_comes_back_with_what_was_before(void **state)
     assert_true(present[40] && present[41]);
 }
 
-static void a_loss_is_told(void **state)
+TEST_IN(a_loss_is_told, fresh, NULL)
 {
-    (void)state;
     white = true;
     arm(1);
     play(100);
@@ -276,9 +274,8 @@ static void a_loss_is_told(void **state)
     assert_true(health_take(MR_FAULT_BOX_LOST).count > 0);
 }
 
-static void nothing_is_erased_from_arm_to_done(void **state)
+TEST_IN(nothing_is_erased_from_arm_to_done, fresh, NULL)
 {
-    (void)state;
     for (unsigned i = 0; i < 3000; i++) /* a memory full of something else */
         fake_nor.cell[i * NOR_SECTOR + 17] = 0x55, fake_nor.cell[i * NOR_SECTOR] = 0;
     for (unsigned i = 3000; i < 4000; i++)
@@ -309,9 +306,8 @@ static void nothing_is_erased_from_arm_to_done(void **state)
     assert_true(fake_nor.erases > erases);
 }
 
-static void the_worst_times_lose_nothing(void **state)
+TEST_IN(the_worst_times_lose_nothing, fresh, NULL)
 {
-    (void)state;
     white = true;
     fake_nor.program_us = 3000;
     play(1000);
@@ -368,25 +364,22 @@ static void fill(unsigned least)
     assert_int_equal(left, landings - 1);
 }
 
-static void it_holds_26_landings_that_do_not_pack(void **state)
+TEST_IN(it_holds_26_landings_that_do_not_pack, fresh, NULL)
 {
-    (void)state;
     white = true;
     play(600);
     fill(26);
 }
 
-static void it_holds_as_many_real_ones_as_it_has_places(void **state)
+TEST_IN(it_holds_as_many_real_ones_as_it_has_places, fresh, NULL)
 {
-    (void)state;
     play(2000);
     fill(50);
 }
 
 /* A short landing, cut off in each operation of the memory at several points of it. */
-static void the_power_goes_at_every_operation(void **state)
+TEST_IN(the_power_goes_at_every_operation, fresh, NULL)
 {
-    (void)state;
     static uint8_t whole[PAGES_MAX][MR_BOXPAGE];
     static const unsigned at[] = {0, 300, 700, 999};
     uint64_t operations = fake_nor.operations;
@@ -431,9 +424,8 @@ static void the_power_goes_at_every_operation(void **state)
 
 /* Freeing and erasing, cut off likewise: what was not freed stays whole, and all space comes
  * back. */
-static void the_power_goes_while_space_is_made(void **state)
+TEST_IN(the_power_goes_while_space_is_made, fresh, NULL)
 {
-    (void)state;
     static const unsigned at[] = {0, 500, 999};
     for (uint64_t n = 1; n <= 14; n++) {
         for (unsigned i = 0; i < COUNT_OF(at); i++) {
@@ -469,9 +461,8 @@ static void the_power_goes_while_space_is_made(void **state)
     }
 }
 
-static void bad_blocks_cost_space_only(void **state)
+TEST_IN(bad_blocks_cost_space_only, fresh, NULL)
 {
-    (void)state;
     static const unsigned kinds[] = {FAKE_NOR_PROGRAM_ERROR, FAKE_NOR_PROGRAM_SILENT,
                                      FAKE_NOR_READ_ERROR};
     for (unsigned i = 0; i < COUNT_OF(kinds); i++) {
@@ -493,9 +484,8 @@ static void bad_blocks_cost_space_only(void **state)
     }
 }
 
-static void sectors_that_do_not_erase_are_left(void **state)
+TEST_IN(sectors_that_do_not_erase_are_left, fresh, NULL)
 {
-    (void)state;
     static const unsigned kinds[] = {FAKE_NOR_ERASE_ERROR, FAKE_NOR_ERASE_SILENT};
     for (unsigned i = 0; i < COUNT_OF(kinds); i++) {
         fresh(NULL);
@@ -517,9 +507,8 @@ static void sectors_that_do_not_erase_are_left(void **state)
     }
 }
 
-static void without_a_chip_landings_go_on(void **state)
+TEST_IN(without_a_chip_landings_go_on, fresh, NULL)
 {
-    (void)state;
     fake_nor.present = false;
     boot();
     assert_int_equal(box.state, BLACKBOX_MISSING);
@@ -551,9 +540,8 @@ static void without_a_chip_landings_go_on(void **state)
     assert_int_equal(blackbox_ready(&box), MR_OK);
 }
 
-static void an_armed_landing_that_is_called_off_leaves_nothing(void **state)
+TEST_IN(an_armed_landing_that_is_called_off_leaves_nothing, fresh, NULL)
 {
-    (void)state;
     uint64_t operations = fake_nor.operations;
     arm(1);
     play(2000);
@@ -576,9 +564,8 @@ static unsigned records_there(void)
 
 /* 64 places: then it is full however much space is left, and a landing that begins all the same is
  * not recorded over another. */
-static void it_has_64_places(void **state)
+TEST_IN(it_has_64_places, fresh, NULL)
 {
-    (void)state;
     for (unsigned n = 1; n <= BLACKBOX_RECORDS; n++) {
         assert_int_equal(blackbox_ready(&box), MR_OK);
         assert_int_equal(land((uint16_t)n, 0, 20), n);
@@ -602,9 +589,8 @@ static void it_has_64_places(void **state)
 /* Arming asks for 288 sectors, room for a landing of 19 s that does not pack (58.25 bytes a block,
  * 3904 in a sector). One that goes on for 30 s keeps its beginning, without a hole, and says that
  * it is not complete. */
-static void a_landing_longer_than_the_space_keeps_its_beginning(void **state)
+TEST_IN(a_landing_longer_than_the_space_keeps_its_beginning, fresh, NULL)
 {
-    (void)state;
     for (unsigned i = 0; i < NOR_SECTORS; i++) {
         if (i < 1000 || i >= 1000 + BLACKBOX_RESERVE)
             fake_nor.cell[i * NOR_SECTOR] = 0x11; /* something else, to be erased first */
@@ -629,9 +615,8 @@ static void a_landing_longer_than_the_space_keeps_its_beginning(void **state)
 
 /* One page is the start: what does not fit in the others, 244 bytes each, is left out whole, and
  * the landing is kept all the same. A message of 8 bytes takes 84 bits. */
-static void a_configuration_too_long_is_cut_at_a_message(void **state)
+TEST_IN(a_configuration_too_long_is_cut_at_a_message, fresh, NULL)
 {
-    (void)state;
     uint32_t trigger;
     uint16_t record = box.next_record;
     blackbox_arm(&box, &(struct mr_boxpage_start){.landing = 3});
@@ -656,9 +641,8 @@ static void a_configuration_too_long_is_cut_at_a_message(void **state)
 }
 
 /* Freed in the middle of being read: no page of it comes any more, nor an end. */
-static void freeing_ends_reading(void **state)
+TEST_IN(freeing_ends_reading, fresh, NULL)
 {
-    (void)state;
     uint16_t of, page, record = land(1, 100, 1000);
     uint8_t part;
     const uint8_t *bytes;
@@ -677,9 +661,8 @@ static void freeing_ends_reading(void **state)
 
 /* The mark of a freed record does not hold: the record stays whole, that is a fault, and it can be
  * freed later. */
-static void a_mark_that_does_not_hold_frees_nothing(void **state)
+TEST_IN(a_mark_that_does_not_hold_frees_nothing, fresh, NULL)
 {
-    (void)state;
     uint32_t trigger = index_now + 100;
     uint16_t record = land(1, 100, 1000);
     unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
@@ -700,9 +683,8 @@ static void a_mark_that_does_not_hold_frees_nothing(void **state)
 
 /* A record's first page cannot be read any more: which landing it was is not known, all its other
  * pages are. */
-static void an_unreadable_start_page_costs_the_landings_number(void **state)
+TEST_IN(an_unreadable_start_page_costs_the_landings_number, fresh, NULL)
 {
-    (void)state;
     uint16_t record = land(9, 100, 1000);
     fetch(record, 0);
     size_t whole = page_count;
@@ -722,9 +704,8 @@ static void an_unreadable_start_page_costs_the_landings_number(void **state)
 }
 
 /* From a page beyond its end: nothing comes but the end. */
-static void a_page_beyond_the_end_is_the_end(void **state)
+TEST_IN(a_page_beyond_the_end_is_the_end, fresh, NULL)
 {
-    (void)state;
     uint16_t of, page, record = land(1, 100, 1000);
     uint8_t part;
     const uint8_t *bytes;
@@ -746,9 +727,8 @@ static void a_page_beyond_the_end_is_the_end(void **state)
 /* A sector that begins blank and is not, as an erase that the power cut off leaves it: found by
  * looking when there is time, erased, and once all have been looked at there is nothing to be
  * done. */
-static void what_only_begins_blank_is_found_and_erased(void **state)
+TEST_IN(what_only_begins_blank_is_found_and_erased, fresh, NULL)
 {
-    (void)state;
     static const uint32_t at[] = {7 * NOR_SECTOR + 1000, 2000 * NOR_SECTOR + NOR_SECTOR - 1};
     for (unsigned i = 0; i < COUNT_OF(at); i++)
         fake_nor.cell[at[i]] = 0x55;
@@ -771,9 +751,8 @@ static void what_only_begins_blank_is_found_and_erased(void **state)
 
 /* What cannot be read from where the reader was: any page of a record may be missing; then at most
  * the 16 pages to the next key and the page itself are lost with it, and what is told is true. */
-static void a_missing_page_costs_17_pages(void **state)
+TEST_IN(a_missing_page_costs_17_pages, fresh, NULL)
 {
-    (void)state;
     white = true;
     fetch(land(2, 100, 600), 0);
     unsigned whole = check_pages().blocks;
@@ -796,32 +775,4 @@ static void a_missing_page_costs_17_pages(void **state)
         present[missing] = 1;
         assert_in_range(blocks, whole - 17 * 244 / 58 - 2, whole);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(a_landing_comes_back_with_what_was_before, fresh),
-        cmocka_unit_test_setup(a_loss_is_told, fresh),
-        cmocka_unit_test_setup(nothing_is_erased_from_arm_to_done, fresh),
-        cmocka_unit_test_setup(the_worst_times_lose_nothing, fresh),
-        cmocka_unit_test_setup(it_holds_26_landings_that_do_not_pack, fresh),
-        cmocka_unit_test_setup(it_holds_as_many_real_ones_as_it_has_places, fresh),
-        cmocka_unit_test_setup(the_power_goes_at_every_operation, fresh),
-        cmocka_unit_test_setup(the_power_goes_while_space_is_made, fresh),
-        cmocka_unit_test_setup(bad_blocks_cost_space_only, fresh),
-        cmocka_unit_test_setup(sectors_that_do_not_erase_are_left, fresh),
-        cmocka_unit_test_setup(without_a_chip_landings_go_on, fresh),
-        cmocka_unit_test_setup(an_armed_landing_that_is_called_off_leaves_nothing, fresh),
-        cmocka_unit_test_setup(it_has_64_places, fresh),
-        cmocka_unit_test_setup(a_landing_longer_than_the_space_keeps_its_beginning, fresh),
-        cmocka_unit_test_setup(a_configuration_too_long_is_cut_at_a_message, fresh),
-        cmocka_unit_test_setup(freeing_ends_reading, fresh),
-        cmocka_unit_test_setup(a_missing_page_costs_17_pages, fresh),
-        cmocka_unit_test_setup(a_mark_that_does_not_hold_frees_nothing, fresh),
-        cmocka_unit_test_setup(an_unreadable_start_page_costs_the_landings_number, fresh),
-        cmocka_unit_test_setup(a_page_beyond_the_end_is_the_end, fresh),
-        cmocka_unit_test_setup(what_only_begins_blank_is_found_and_erased, fresh),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -138,9 +138,8 @@ static unsigned list(struct mr_box_record *record)
     return count;
 }
 
-static void a_landing_is_listed_read_out_and_freed(void **state)
+TEST_IN(a_landing_is_listed_read_out_and_freed, begin, NULL)
 {
-    (void)state;
     struct mr_box_record record = {0};
     struct mr_box_span span;
     arm_when_ready("arm 7");
@@ -187,7 +186,7 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
 
 /* What the record of a landing has, and CAN in the same time: each message that a replay needs is
  * in both, as often; what the board says of itself by the way is in none of the record. */
-static void the_record_holds_what_a_landing_needs(void **state)
+TEST_IN(the_record_holds_what_a_landing_needs, begin, NULL)
 {
     static const uint16_t needed[] = {MR_ID_ZONE,
                                       MR_ID_ZONE_LEAD,
@@ -221,7 +220,6 @@ static void the_record_holds_what_a_landing_needs(void **state)
     static unsigned kept[2048];
     struct mr_boxread reader;
     struct mr_record record;
-    (void)state;
     arm_when_ready("arm 7");
     pass(1500);
     uint32_t from = index_now;
@@ -261,10 +259,9 @@ static void the_record_holds_what_a_landing_needs(void **state)
 }
 
 /* All places taken: arming is refused, and that waiting does not help is told. */
-static void a_full_box_refuses_arming(void **state)
+TEST_IN(a_full_box_refuses_arming, begin, NULL)
 {
     struct mr_box_state told;
-    (void)state;
     arm_when_ready("arm 7");
     assert_int_equal(ask("disarm"), MR_OK);
     for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
@@ -278,9 +275,8 @@ static void a_full_box_refuses_arming(void **state)
 }
 
 /* A configuration that keeps the black box does not make it look through its memory again. */
-static void another_configuration_leaves_the_box_as_it_is(void **state)
+TEST_IN(another_configuration_leaves_the_box_as_it_is, begin, NULL)
 {
-    (void)state;
     arm_when_ready("arm 7");
     assert_int_equal(ask("disarm"), MR_OK);
     app_configured(&app);
@@ -289,18 +285,16 @@ static void another_configuration_leaves_the_box_as_it_is(void **state)
 }
 
 /* Before anybody knows what the memory holds. */
-static void before_the_memory_is_known_it_says_wait(void **state)
+TEST_IN(before_the_memory_is_known_it_says_wait, begin, NULL)
 {
-    (void)state;
     assert_int_equal(ask("box-list"), MR_WAIT);
     assert_true(count_frames(MR_ID_BOX_STATE) > 0);
     assert_int_equal(ask("box-free 1"), MR_WAIT);
     assert_int_equal(ask("box-read 32768"), MR_WAIT);
 }
 
-static void nonsense_is_refused(void **state)
+TEST_IN(nonsense_is_refused, begin, NULL)
 {
-    (void)state;
     assert_int_equal(ask("box-free -1"), MR_USAGE);
     assert_int_equal(ask("box-list -1"), MR_USAGE);
     assert_int_equal(ask("box-free 65536"), MR_USAGE); /* record 0 it is not */
@@ -313,17 +307,4 @@ static void nonsense_is_refused(void **state)
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.tag, 77);
     assert_int_equal(ack.status, MR_UNKNOWN);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(a_landing_is_listed_read_out_and_freed, begin),
-        cmocka_unit_test_setup(before_the_memory_is_known_it_says_wait, begin),
-        cmocka_unit_test_setup(nonsense_is_refused, begin),
-        cmocka_unit_test_setup(the_record_holds_what_a_landing_needs, begin),
-        cmocka_unit_test_setup(a_full_box_refuses_arming, begin),
-        cmocka_unit_test_setup(another_configuration_leaves_the_box_as_it_is, begin),
-    };
-    return cmocka_run_group_tests_name("firmware/boxlink", tests, NULL, NULL);
 }

@@ -91,9 +91,8 @@ static struct mr_shunt_result result_of(unsigned gage)
     return result;
 }
 
-static void shunts_are_measured_and_a_wrong_gain_is_named(void **state)
+TEST_IN(shunts_are_measured_and_a_wrong_gain_is_named, start_rig, end_rig)
 {
-    (void)state;
     struct mr_shunt begun;
     struct mr_shunt_check check;
     for (unsigned i = 0; i < MR_GAGES; i++)
@@ -141,9 +140,8 @@ static void shunts_are_measured_and_a_wrong_gain_is_named(void **state)
     assert_int_equal(result_of(5).verdict, 0);
 }
 
-static void a_gage_that_moves_or_fails_is_not_measured(void **state)
+TEST_IN(a_gage_that_moves_or_fails_is_not_measured, start_rig, end_rig)
 {
-    (void)state;
     wobble_lb = 3.0;
     broken = true;
     command("shunt");
@@ -155,9 +153,8 @@ static void a_gage_that_moves_or_fails_is_not_measured(void **state)
     assert_int_equal(result_of(1).verdict, 0);
 }
 
-static void neither_goes_on_in_a_landing_nor_beside_the_other(void **state)
+TEST_IN(neither_goes_on_in_a_landing_nor_beside_the_other, start_rig, end_rig)
 {
-    (void)state;
     command("shunt");
     command("zero");
     play_gages(1);
@@ -183,9 +180,8 @@ static void neither_goes_on_in_a_landing_nor_beside_the_other(void **state)
     assert_int_equal(last_ack().status, MR_USAGE);
 }
 
-static void scans_that_stop_end_it_with_the_relay_off(void **state)
+TEST_IN(scans_that_stop_end_it_with_the_relay_off, start_rig, end_rig)
 {
-    (void)state;
     command("shunt");
     play_gages(300);
     assert_true(fake.shunted);
@@ -212,9 +208,8 @@ static struct mr_channel_zero zero_of(unsigned index)
     return zero;
 }
 
-static void a_zero_is_in_force_and_told_and_the_configured_one_kept(void **state)
+TEST_IN(a_zero_is_in_force_and_told_and_the_configured_one_kept, start_rig, end_rig)
 {
-    (void)state;
     struct mr_displacement_1_3 d;
     struct mr_tension_1_3 t;
     moved_in[1] = 0.25f;
@@ -242,9 +237,8 @@ static void a_zero_is_in_force_and_told_and_the_configured_one_kept(void **state
 
 /* A converter whose scale is 1 % off: the zero is what it reads there, and pounds are pounds
  * still. */
-static void a_zero_holds_whatever_the_converters_scale(void **state)
+TEST_IN(a_zero_holds_whatever_the_converters_scale, start_rig, end_rig)
 {
-    (void)state;
     struct mr_tension_1_3 t;
     scale = 0.99;
     tension_lb[0] = 4.0;
@@ -275,9 +269,8 @@ static unsigned verdict_of_zero(unsigned index)
     return verdict;
 }
 
-static void a_zero_of_what_moves_fails_or_is_under_tension_is_refused(void **state)
+TEST_IN(a_zero_of_what_moves_fails_or_is_under_tension_is_refused, start_rig, end_rig)
 {
-    (void)state;
     float before = config.channel[0].zero_code;
     wobble_lb = 3.0;
     broken = true;
@@ -300,9 +293,8 @@ static void a_zero_of_what_moves_fails_or_is_under_tension_is_refused(void **sta
 }
 
 /* What a replay does: the very bits of a zero that was measured. */
-static void a_zero_can_be_given(void **state)
+TEST_IN(a_zero_can_be_given, start_rig, end_rig)
 {
-    (void)state;
     float code = 71.3125f;
     struct mr_command message = {.code = MR_COMMAND_ZERO, .index = 3, .tag = 9};
     struct board_can_frame *frame = &fake.received[fake.received_count++];
@@ -318,9 +310,8 @@ static void a_zero_can_be_given(void **state)
 
 /* What is read out is to be edited and sent back: a measured zero must not become a configured one
  * on the way. It stays in force. */
-static void the_configuration_read_out_has_the_configured_zeros(void **state)
+TEST_IN(the_configuration_read_out_has_the_configured_zeros, start_rig, end_rig)
 {
-    (void)state;
     static struct mr_config told;
     static uint8_t image[MR_CONFIG_IMAGE];
     moved_in[1] = 0.25f;
@@ -346,9 +337,8 @@ static void the_configuration_read_out_has_the_configured_zeros(void **state)
 
 /* A band that creeps by half a pound while its shunt is on: the span is taken from the middle of
  * before and after. */
-static void creep_is_taken_out_of_a_span(void **state)
+TEST_IN(creep_is_taken_out_of_a_span, start_rig, end_rig)
 {
-    (void)state;
     command("shunt");
     play_gages(256 + 64); /* the first rest, and the relay settles */
     tension_lb[6] += 0.25;
@@ -361,9 +351,8 @@ static void creep_is_taken_out_of_a_span(void **state)
 
 /* A movement since the baseline: as built in, zero and drift drop out and 0.002 in of linearity
  * near the zero is left; an absolute reading of a gage keeps its zero's pound. */
-static void a_movement_is_without_the_error_of_the_zero(void **state)
+TEST_IN(a_movement_is_without_the_error_of_the_zero, start_rig, end_rig)
 {
-    (void)state;
     double error_in = 0.0;
     command("arm 1");
     play_gages(2100);
@@ -378,9 +367,8 @@ static void a_movement_is_without_the_error_of_the_zero(void **state)
 
 /* Ten pounds are the new zero: what is told after it is ten, nothing or missing, never in
  * between. */
-static void no_mean_goes_over_two_zeros(void **state)
+TEST_IN(no_mean_goes_over_two_zeros, start_rig, end_rig)
 {
-    (void)state;
     struct mr_tension_1_3 tension;
     struct mr_slow_tension slow;
     for (unsigned i = 0; i < MR_GAGES; i++)
@@ -412,9 +400,8 @@ static void no_mean_goes_over_two_zeros(void **state)
 
 /* As built in: 0.5 lb an hour of drift. Ten hours after power on, and just after a zero of the
  * gages alone: what is left is the measured zero's 0.1 lb. */
-static void drift_counts_from_the_zero(void **state)
+TEST_IN(drift_counts_from_the_zero, start_rig, end_rig)
 {
-    (void)state;
     double error_lb[MR_GAGES] = {0};
     index_now = 36000000;
     command("zero 2");
@@ -434,9 +421,8 @@ static void drift_counts_from_the_zero(void **state)
 }
 
 /* Gage 5 has no shunt, gage 14 is none at all: neither is told, and the others are good. */
-static void a_gage_without_a_shunt_is_left_out(void **state)
+TEST_IN(a_gage_without_a_shunt_is_left_out, start_rig, end_rig)
 {
-    (void)state;
     const struct mr_channel_config without = config.channel[MR_TRANSDUCERS + 4],
                                    none = config.channel[MR_TRANSDUCERS + 13];
     config.channel[MR_TRANSDUCERS + 4].shunt_lb = 0.0f;
@@ -452,9 +438,8 @@ static void a_gage_without_a_shunt_is_left_out(void **state)
 }
 
 /* It goes from 0 to 2 lb while the shunts are on, and stays: not a span. */
-static void a_gage_that_moves_between_is_not_measured(void **state)
+TEST_IN(a_gage_that_moves_between_is_not_measured, start_rig, end_rig)
 {
-    (void)state;
     command("shunt");
     play_gages(300);
     assert_true(fake.shunted);
@@ -467,9 +452,8 @@ static void a_gage_that_moves_between_is_not_measured(void **state)
     assert_int_equal(result_of(8).verdict, 0);
 }
 
-static void nonsense_is_refused(void **state)
+TEST_IN(nonsense_is_refused, start_rig, end_rig)
 {
-    (void)state;
     const float codes[] = {5000.0f, -5000.0f, NAN};
     for (unsigned i = 0; i < 4; i++) {
         struct mr_command message = {.code = MR_COMMAND_ZERO,
@@ -495,9 +479,8 @@ static void nonsense_is_refused(void **state)
 
 /* For what a landing records, the zeros as configured stand for a moment in place of the measured
  * ones, and come back. A zero that is measured twice has the configured one behind it still. */
-static void measured_zeros_change_places_with_the_configured(void **state)
+TEST_IN(measured_zeros_change_places_with_the_configured, start_rig, end_rig)
 {
-    (void)state;
     float configured = config.channel[9].zero_code, untouched = config.channel[4].zero_code;
     float error_lb = config.channel[9].zero_error;
     zero_measure(9, 500.0f);
@@ -517,9 +500,8 @@ static void measured_zeros_change_places_with_the_configured(void **state)
 
 /* A calibration may know a zero better than a slack band shows it: measuring does not make it
  * worse. */
-static void a_measured_zero_is_known_no_worse_than_the_configured(void **state)
+TEST_IN(a_measured_zero_is_known_no_worse_than_the_configured, start_rig, end_rig)
 {
-    (void)state;
     float error_lb = config.channel[10].zero_error;
     config.channel[10].zero_error = 0.02f;
     zero_measure(10, 500.0f);
@@ -527,9 +509,8 @@ static void a_measured_zero_is_known_no_worse_than_the_configured(void **state)
     config.channel[10].zero_error = error_lb;
 }
 
-static void a_band_that_gives_way_is_told_with_its_figures(void **state)
+TEST_IN(a_band_that_gives_way_is_told_with_its_figures, start_rig, end_rig)
 {
-    (void)state;
     struct mr_band_state band;
     struct mr_band_event event;
     struct mr_band_before before;
@@ -565,43 +546,4 @@ static void a_band_that_gives_way_is_told_with_its_figures(void **state)
     GET_LAST(band_after, BAND_AFTER, &after);
     assert_near(after.after_lb, 100.0 - (6 * 12.0 + 20.0) / 7.0, 0.1);
     assert_near(after.change_lb, -(6 * 12.0 + 20.0) / 7.0, 0.1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(shunts_are_measured_and_a_wrong_gain_is_named, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(a_gage_that_moves_or_fails_is_not_measured, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(neither_goes_on_in_a_landing_nor_beside_the_other,
-                                        start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(scans_that_stop_end_it_with_the_relay_off, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_is_in_force_and_told_and_the_configured_one_kept,
-                                        start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_holds_whatever_the_converters_scale, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_of_what_moves_fails_or_is_under_tension_is_refused,
-                                        start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_zero_can_be_given, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(the_configuration_read_out_has_the_configured_zeros,
-                                        start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(creep_is_taken_out_of_a_span, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_movement_is_without_the_error_of_the_zero, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(no_mean_goes_over_two_zeros, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(drift_counts_from_the_zero, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(a_gage_without_a_shunt_is_left_out, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(a_gage_that_moves_between_is_not_measured, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(nonsense_is_refused, start_rig, end_rig),
-        cmocka_unit_test_setup_teardown(measured_zeros_change_places_with_the_configured, start_rig,
-                                        end_rig),
-        cmocka_unit_test_setup_teardown(a_measured_zero_is_known_no_worse_than_the_configured,
-                                        start_rig, end_rig),
-    };
-    return cmocka_run_group_tests_name("firmware/calibrate", tests, NULL, NULL);
 }

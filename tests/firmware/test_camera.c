@@ -23,9 +23,8 @@ static void pulse_at(double t_s)
     fake.frame_tick[fake.frames++] = (uint32_t)(uint64_t)llround(t_s * TICKS_PER_S);
 }
 
-static void armed_it_is_triggered_for_ten_milliseconds(void **state)
+TEST_IN(armed_it_is_triggered_for_ten_milliseconds, without_camera, NULL)
 {
-    (void)state;
     struct mr_camera told;
     fit_camera(NAN);
     fake.camera_tick = 777;
@@ -49,9 +48,8 @@ static void armed_it_is_triggered_for_ten_milliseconds(void **state)
 
 /* The landing of play.h: x = 3 + 30 t - 3 t^2 after touchdown, so 40.5 ft is passed 1.4391 s after
  * it, at t = 5 - sqrt(12.5). */
-static void by_station_it_is_triggered_where_the_gear_is(void **state)
+TEST_IN(by_station_it_is_triggered_where_the_gear_is, without_camera, NULL)
 {
-    (void)state;
     struct mr_camera told;
     fit_camera(40.5f);
     command("arm 5");
@@ -66,9 +64,8 @@ static void by_station_it_is_triggered_where_the_gear_is(void **state)
     assert_near(told.block16 * 1e-3, passed_s, 0.004);
 }
 
-static void by_command_it_is_triggered_at_any_time(void **state)
+TEST_IN(by_command_it_is_triggered_at_any_time, without_camera, NULL)
 {
-    (void)state;
     struct mr_ack ack;
     struct mr_camera told;
     command("camera");
@@ -88,9 +85,8 @@ static void by_command_it_is_triggered_at_any_time(void **state)
 
 /* Asked for once more within the pulse of 10 ms: that one is as long as ever, and another follows
  * it. */
-static void a_second_trigger_waits_for_the_first(void **state)
+TEST_IN(a_second_trigger_waits_for_the_first, without_camera, NULL)
 {
-    (void)state;
     fit_camera(NAN);
     play(5);
     command("camera");
@@ -106,9 +102,8 @@ static void a_second_trigger_waits_for_the_first(void **state)
     assert_false(fake.camera);
 }
 
-static void frames_are_told_with_number_and_time(void **state)
+TEST_IN(frames_are_told_with_number_and_time, without_camera, NULL)
 {
-    (void)state;
     fit_camera(NAN);
     play(20);
     for (unsigned i = 0; i < 5; i++) /* before arming: none of the landing's */
@@ -135,9 +130,8 @@ static void frames_are_told_with_number_and_time(void **state)
     }
 }
 
-static void each_landing_counts_its_own_frames(void **state)
+TEST_IN(each_landing_counts_its_own_frames, without_camera, NULL)
 {
-    (void)state;
     struct mr_film_frame frame;
     fit_camera(NAN);
     for (unsigned landing = 0; landing < 2; landing++) {
@@ -154,9 +148,8 @@ static void each_landing_counts_its_own_frames(void **state)
     }
 }
 
-static void noise_is_refused_and_counted(void **state)
+TEST_IN(noise_is_refused_and_counted, without_camera, NULL)
 {
-    (void)state;
     struct mr_fault fault;
     fit_camera(NAN);
     command("arm 5");
@@ -175,9 +168,8 @@ static void noise_is_refused_and_counted(void **state)
 }
 
 /* TIM2 comes round after 51.130 s. */
-static void frames_go_on_over_the_wrap_of_the_clock(void **state)
+TEST_IN(frames_go_on_over_the_wrap_of_the_clock, without_camera, NULL)
 {
-    (void)state;
     fit_camera(NAN);
     index_now = 51000;
     app.next_index = 51000;
@@ -195,9 +187,8 @@ static void frames_go_on_over_the_wrap_of_the_clock(void **state)
 
 /* Longer than half a round of the clock (25.6 s) after the frame before it, a pulse is told like
  * any other. */
-static void a_pause_of_half_a_minute_refuses_no_frame(void **state)
+TEST_IN(a_pause_of_half_a_minute_refuses_no_frame, without_camera, NULL)
 {
-    (void)state;
     fit_camera(NAN);
     play(5);
     command("arm 5");
@@ -211,9 +202,8 @@ static void a_pause_of_half_a_minute_refuses_no_frame(void **state)
 
 /* A second command in the pulse of the first waits for its end; a camera that is taken out
  * meanwhile is not triggered when it comes back. */
-static void a_trigger_does_not_outlast_its_camera(void **state)
+TEST_IN(a_trigger_does_not_outlast_its_camera, without_camera, NULL)
 {
-    (void)state;
     fit_camera(NAN);
     play(5);
     command("camera");
@@ -228,9 +218,8 @@ static void a_trigger_does_not_outlast_its_camera(void **state)
     assert_int_equal(fake.camera_pulses, 1);
 }
 
-static void without_a_camera_it_costs_nothing(void **state)
+TEST_IN(without_a_camera_it_costs_nothing, without_camera, NULL)
 {
-    (void)state;
     command("arm 5");
     play(10);
     pulse_at(0.02);
@@ -241,9 +230,8 @@ static void without_a_camera_it_costs_nothing(void **state)
     assert_int_equal(count_frames(MR_ID_CAMERA) + count_frames(MR_ID_FILM_FRAME), 0);
 }
 
-static void sync_is_followed_by_its_time(void **state)
+TEST_IN(sync_is_followed_by_its_time, without_camera, NULL)
 {
-    (void)state;
     struct mr_sync sync;
     struct mr_sync_at at;
     fake.sync_block = 253;
@@ -265,23 +253,4 @@ static void sync_is_followed_by_its_time(void **state)
     assert_int_equal(count_frames(MR_ID_SYNC), 2);
     assert_int_equal(at.block16, 1253);
     assert_int_equal(at.sent, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(armed_it_is_triggered_for_ten_milliseconds, without_camera),
-        cmocka_unit_test_setup(by_station_it_is_triggered_where_the_gear_is, without_camera),
-        cmocka_unit_test_setup(by_command_it_is_triggered_at_any_time, without_camera),
-        cmocka_unit_test_setup(frames_are_told_with_number_and_time, without_camera),
-        cmocka_unit_test_setup(each_landing_counts_its_own_frames, without_camera),
-        cmocka_unit_test_setup(noise_is_refused_and_counted, without_camera),
-        cmocka_unit_test_setup(frames_go_on_over_the_wrap_of_the_clock, without_camera),
-        cmocka_unit_test_setup(a_pause_of_half_a_minute_refuses_no_frame, without_camera),
-        cmocka_unit_test_setup(a_trigger_does_not_outlast_its_camera, without_camera),
-        cmocka_unit_test_setup(without_a_camera_it_costs_nothing, without_camera),
-        cmocka_unit_test_setup(sync_is_followed_by_its_time, without_camera),
-        cmocka_unit_test_setup(a_second_trigger_waits_for_the_first, without_camera),
-    };
-    return cmocka_run_group_tests_name("firmware/camera", tests, NULL, NULL);
 }

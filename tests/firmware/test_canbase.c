@@ -83,18 +83,16 @@ static void all_are_at(size_t from, size_t to, unsigned base)
         assert_int_equal(fake.sent_base[i], base);
 }
 
-static void what_is_built_in_is_0(void **state)
+TEST_IN(what_is_built_in_is_0, fresh, NULL)
 {
-    (void)state;
     restart();
     play(100);
     assert_int_equal(fake.moves, 1); /* or the controller lets nothing in */
     all_are_at(0, fake.sent_count, 0);
 }
 
-static void a_stored_base_is_there_before_the_first_message(void **state)
+TEST_IN(a_stored_base_is_there_before_the_first_message, fresh, NULL)
 {
-    (void)state;
     store_base(0x1d0);
     for (unsigned round = 0; round < 2; round++) { /* whatever the restart was for */
         restart();
@@ -106,9 +104,8 @@ static void a_stored_base_is_there_before_the_first_message(void **state)
 }
 
 /* Over either link: the answer is the last message at the old base, hello the first at the new. */
-static void the_answer_goes_where_the_command_came(void **state)
+TEST_IN(the_answer_goes_where_the_command_came, fresh, NULL)
 {
-    (void)state;
     static const unsigned bases[] = {0x190, 0x3c0, 0, MR_CAN_BASE_MOST};
     unsigned before = 0;
     restart();
@@ -126,9 +123,8 @@ static void the_answer_goes_where_the_command_came(void **state)
     all_are_at(0, fake.sent_count, MR_CAN_BASE_MOST);
 }
 
-static void another_change_moves_nothing(void **state)
+TEST_IN(another_change_moves_nothing, fresh, NULL)
 {
-    (void)state;
     store_base(0x190);
     restart();
     assert_int_equal(apply(0x190, false), MR_OK);
@@ -137,9 +133,8 @@ static void another_change_moves_nothing(void **state)
     assert_int_equal(count_frames(MR_ID_HELLO), 1);
 }
 
-static void what_is_refused_moves_nothing(void **state)
+TEST_IN(what_is_refused_moves_nothing, fresh, NULL)
 {
-    (void)state;
     struct mr_config_refused refused;
     restart();
     assert_int_equal(apply(MR_CAN_BASE_MOST + 1u, false), MR_LIMIT);
@@ -154,9 +149,8 @@ static void what_is_refused_moves_nothing(void **state)
 }
 
 /* Serial has no base, and a board that keeps off the bus none either. */
-static void a_silent_board_is_silent_at_any_base(void **state)
+TEST_IN(a_silent_board_is_silent_at_any_base, fresh, NULL)
 {
-    (void)state;
     store_base(0x190);
     config = built_in;
     fake_reset();
@@ -166,17 +160,4 @@ static void a_silent_board_is_silent_at_any_base(void **state)
     play(50);
     assert_int_equal(fake.sent_count, 0);
     assert_true(fake.serial_count > 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(what_is_built_in_is_0, fresh),
-        cmocka_unit_test_setup(a_stored_base_is_there_before_the_first_message, fresh),
-        cmocka_unit_test_setup(the_answer_goes_where_the_command_came, fresh),
-        cmocka_unit_test_setup(another_change_moves_nothing, fresh),
-        cmocka_unit_test_setup(what_is_refused_moves_nothing, fresh),
-        cmocka_unit_test_setup(a_silent_board_is_silent_at_any_base, fresh),
-    };
-    return cmocka_run_group_tests_name("firmware/canbase", tests, NULL, NULL);
 }

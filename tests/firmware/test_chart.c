@@ -58,9 +58,8 @@ static uint8_t last_basis(void)
     return risk.basis;
 }
 
-static void a_chart_counts_for_one_landing(void **state)
+TEST_IN(a_chart_counts_for_one_landing, start, NULL)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(0.0f);
     play(10);
     give(&plan, mr_risk_plan_crc(&plan) ^ 1u);
@@ -100,9 +99,8 @@ static void a_chart_counts_for_one_landing(void **state)
     assert_int_equal(last_basis() & 15u, 0); /* the first was used up */
 }
 
-static void a_chart_may_be_taken_back(void **state)
+TEST_IN(a_chart_may_be_taken_back, start, NULL)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(0.0f);
     play(10);
     give(&plan, mr_risk_plan_crc(&plan));
@@ -117,9 +115,8 @@ static void a_chart_may_be_taken_back(void **state)
     assert_int_equal(last_status(), MR_USAGE);
 }
 
-static void a_runway_that_is_forgotten_has_no_chart(void **state)
+TEST_IN(a_runway_that_is_forgotten_has_no_chart, start, NULL)
 {
-    (void)state;
     struct mr_risk_plan plan = charted(0.0f);
     play(10);
     app.predict.predictor.landings = 3;
@@ -130,14 +127,4 @@ static void a_runway_that_is_forgotten_has_no_chart(void **state)
     play(5);
     arm();
     assert_int_equal(last_basis() & 15u, MR_RISK_OF_PLAN | MR_RISK_CHART_OLD);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(a_chart_counts_for_one_landing, start),
-        cmocka_unit_test_setup(a_chart_may_be_taken_back, start),
-        cmocka_unit_test_setup(a_runway_that_is_forgotten_has_no_chart, start),
-    };
-    return cmocka_run_group_tests_name("firmware/chart", tests, NULL, NULL);
 }

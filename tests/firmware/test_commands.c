@@ -118,10 +118,10 @@ static void reach(enum state wanted)
         pass(1);
 }
 
-static void each_command_is_answered_in_each_state(void **state)
+TEST_IN(each_command_is_answered_in_each_state, start_whole, put_back)
 {
     for (unsigned s = 0; s < STATES; s++) {
-        start(state);
+        start(NULL);
         fake_nor_reset();
         app_start(&app);
         reach((enum state)s);
@@ -150,9 +150,8 @@ static void each_command_is_answered_in_each_state(void **state)
 
 /* A board whose scans stand obeys, but does not promise to record a landing; when they go on, it
  * does. */
-static void without_scans_it_is_not_armed(void **state)
+TEST_IN(without_scans_it_is_not_armed, start_whole, put_back)
 {
-    (void)state;
     struct mr_ack ack;
     reach(IDLE);
     for (unsigned n = 0; n < 5; n++)
@@ -170,9 +169,8 @@ static void without_scans_it_is_not_armed(void **state)
 }
 
 /* disarm, whatever for, while the self-test has the lamp lit. */
-static void nothing_puts_out_the_lamp_of_a_self_test(void **state)
+TEST_IN(nothing_puts_out_the_lamp_of_a_self_test, start_whole, put_back)
 {
-    (void)state;
     reach(TESTING);
     assert_true(fake.warning);
     command("disarm");
@@ -181,16 +179,4 @@ static void nothing_puts_out_the_lamp_of_a_self_test(void **state)
     for (unsigned n = 0; n < 30; n++)
         app_supervise(&app);
     assert_false(fake.warning);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(each_command_is_answered_in_each_state, start_whole,
-                                        put_back),
-        cmocka_unit_test_setup_teardown(without_scans_it_is_not_armed, start_whole, put_back),
-        cmocka_unit_test_setup_teardown(nothing_puts_out_the_lamp_of_a_self_test, start_whole,
-                                        put_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -117,9 +117,8 @@ static void is_in_force(const struct mr_config *wanted)
     assert_memory_equal(actual, expected, sizeof actual);
 }
 
-static void what_is_built_in_is_sound(void **state)
+TEST_IN(what_is_built_in_is_sound, fresh, NULL)
 {
-    (void)state;
     struct mr_config_reason reason;
     struct mr_config_state stored;
     unsigned before = fault_count();
@@ -131,9 +130,8 @@ static void what_is_built_in_is_sound(void **state)
     assert_int_equal(fault_count(), before);
 }
 
-static void a_change_holds(void **state)
+TEST_IN(a_change_holds, fresh, NULL)
 {
-    (void)state;
     for (unsigned round = 0; round < 4; round++) {
         struct mr_config wanted = next_one();
         struct mr_board_config told;
@@ -158,9 +156,8 @@ static void a_change_holds(void **state)
     assert_int_equal(fake_flash.erases[0] + fake_flash.erases[1], 4);
 }
 
-static void what_it_is_comes_back(void **state)
+TEST_IN(what_it_is_comes_back, fresh, NULL)
 {
-    (void)state;
     struct mr_config wanted = next_one();
     uint8_t told[MR_CONFIG_IMAGE] = {0};
     assert_int_equal(change_to(&wanted, false), MR_OK);
@@ -186,9 +183,8 @@ static void what_it_is_comes_back(void **state)
 
 /* What follows from the configuration follows from the new one: the reading, the name of a
  * switch. */
-static void readings_are_by_the_new_one(void **state)
+TEST_IN(readings_are_by_the_new_one, fresh, NULL)
 {
-    (void)state;
     struct mr_displacement_1_3 d;
     moved_in[0] = 0.5f;
     play(200);
@@ -222,9 +218,8 @@ static unsigned missing_told(unsigned position)
 
 /* Switch 5 is not fitted, 7 is and does not open: only that one is missing. At 30 ft/s, a switch
  * each 5 ft from -2.5 ft on. */
-static void what_is_not_fitted_is_not_missing(void **state)
+TEST_IN(what_is_not_fitted_is_not_missing, fresh, NULL)
 {
-    (void)state;
     struct mr_config wanted = next_one();
     wanted.gate[4].step_codes = 0;
     assert_int_equal(change_to(&wanted, false), MR_OK);
@@ -248,9 +243,8 @@ static void what_is_not_fitted_is_not_missing(void **state)
     assert_int_equal(missing_told(7), 1);
 }
 
-static void a_refusal_says_why_and_changes_nothing(void **state)
+TEST_IN(a_refusal_says_why_and_changes_nothing, fresh, NULL)
 {
-    (void)state;
     struct mr_config first = next_one(), wanted;
     struct mr_config_refused refused;
     assert_int_equal(change_to(&first, false), MR_OK);
@@ -289,9 +283,8 @@ static void a_refusal_says_why_and_changes_nothing(void **state)
     is_in_force(&wanted);
 }
 
-static void what_did_not_come_whole_is_refused(void **state)
+TEST_IN(what_did_not_come_whole_is_refused, fresh, NULL)
 {
-    (void)state;
     struct mr_config wanted = next_one();
     struct mr_config_staged staged;
     uint32_t crc = mr_config_encode(&wanted, image);
@@ -321,9 +314,8 @@ static void what_did_not_come_whole_is_refused(void **state)
     assert_int_equal(apply(crc, false).status, MR_TOO_FEW); /* once */
 }
 
-static void it_is_locked_from_arm_to_done(void **state)
+TEST_IN(it_is_locked_from_arm_to_done, fresh, NULL)
 {
-    (void)state;
     struct mr_config wanted = next_one();
     struct mr_config_staged staged;
     struct mr_ack ack;
@@ -351,9 +343,8 @@ static void it_is_locked_from_arm_to_done(void **state)
     is_in_force(&wanted);
 }
 
-static void a_landing_ends_the_reading_out(void **state)
+TEST_IN(a_landing_ends_the_reading_out, fresh, NULL)
 {
-    (void)state;
     command("config-read");
     play(10);
     command("arm 3");
@@ -363,9 +354,8 @@ static void a_landing_ends_the_reading_out(void **state)
     assert_int_equal(count_frames(MR_ID_CONFIG_IMAGE), 0);
 }
 
-static void a_damaged_copy_falls_back_to_the_other(void **state)
+TEST_IN(a_damaged_copy_falls_back_to_the_other, fresh, NULL)
 {
-    (void)state;
     struct mr_config first = next_one();
     assert_int_equal(change_to(&first, false), MR_OK); /* A */
     struct mr_config second = next_one();
@@ -391,9 +381,8 @@ static void a_damaged_copy_falls_back_to_the_other(void **state)
 }
 
 /* Whole and of this table, but what an older firmware took for sound: not taken. */
-static void an_unsound_copy_is_not_taken(void **state)
+TEST_IN(an_unsound_copy_is_not_taken, fresh, NULL)
 {
-    (void)state;
     struct mr_config wanted = next_one();
     struct mr_config_state stored;
     /* mm for in: once a limit of 1000 in per code let that pass */
@@ -409,9 +398,8 @@ static void an_unsound_copy_is_not_taken(void **state)
     }
 }
 
-static void flash_that_fails_leaves_the_old_one(void **state)
+TEST_IN(flash_that_fails_leaves_the_old_one, fresh, NULL)
 {
-    (void)state;
     struct mr_config first = next_one();
     assert_int_equal(change_to(&first, false), MR_OK);
     struct mr_config second = next_one();
@@ -453,9 +441,8 @@ static enum mr_status change_directly(const struct mr_config *wanted)
 
 /* Of each operation of a change, begun and 0, 30, 70, 99.9 % done. What is in force after it is the
  * old or the new one, whole, and the next change goes through. */
-static void the_power_goes_at_every_operation(void **state)
+TEST_IN(the_power_goes_at_every_operation, fresh, NULL)
 {
-    (void)state;
     static struct fake_flash kept;
     static const unsigned permille[] = {0, 300, 700, 999};
     unsigned olds = 0, news = 0;
@@ -494,9 +481,8 @@ static void the_power_goes_at_every_operation(void **state)
 }
 
 /* One change after another, the power going in most of them. */
-static void cuts_in_a_row_lose_nothing(void **state)
+TEST_IN(cuts_in_a_row_lose_nothing, fresh, NULL)
 {
-    (void)state;
     uint32_t random = 5;
     unsigned done = 0;
     restart();
@@ -515,25 +501,4 @@ static void cuts_in_a_row_lose_nothing(void **state)
         done += taken;
     }
     assert_true(done > 10);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(what_is_built_in_is_sound, fresh),
-        cmocka_unit_test_setup(a_change_holds, fresh),
-        cmocka_unit_test_setup(what_it_is_comes_back, fresh),
-        cmocka_unit_test_setup(readings_are_by_the_new_one, fresh),
-        cmocka_unit_test_setup(what_is_not_fitted_is_not_missing, fresh),
-        cmocka_unit_test_setup(a_refusal_says_why_and_changes_nothing, fresh),
-        cmocka_unit_test_setup(what_did_not_come_whole_is_refused, fresh),
-        cmocka_unit_test_setup(it_is_locked_from_arm_to_done, fresh),
-        cmocka_unit_test_setup(a_landing_ends_the_reading_out, fresh),
-        cmocka_unit_test_setup(a_damaged_copy_falls_back_to_the_other, fresh),
-        cmocka_unit_test_setup(an_unsound_copy_is_not_taken, fresh),
-        cmocka_unit_test_setup(flash_that_fails_leaves_the_old_one, fresh),
-        cmocka_unit_test_setup(the_power_goes_at_every_operation, fresh),
-        cmocka_unit_test_setup(cuts_in_a_row_lose_nothing, fresh),
-    };
-    return cmocka_run_group_tests_name("firmware/configstore", tests, NULL, NULL);
 }

@@ -4,9 +4,8 @@
 
 #include <stdio.h>
 
-static void a_landing_goes_through_its_states(void **state)
+TEST_IN(a_landing_goes_through_its_states, start, NULL)
 {
-    (void)state;
     struct mr_landing message;
     struct mr_touchdown touchdown;
     struct mr_stop stop;
@@ -36,9 +35,8 @@ static void a_landing_goes_through_its_states(void **state)
     assert_int_equal(message.state, LANDING_IDLE);
 }
 
-static void every_switch_is_named(void **state)
+TEST_IN(every_switch_is_named, start, NULL)
 {
-    (void)state;
     unsigned next = 1;
     command("arm 1");
     play(10);
@@ -70,9 +68,8 @@ static void close_joints(void)
     moved_in[2] = 0.02f;
 }
 
-static void closing_joints_ahead_are_warned_of(void **state)
+TEST_IN(closing_joints_ahead_are_warned_of, start, NULL)
 {
-    (void)state;
     struct mr_zone zone;
     struct mr_zone_lead lead;
     struct mr_verdict verdict;
@@ -106,9 +103,8 @@ static void closing_joints_ahead_are_warned_of(void **state)
     assert_int_equal(lead.warning, 0);
 }
 
-static void a_warning_ends_with_the_landing(void **state)
+TEST_IN(a_warning_ends_with_the_landing, start, NULL)
 {
-    (void)state;
     struct mr_landing message;
     struct mr_zone_lead lead;
     survey(0.0f); /* all joints are closed: wherever the wheel comes, it is in a zone */
@@ -131,9 +127,8 @@ static void a_warning_ends_with_the_landing(void **state)
 
 /* Over the time limit while the motion is not known and transducers alone speak: the last word is
  * that the warning is over. */
-static void a_kinematic_warning_ends_before_the_landing(void **state)
+TEST_IN(a_kinematic_warning_ends_before_the_landing, start, NULL)
 {
-    (void)state;
     struct mr_landing message;
     struct mr_zone_lead lead;
     survey(0.0f);
@@ -165,9 +160,8 @@ static void a_kinematic_warning_ends_before_the_landing(void **state)
 }
 
 /* Movement counts from arming, each time anew: what moved before is in the survey already. */
-static void what_moved_before_arming_is_the_zero(void **state)
+TEST_IN(what_moved_before_arming_is_the_zero, start, NULL)
 {
-    (void)state;
     survey(0.1f);
     command("arm 1");
     play(600);
@@ -185,9 +179,8 @@ static void what_moved_before_arming_is_the_zero(void **state)
     }
 }
 
-static void two_landings_in_one_run(void **state)
+TEST_IN(two_landings_in_one_run, start, NULL)
 {
-    (void)state;
     struct mr_stop stop;
     struct mr_landing message;
     play(100);
@@ -209,9 +202,8 @@ static void two_landings_in_one_run(void **state)
 
 /* Braking begins at touchdown; the switches on the track before it must not bend the parabola: from
  * the third switch beyond on, the deceleration told is the true one. */
-static void the_track_does_not_bend_the_motion(void **state)
+TEST_IN(the_track_does_not_bend_the_motion, start, NULL)
 {
-    (void)state;
     unsigned seen = 0;
     play(100);
     command("arm 7");
@@ -227,9 +219,8 @@ static void the_track_does_not_bend_the_motion(void **state)
     assert_true(seen > 8);
 }
 
-static void a_switch_while_settling_is_part_of_the_landing(void **state)
+TEST_IN(a_switch_while_settling_is_part_of_the_landing, start, NULL)
 {
-    (void)state;
     struct mr_landing message;
     struct mr_stop stop;
     play(100);
@@ -265,9 +256,8 @@ static void chatter(double period_s)
 }
 
 /* Edges that no switch made: no landing, and not more of them told than a landing can need. */
-static void chatter_is_no_landing(void **state)
+TEST_IN(chatter_is_no_landing, start, NULL)
 {
-    (void)state;
     struct mr_landing message;
     struct mr_switch_event event;
     command("arm 1");
@@ -281,9 +271,8 @@ static void chatter_is_no_landing(void **state)
 }
 
 /* A switch every 2.4 s: just faster than being pushed. */
-static void a_landing_ends_at_its_limit(void **state)
+TEST_IN(a_landing_ends_at_its_limit, start, NULL)
 {
-    (void)state;
     struct mr_landing message;
     command("arm 1");
     play(100);
@@ -297,9 +286,8 @@ static void a_landing_ends_at_its_limit(void **state)
     assert_near(message.block, 100 + 2400 + 20000 + 2000, 10.0);
 }
 
-static void a_landing_without_a_fit_says_why(void **state)
+TEST_IN(a_landing_without_a_fit_says_why, start, NULL)
 {
-    (void)state;
     struct mr_fault fault;
     command("arm 1");
     play(300);
@@ -316,9 +304,8 @@ static void a_landing_without_a_fit_says_why(void **state)
     assert_true(told);
 }
 
-static void an_edge_without_a_name_says_nothing_of_motion(void **state)
+TEST_IN(an_edge_without_a_name_says_nothing_of_motion, start, NULL)
 {
-    (void)state;
     play(100);
     command("arm 7");
     fly(3.0);
@@ -327,25 +314,4 @@ static void an_edge_without_a_name_says_nothing_of_motion(void **state)
     play(10);
     assert_int_equal(count_frames(MR_ID_EDGE), edges + 1);
     assert_int_equal(count_frames(MR_ID_MOTION), motions);
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, start)
-    const struct CMUnitTest tests[] = {
-        TEST(a_landing_goes_through_its_states),
-        TEST(every_switch_is_named),
-        TEST(closing_joints_ahead_are_warned_of),
-        TEST(a_warning_ends_with_the_landing),
-        TEST(a_kinematic_warning_ends_before_the_landing),
-        TEST(what_moved_before_arming_is_the_zero),
-        TEST(two_landings_in_one_run),
-        TEST(the_track_does_not_bend_the_motion),
-        TEST(a_switch_while_settling_is_part_of_the_landing),
-        TEST(chatter_is_no_landing),
-        TEST(a_landing_ends_at_its_limit),
-        TEST(a_landing_without_a_fit_says_why),
-        TEST(an_edge_without_a_name_says_nothing_of_motion),
-    };
-    return cmocka_run_group_tests_name("firmware/flight", tests, NULL, NULL);
 }

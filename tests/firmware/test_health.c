@@ -21,11 +21,10 @@ static void tick_all_but(enum mr_task left_out, unsigned ticks)
 
 /* Each task has a limit of its own, in ticks: one more is too many, and it is named; when it comes
  * round, that is well again. */
-static void each_task_has_its_limit(void **state)
+TEST_IN(each_task_has_its_limit, start, NULL)
 {
     /* 0.2, 0.3 and 1 s */
     static const unsigned limit[MR_TASK_COUNT] = {0, 20, 30, 30, 30, 30, 30, 20, 100, 30};
-    (void)state;
     for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
         uint16_t before = health_counted(MR_FAULT_TASK_LATE);
         tasks_start();
@@ -48,9 +47,8 @@ static void each_task_has_its_limit(void **state)
     }
 }
 
-static void ten_good_seconds_are_noted_once(void **state)
+TEST_IN(ten_good_seconds_are_noted_once, start, NULL)
 {
-    (void)state;
     tasks_start();
     fake.good_notes = 0;
     tick_all_but((enum mr_task)0, 999);
@@ -67,9 +65,8 @@ static void ten_good_seconds_are_noted_once(void **state)
 }
 
 /* A loop that is driven as main.c drives it is well, with blocks and without. */
-static void a_living_loop_is_well(void **state)
+TEST_IN(a_living_loop_is_well, start, NULL)
 {
-    (void)state;
     tasks_start();
     for (unsigned i = 0; i < 300; i++) {
         play(10);
@@ -98,9 +95,8 @@ static enum mr_can_state can_state_after(struct board_can_errors errors, unsigne
     return watch.state;
 }
 
-static void the_states_of_can(void **state)
+TEST_IN(the_states_of_can, start, NULL)
 {
-    (void)state;
     assert_int_equal(can_state_after((struct board_can_errors){0}, 5), MR_CAN_GOOD);
     assert_int_equal(can_state_after((struct board_can_errors){.tec = 96}, 5), MR_CAN_WARNING);
     assert_int_equal(can_state_after((struct board_can_errors){.rec = 96}, 5), MR_CAN_WARNING);
@@ -126,10 +122,9 @@ static void the_states_of_can(void **state)
 
 /* Nothing passes for 0.1 s: what waits is dropped, one frame is left to the controller, and only
  * when it has passed are there more. */
-static void stale_frames_are_dropped(void **state)
+TEST_IN(stale_frames_are_dropped, start, NULL)
 {
     struct canwatch watch;
-    (void)state;
     canwatch_start(&watch, false);
     fake.clears = 0;
     fake.can_errors =
@@ -163,10 +158,9 @@ static void stale_frames_are_dropped(void **state)
 }
 
 /* Out of bus-off ten times a second at most. */
-static void bus_off_is_left_slowly(void **state)
+TEST_IN(bus_off_is_left_slowly, start, NULL)
 {
     struct canwatch watch;
-    (void)state;
     canwatch_start(&watch, false);
     fake.rejoins = 0;
     fake.can_errors = (struct board_can_errors){.bus_off = true, .pending = true};
@@ -186,10 +180,9 @@ static void bus_off_is_left_slowly(void **state)
     memset(&fake.can_errors, 0, sizeof fake.can_errors);
 }
 
-static void a_silent_board_counts_what_it_does_not_say(void **state)
+TEST_IN(a_silent_board_counts_what_it_does_not_say, start, NULL)
 {
     struct canwatch watch;
-    (void)state;
     canwatch_start(&watch, true);
     assert_false(canwatch_takes(&watch));
     assert_int_equal(watch.drops.silent, 1);
@@ -213,9 +206,8 @@ static struct mr_self_test test_until_result(unsigned ticks)
     return result;
 }
 
-static void a_self_test_concludes(void **state)
+TEST_IN(a_self_test_concludes, start, NULL)
 {
-    (void)state;
     fake_nor_reset();
     struct mr_self_test result = test_until_result(40);
     assert_int_equal(result.done, 0x7f);
@@ -235,10 +227,9 @@ static void a_self_test_concludes(void **state)
 
 /* Without blocks, nobody knows of reference and excitation: they are not done, and the test ends
  * all the same. */
-static void what_cannot_be_tested_is_not_done(void **state)
+TEST_IN(what_cannot_be_tested_is_not_done, start, NULL)
 {
     struct mr_self_test result = {0};
-    (void)state;
     fake_nor_reset();
     command("self-test");
     play(1);
@@ -253,9 +244,8 @@ static void what_cannot_be_tested_is_not_done(void **state)
 }
 
 /* Polarity faults that come meanwhile fail the excitation. */
-static void a_wrong_polarity_fails_the_excitation(void **state)
+TEST_IN(a_wrong_polarity_fails_the_excitation, start, NULL)
 {
-    (void)state;
     fake_nor_reset();
     fake.sent_count = 0;
     command("self-test");
@@ -270,9 +260,8 @@ static void a_wrong_polarity_fails_the_excitation(void **state)
     assert_int_equal(result.failed, 1u << MR_SELF_TEST_EXCITATION);
 }
 
-static void a_reset_waits_for_its_answer(void **state)
+TEST_IN(a_reset_waits_for_its_answer, start, NULL)
 {
-    (void)state;
     fake_nor.present = false; /* armed without */
     app_start(&app);
     command("reset");
@@ -300,11 +289,10 @@ static void a_reset_waits_for_its_answer(void **state)
 }
 
 /* Words of a fault go out one a block, once; on the command state again; an old one only then. */
-static void a_crash_is_told(void **state)
+TEST_IN(a_crash_is_told, start, NULL)
 {
     static uint32_t word[MR_CRASH_ITEMS] = {3, 77};
     struct mr_crash crash;
-    (void)state;
     command("state");
     play(50);
     assert_int_equal(count_frames(MR_ID_CRASH), 0); /* there has been none */
@@ -329,9 +317,8 @@ static void a_crash_is_told(void **state)
 
 /* What is not fitted is not tested: neither excitation nor black box, and a second test at the same
  * time is refused. */
-static void what_is_not_fitted_is_not_tested(void **state)
+TEST_IN(what_is_not_fitted_is_not_tested, start, NULL)
 {
-    (void)state;
     struct mr_config full = config;
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++)
         config.channel[c].kind = 0;
@@ -358,9 +345,8 @@ static void what_is_not_fitted_is_not_tested(void **state)
 
 /* At 0.1 in below its mechanical zero of 50 mV a transducer gives no signal of either polarity: as
  * if none were driven. Beyond it the sign is the other one, and that is a signal. */
-static void transducers_without_a_signal_fail_the_excitation(void **state)
+TEST_IN(transducers_without_a_signal_fail_the_excitation, start, NULL)
 {
-    (void)state;
     fake_nor_reset();
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         moved_in[i] = -0.1f;
@@ -370,9 +356,8 @@ static void transducers_without_a_signal_fail_the_excitation(void **state)
 }
 
 /* Arming does not wait for it: what was not done by then stays undone, and that is told. */
-static void arming_breaks_a_self_test_off(void **state)
+TEST_IN(arming_breaks_a_self_test_off, start, NULL)
 {
-    (void)state;
     struct mr_self_test result;
     fake_nor.present = false;
     start(NULL);
@@ -387,9 +372,8 @@ static void arming_breaks_a_self_test_off(void **state)
     assert_false(fake.warning);
 }
 
-static void a_landing_armed_meanwhile_keeps_the_board(void **state)
+TEST_IN(a_landing_armed_meanwhile_keeps_the_board, start, NULL)
 {
-    (void)state;
     fake_nor.present = false;
     start(NULL);
     command("reset");
@@ -406,9 +390,8 @@ static void a_landing_armed_meanwhile_keeps_the_board(void **state)
 }
 
 /* A program that is not what its header says is a fault from the start on. */
-static void a_damaged_image_is_a_fault_at_start(void **state)
+TEST_IN(a_damaged_image_is_a_fault_at_start, start, NULL)
 {
-    (void)state;
     fake.image_known = true;
     uint16_t before = health_counted(MR_FAULT_SELFTEST);
     app_start(&app);
@@ -429,9 +412,8 @@ static void a_damaged_image_is_a_fault_at_start(void **state)
 
 /* The cable is pulled and plugged in again: one frame asks whether it is back, and when it has
  * passed the alarm is told on CAN. */
-static void the_alarm_follows_an_outage(void **state)
+TEST_IN(the_alarm_follows_an_outage, start, NULL)
 {
-    (void)state;
     struct mr_can_alarm alarm;
     play(10);
     fake.can_errors =
@@ -457,9 +439,8 @@ static void the_alarm_follows_an_outage(void **state)
 
 /* Of several tasks that are late the first of the table is named; a loop that stands nowhere known
  * is named itself. */
-static void of_late_tasks_the_first_is_named(void **state)
+TEST_IN(of_late_tasks_the_first_is_named, start, NULL)
 {
-    (void)state;
     tasks_start();
     for (unsigned i = 0; i < 120; i++)
         tasks_tick(0x08000000);
@@ -476,9 +457,8 @@ static void of_late_tasks_the_first_is_named(void **state)
     tasks_start();
 }
 
-static void names_end_where_the_tables_end(void **state)
+TEST(names_end_where_the_tables_end)
 {
-    (void)state;
     assert_string_equal(mr_crash_item_name(MR_CRASH_PC), "pc");
     assert_string_equal(mr_crash_item_name(MR_CRASH_STACK_FIRST + 3), "stack");
     assert_string_equal(mr_crash_item_name(MR_CRASH_ITEMS), "unknown word");
@@ -494,31 +474,4 @@ static void names_end_where_the_tables_end(void **state)
     assert_string_equal(mr_self_test_text(MR_SELF_TEST_COUNT), "unknown self-test");
     assert_string_equal(mr_can_state_text(MR_CAN_OFF), "bus-off");
     assert_string_equal(mr_can_state_text(MR_CAN_MISSING + 1), "unknown state");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(each_task_has_its_limit, start),
-        cmocka_unit_test_setup(ten_good_seconds_are_noted_once, start),
-        cmocka_unit_test_setup(a_living_loop_is_well, start),
-        cmocka_unit_test_setup(the_states_of_can, start),
-        cmocka_unit_test_setup(stale_frames_are_dropped, start),
-        cmocka_unit_test_setup(bus_off_is_left_slowly, start),
-        cmocka_unit_test_setup(a_silent_board_counts_what_it_does_not_say, start),
-        cmocka_unit_test_setup(a_self_test_concludes, start),
-        cmocka_unit_test_setup(what_cannot_be_tested_is_not_done, start),
-        cmocka_unit_test_setup(a_wrong_polarity_fails_the_excitation, start),
-        cmocka_unit_test_setup(a_reset_waits_for_its_answer, start),
-        cmocka_unit_test_setup(a_crash_is_told, start),
-        cmocka_unit_test(names_end_where_the_tables_end),
-        cmocka_unit_test_setup(what_is_not_fitted_is_not_tested, start),
-        cmocka_unit_test_setup(transducers_without_a_signal_fail_the_excitation, start),
-        cmocka_unit_test_setup(arming_breaks_a_self_test_off, start),
-        cmocka_unit_test_setup(a_landing_armed_meanwhile_keeps_the_board, start),
-        cmocka_unit_test_setup(a_damaged_image_is_a_fault_at_start, start),
-        cmocka_unit_test_setup(the_alarm_follows_an_outage, start),
-        cmocka_unit_test_setup(of_late_tasks_the_first_is_named, start),
-    };
-    return cmocka_run_group_tests_name("firmware/health", tests, NULL, NULL);
 }

@@ -37,7 +37,7 @@ static void same_root(double x)
         assert_memory_equal(&own, &host, sizeof own);
 }
 
-static void roots_are_the_same_bits(void **state)
+TEST(roots_are_the_same_bits)
 {
     static const double special[] = {0.0,
                                      -0.0,
@@ -52,7 +52,6 @@ static void roots_are_the_same_bits(void **state)
                                      -INFINITY,
                                      NAN};
     uint64_t bits = UINT64_C(88172645463325252);
-    (void)state;
     for (size_t i = 0; i < sizeof special / sizeof special[0]; i++)
         same_root(special[i]);
     for (unsigned i = 0; i < 1000000; i++) {
@@ -67,10 +66,9 @@ static void roots_are_the_same_bits(void **state)
 }
 
 /* At every alignment and each length about the steps of the loops. */
-static void memory_is_moved(void **state)
+TEST(memory_is_moved)
 {
     uint8_t from[128], own[128], host[128];
-    (void)state;
     for (unsigned i = 0; i < sizeof from; i++)
         from[i] = (uint8_t)(37u * i + 11u);
     for (size_t at = 0; at < 8; at++) {
@@ -95,10 +93,9 @@ static void memory_is_moved(void **state)
     assert_true(own_memcmp("\x80", "\x7f", 1) > 0);
 }
 
-static void words_are_compared_and_copied(void **state)
+TEST(words_are_compared_and_copied)
 {
     char own[8], host[8];
-    (void)state;
     assert_int_equal(own_strcmp("rom", "rom"), 0);
     assert_true(own_strcmp("rom", "romx") < 0 && own_strcmp("s", "rom") > 0);
     assert_true(own_strcmp("\x80", "a") > 0);
@@ -111,14 +108,4 @@ static void words_are_compared_and_copied(void **state)
             host[7] = '\0';
         assert_memory_equal(own, host, sizeof own);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(roots_are_the_same_bits),
-        cmocka_unit_test(memory_is_moved),
-        cmocka_unit_test(words_are_compared_and_copied),
-    };
-    return cmocka_run_group_tests_name("firmware/libc", tests, NULL, NULL);
 }

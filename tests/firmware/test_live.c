@@ -51,9 +51,8 @@ static void nothing_was_recorded(void)
     assert_int_equal(count_frames(MR_ID_TOUCHDOWN), 0);
 }
 
-static void edges_are_told_while_live_alone(void **state)
+TEST_IN(edges_are_told_while_live_alone, start, NULL)
 {
-    (void)state;
     static const uint8_t order[] = {1, 2, 4, 3, 24};
     play(100);
     trip(7, 2000);
@@ -70,9 +69,8 @@ static void edges_are_told_while_live_alone(void **state)
     nothing_was_recorded();
 }
 
-static void a_fast_walk_is_no_landing(void **state) /* 30 ft/s, as a landing has it */
+TEST_IN(a_fast_walk_is_no_landing, start, NULL) /* 30 ft/s, as a landing has it */
 {
-    (void)state;
     play(100);
     assert_int_equal(answer_to("live 60"), MR_OK);
     touchdown_s = 1.0;
@@ -84,9 +82,8 @@ static void a_fast_walk_is_no_landing(void **state) /* 30 ft/s, as a landing has
     nothing_was_recorded();
 }
 
-static void a_record_goes_out_each_20_ms(void **state)
+TEST_IN(a_record_goes_out_each_20_ms, start, NULL)
 {
-    (void)state;
     size_t at = 0;
     play(1000);
     assert_int_equal(records_since(&at), 0);
@@ -107,9 +104,8 @@ static void a_record_goes_out_each_20_ms(void **state)
     assert_int_equal(records_since(&at), 0);
 }
 
-static void arming_ends_it(void **state)
+TEST_IN(arming_ends_it, start, NULL)
 {
-    (void)state;
     size_t at = 0;
     play(100);
     assert_int_equal(answer_to("live 60"), MR_OK);
@@ -125,9 +121,8 @@ static void arming_ends_it(void **state)
 }
 
 /* A contact that chatters does not fill the links; a second's peace is enough. */
-static void chatter_is_limited(void **state)
+TEST_IN(chatter_is_limited, start, NULL)
 {
-    (void)state;
     play(100);
     assert_int_equal(answer_to("live 60"), MR_OK);
     for (unsigned round = 1; round <= 2; round++) {
@@ -141,17 +136,4 @@ static void chatter_is_limited(void **state)
         play(1100);
     }
     nothing_was_recorded();
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, start)
-    const struct CMUnitTest tests[] = {
-        TEST(edges_are_told_while_live_alone),
-        TEST(a_fast_walk_is_no_landing),
-        TEST(a_record_goes_out_each_20_ms),
-        TEST(arming_ends_it),
-        TEST(chatter_is_limited),
-    };
-    return cmocka_run_group_tests_name("firmware/live", tests, NULL, NULL);
 }

@@ -1,11 +1,6 @@
 /* The rows of each board against ST's pin databases (tests/conformance/pins*.txt) and against what
  * else is soldered to its pins (tests/conformance/soldered.txt), from which neither the rows nor
  * the emulated board were written. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <setjmp.h>
-#include <cmocka.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,6 +9,7 @@
 #include "common/block.h"
 #include "common/boards.h"
 #include "firmware/boards/tables.h"
+#include "tests/cmocka_all.h"
 
 #define LINE_MAX 500
 #define SOLDERED "tests/conformance/soldered.txt"
@@ -107,9 +103,8 @@ static const struct board_table *next_board(unsigned *number, const struct mr_bo
     for (const struct board_table *table = next_board(&boards_told, &board); table; \
          table = next_board(&boards_told, &board))
 
-static void each_pin_does_what_it_can(void **state)
+TEST(each_pin_does_what_it_can)
 {
-    (void)state;
     EACH_BOARD(board, table)
     {
         assert_true(column_of(board) > 0);
@@ -124,11 +119,10 @@ static void each_pin_does_what_it_can(void **state)
 }
 
 /* The rows of one board on the chip of another: what is wrong with them is known. */
-static void a_pin_that_is_not_there_is_found(void **state)
+TEST(a_pin_that_is_not_there_is_found)
 {
     const struct board_table *zg = board_table_of(MR_BOARD_ZG);
     unsigned missing = 0;
-    (void)state;
     for (size_t i = 0; i < zg->rows; i++)
         missing += wrong_with(mr_board_of(MR_BOARD_DISCOVERY), &zg->row[i]) != NULL;
     assert_int_equal(missing, 8); /* PF3 to PF10: LQFP100 has no port F */
@@ -139,10 +133,9 @@ static void a_pin_that_is_not_there_is_found(void **state)
 }
 
 /* PA13, PA14: debugger. PH0, PH1: crystal. PA11, PA12: USB of the boot ROM. PC14, PC15: clock. */
-static void no_pin_is_given_twice(void **state)
+TEST(no_pin_is_given_twice)
 {
     static const char *const taken[] = {"A13", "A14", "H0", "H1", "A11", "A12", "C14", "C15"};
-    (void)state;
     EACH_BOARD(board, table)
     {
         for (size_t i = 0; i < table->rows; i++) {
@@ -212,10 +205,9 @@ static unsigned rows_on_soldered(const struct mr_board *board, const struct boar
     return found;
 }
 
-static void what_is_soldered_there_is_known(void **state)
+TEST(what_is_soldered_there_is_known)
 {
     unsigned known = 0, found = 0;
-    (void)state;
     EACH_BOARD(board, table)
     {
         found += rows_on_soldered(board, table);
@@ -228,9 +220,8 @@ static void what_is_soldered_there_is_known(void **state)
 
 /* A converter scans transducers on ADC3 and all others on ADC1; staircase and reference are always
  * there; the serial port's rows are those of the port that the facts name. */
-static void facts_and_rows_agree(void **state)
+TEST(facts_and_rows_agree)
 {
-    (void)state;
     EACH_BOARD(board, table)
     {
         char serial[20];
@@ -252,16 +243,4 @@ static void facts_and_rows_agree(void **state)
         print_message("# %s: %u transducers, %u gages, staircase, reference\n", board->name,
                       transducers, others - 2);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_pin_does_what_it_can),
-        cmocka_unit_test(a_pin_that_is_not_there_is_found),
-        cmocka_unit_test(no_pin_is_given_twice),
-        cmocka_unit_test(what_is_soldered_there_is_known),
-        cmocka_unit_test(facts_and_rows_agree),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -99,9 +99,8 @@ static struct mr_runway_store told_store(void)
     return stored;
 }
 
-static void a_new_board_knows_no_runway(void **state)
+TEST_IN(a_new_board_knows_no_runway, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     struct mr_runway_store stored = told_store();
     assert_int_equal(stored.state, 0);
@@ -115,9 +114,8 @@ static void a_new_board_knows_no_runway(void **state)
     assert_int_equal(fake_nor.erases + fake_nor.operations, 0); /* nothing to keep */
 }
 
-static void the_parameters_are_told(void **state)
+TEST_IN(the_parameters_are_told, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predict_item item;
     fake.sent_count = 0;
     command("state");
@@ -130,9 +128,8 @@ static void the_parameters_are_told(void **state)
 }
 
 /* What a survey says is kept half a second after its last segment, and is there after a reset. */
-static void the_runway_survives_a_reset(void **state)
+TEST_IN(the_runway_survives_a_reset, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state before, after;
     live(200);
     survey_all(0.05f);
@@ -153,9 +150,8 @@ static void the_runway_survives_a_reset(void **state)
     }
 }
 
-static void a_landing_is_folded_and_kept(void **state)
+TEST_IN(a_landing_is_folded_and_kept, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     struct mr_slack slack;
     live(200);
@@ -180,9 +176,8 @@ static void a_landing_is_folded_and_kept(void **state)
     assert_int_equal(stored.crc, crc);
 }
 
-static void armed_for_nothing_is_no_landing(void **state)
+TEST_IN(armed_for_nothing_is_no_landing, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     live(200);
     command("arm 3");
@@ -196,9 +191,8 @@ static void armed_for_nothing_is_no_landing(void **state)
 
 /* The power goes in any operation of the memory, at its beginning, in its midst and at its end: the
  * runway is the old one or the new. */
-static void a_power_cut_leaves_the_old_or_the_new(void **state)
+TEST_IN(a_power_cut_leaves_the_old_or_the_new, start_with_memory, put_back)
 {
-    (void)state;
     static uint8_t cells[2 * NOR_SECTOR];
     struct mr_predictor_state told;
     unsigned old_ones = 0, new_ones = 0;
@@ -235,9 +229,8 @@ static void a_power_cut_leaves_the_old_or_the_new(void **state)
     assert_false(health_faults() & 1u << MR_FAULT_NOR_FAILED);
 }
 
-static void damaged_copies_are_told_and_passed_over(void **state)
+TEST_IN(damaged_copies_are_told_and_passed_over, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     live(200);
     survey_all(0.05f);
@@ -267,9 +260,8 @@ static void damaged_copies_are_told_and_passed_over(void **state)
     assert_int_equal(told_store().copy_a, 0);
 }
 
-static void a_sector_that_does_not_hold_is_told(void **state)
+TEST_IN(a_sector_that_does_not_hold_is_told, start_with_memory, put_back)
 {
-    (void)state;
     live(200);
     fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
     fake_nor.from = A_COPY;
@@ -312,9 +304,8 @@ static int8_t last_status(void)
     return ack.status;
 }
 
-static void the_host_gives_a_runway(void **state)
+TEST_IN(the_host_gives_a_runway, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.25f}, told;
     for (unsigned j = 0; j < 421; j++)
         given.gap_hmil[j] = (uint16_t)(j * 7 % 3001);
@@ -349,9 +340,8 @@ static void the_host_gives_a_runway(void **state)
 
 /* Blocks that wait put it down one level at once, and once in a look; that is told, and comes
  * back. */
-static void a_backlog_is_an_input(void **state)
+TEST_IN(a_backlog_is_an_input, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_backlog backlog;
     struct mr_verdict verdict;
     live(200);
@@ -388,9 +378,8 @@ static void a_backlog_is_an_input(void **state)
 /* No switch tells of the gear: transducers 1 to 3 (40, 50 and 60 ft) approach each other by 0.35 in
  * each. What they have moved is no new zero, whatever time goes by; and the joints are others when
  * it is over. */
-static void without_switches_the_movement_stays(void **state)
+TEST_IN(without_switches_the_movement_stays, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     struct mr_slack slack;
     struct mr_zone zone;
@@ -426,9 +415,8 @@ static void without_switches_the_movement_stays(void **state)
 }
 
 /* Somebody touches one transducer: no gear, and the survey holds. */
-static void one_that_is_touched_is_no_landing(void **state)
+TEST_IN(one_that_is_touched_is_no_landing, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     live(200);
     survey_all(0.1f);
@@ -460,9 +448,8 @@ static void rearm(void)
 
 /* A statement rests on a survey only where the joints have its sums: not on one that they cannot
  * have (ten have 0.3 in of slack), nor on one that the host's runway has taken the place of. */
-static void a_survey_counts_where_the_joints_have_it(void **state)
+TEST_IN(a_survey_counts_where_the_joints_have_it, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.0f};
     live(200);
     survey_all(0.1f);
@@ -488,9 +475,8 @@ static void a_survey_counts_where_the_joints_have_it(void **state)
 
 /* Left out of the configuration and back, the runway is what it was. One of other mats is not, but
  * what was surveyed is. */
-static void a_configuration_leaves_the_runway(void **state)
+TEST_IN(a_configuration_leaves_the_runway, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     live(200);
     survey_all(0.05f);
@@ -512,9 +498,8 @@ static void a_configuration_leaves_the_runway(void **state)
 }
 
 /* Counted by 32 bits: after the highest comes 0, and that is the newer one. */
-static void the_newer_copy_is_found_beyond_the_wrap(void **state)
+TEST_IN(the_newer_copy_is_found_beyond_the_wrap, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f},
                               newer = {.mats = 420, .landings = 2, .scale = 1.0f};
     mr_runway_write(&older, UINT32_MAX, fake_nor.cell + A_COPY);
@@ -528,9 +513,8 @@ static void the_newer_copy_is_found_beyond_the_wrap(void **state)
 
 /* Commands of the first millisecond, before the memory has been read: what is surveyed comes on top
  * of what is kept, what is to be forgotten stays so; and a landing waits for the runway. */
-static void commands_before_the_memory_is_read(void **state)
+TEST_IN(commands_before_the_memory_is_read, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     live(200);
     survey_all(0.05f);
@@ -560,9 +544,8 @@ static void commands_before_the_memory_is_read(void **state)
 }
 
 /* What changes while a copy is being written is kept too. */
-static void a_change_while_it_is_written_is_kept(void **state)
+TEST_IN(a_change_while_it_is_written_is_kept, start_with_memory, put_back)
 {
-    (void)state;
     struct mr_predictor_state told;
     live(200);
     survey_all(0.05f);
@@ -580,9 +563,8 @@ static void a_change_while_it_is_written_is_kept(void **state)
 }
 
 /* A wrong bit that comes and goes in reading is none in the memory. */
-static void a_mistake_in_reading_is_read_again(void **state)
+TEST_IN(a_mistake_in_reading_is_read_again, start_with_memory, put_back)
 {
-    (void)state;
     live(200);
     survey_all(0.05f);
     live(1200);
@@ -600,9 +582,8 @@ static void a_mistake_in_reading_is_read_again(void **state)
 
 /* The deceleration is taken from the third switch beyond touchdown on (17.5 ft, 0.509 s after
  * it). */
-static void braking_is_known_from_the_third_switch(void **state)
+TEST_IN(braking_is_known_from_the_third_switch, start_with_memory, put_back)
 {
-    (void)state;
     for (unsigned third = 0; third < 2; third++) {
         boot();
         live(200);
@@ -615,9 +596,8 @@ static void braking_is_known_from_the_third_switch(void **state)
 }
 
 /* With all joints closed anything that moves warns; not while the model is pushed over a switch. */
-static void a_model_that_is_pushed_is_not_warned_of(void **state)
+TEST_IN(a_model_that_is_pushed_is_not_warned_of, start_with_memory, put_back)
 {
-    (void)state;
     live(200);
     survey_all(0.0f);
     command("arm 1");
@@ -642,9 +622,8 @@ static int without_predictor(void **state)
     return 0;
 }
 
-static void without_one_nothing_is_said_or_kept(void **state)
+TEST_IN(without_one_nothing_is_said_or_kept, without_predictor, put_back)
 {
-    (void)state;
     survey_all(0.0f);
     live(2000);
     command("arm 1");
@@ -670,9 +649,8 @@ static int with_a_refused_one(void **state)
     return 0;
 }
 
-static void a_refused_one_says_why(void **state)
+TEST_IN(a_refused_one_says_why, with_a_refused_one, put_back)
 {
-    (void)state;
     struct mr_runway_store stored = told_store();
     assert_int_equal(stored.state, -MR_NUMERICS);
     command("arm 1");
@@ -680,35 +658,4 @@ static void a_refused_one_says_why(void **state)
     assert_int_equal(last_status(), MR_OK); /* the rest measures */
     assert_int_equal(count_frames(MR_ID_ZONE), 0);
     config = built_in;
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup_teardown(name, start_with_memory, put_back)
-    const struct CMUnitTest tests[] = {
-        TEST(a_new_board_knows_no_runway),
-        TEST(the_parameters_are_told),
-        TEST(the_runway_survives_a_reset),
-        TEST(a_landing_is_folded_and_kept),
-        TEST(armed_for_nothing_is_no_landing),
-        TEST(a_power_cut_leaves_the_old_or_the_new),
-        TEST(damaged_copies_are_told_and_passed_over),
-        TEST(a_sector_that_does_not_hold_is_told),
-        TEST(the_host_gives_a_runway),
-        TEST(a_backlog_is_an_input),
-        TEST(the_newer_copy_is_found_beyond_the_wrap),
-        TEST(commands_before_the_memory_is_read),
-        TEST(a_change_while_it_is_written_is_kept),
-        TEST(a_mistake_in_reading_is_read_again),
-        TEST(braking_is_known_from_the_third_switch),
-        TEST(a_model_that_is_pushed_is_not_warned_of),
-        TEST(without_switches_the_movement_stays),
-        TEST(one_that_is_touched_is_no_landing),
-        TEST(a_survey_counts_where_the_joints_have_it),
-        TEST(a_configuration_leaves_the_runway),
-        cmocka_unit_test_setup_teardown(without_one_nothing_is_said_or_kept, without_predictor,
-                                        put_back),
-        cmocka_unit_test_setup_teardown(a_refused_one_says_why, with_a_refused_one, put_back),
-    };
-    return cmocka_run_group_tests_name("firmware/predict", tests, NULL, NULL);
 }

@@ -50,9 +50,8 @@ static void check(const struct expected *e, uint32_t from)
     assert_int_equal(told, due * (e->id == MR_ID_BAND_STATE ? 2u : 1u));
 }
 
-static void each_message_has_its_block(void **state)
+TEST_IN(each_message_has_its_block, start, NULL)
 {
-    (void)state;
     uint32_t from = 20000; /* the start's burst is over */
     play(from);
     fake.sent_count = fake.serial_count = 0;
@@ -81,9 +80,8 @@ static void each_message_has_its_block(void **state)
 
 /* A configuration goes round, an item each 40 blocks, in blocks in which nothing else of it
  * goes. */
-static void the_configuration_goes_round(void **state)
+TEST_IN(the_configuration_goes_round, start, NULL)
 {
-    (void)state;
     play(20000);
     fake.sent_count = fake.serial_count = 0;
     play(9000);
@@ -100,9 +98,8 @@ static void the_configuration_goes_round(void **state)
 }
 
 /* Without scans the same round each second, but for what a block is needed for. */
-static void without_scans_a_round_is_told_each_second(void **state)
+TEST_IN(without_scans_a_round_is_told_each_second, start, NULL)
 {
-    (void)state;
     static const struct {
         uint16_t id;
         unsigned times;
@@ -138,9 +135,8 @@ static void without_scans_a_round_is_told_each_second(void **state)
 }
 
 /* A burst goes on without scans: 42 items a second. */
-static void a_burst_goes_on_without_scans(void **state)
+TEST_IN(a_burst_goes_on_without_scans, start, NULL)
 {
-    (void)state;
     play(20000);
     command("state");
     for (unsigned i = 0; i < SUPERVISIONS_PER_S - 1; i++)
@@ -155,9 +151,8 @@ static void a_burst_goes_on_without_scans(void **state)
 
 /* While other boards fill the bus, what is told in a row waits, and readings go on; then it is told
  * to its end. */
-static void a_burst_waits_for_the_bus(void **state)
+TEST_IN(a_burst_waits_for_the_bus, start, NULL)
 {
-    (void)state;
     play(20000);
     command("state");
     play(1); /* hello, and the first item */
@@ -183,9 +178,8 @@ static void a_burst_waits_for_the_bus(void **state)
 }
 
 /* Regular messages are spread: two rows in a block at most, three in one block of a second. */
-static void no_block_has_a_burst_of_its_own(void **state)
+TEST(no_block_has_a_burst_of_its_own)
 {
-    (void)state;
     unsigned crowded = 0;
     for (uint32_t index = 0; index < 1000; index++) {
         const char *first = "none";
@@ -201,18 +195,4 @@ static void no_block_has_a_burst_of_its_own(void **state)
         crowded += due == 3;
     }
     assert_int_equal(crowded, 1);
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, start)
-    const struct CMUnitTest tests[] = {
-        TEST(each_message_has_its_block),
-        TEST(the_configuration_goes_round),
-        TEST(without_scans_a_round_is_told_each_second),
-        TEST(a_burst_goes_on_without_scans),
-        TEST(a_burst_waits_for_the_bus),
-        cmocka_unit_test(no_block_has_a_burst_of_its_own),
-    };
-    return cmocka_run_group_tests_name("firmware/schedule", tests, NULL, NULL);
 }

@@ -39,7 +39,7 @@ static unsigned faults(void)
 }
 
 /* 12-bit temperature data format; the first row saturates there. */
-static void counts_are_the_data_sheets(void **state)
+TEST(counts_are_the_data_sheets)
 {
     static const struct {
         uint16_t counts;
@@ -48,16 +48,14 @@ static void counts_are_the_data_sheets(void **state)
                   {0x320, 50.0},     {0x190, 25.0},    {0x004, 0.25},  {0x001, 0.0625},
                   {0x000, 0.0},      {0xfff, -0.0625}, {0xffc, -0.25}, {0xe70, -25.0},
                   {0xc90, -55.0}};
-    (void)state;
     for (size_t i = 0; i < sizeof format / sizeof format[0]; i++) {
         uint8_t bytes[2] = {(uint8_t)(format[i].counts >> 4), (uint8_t)(format[i].counts << 4)};
         assert_true((double)thermometer_celsius(bytes) == format[i].celsius);
     }
 }
 
-static void one_reading_a_second(void **state)
+TEST_IN(one_reading_a_second, begin, NULL)
 {
-    (void)state;
     unsigned before = faults();
     assert_true((double)second() == 20.0);
     assert_near(thermometer.error_c, 0.289, 0.001); /* 0.5 C over the root of 3 */
@@ -73,9 +71,8 @@ static void one_reading_a_second(void **state)
 
 /* What the register holds after power-up is no temperature, and a conversion that does not end
  * gives none. */
-static void zero_of_power_up_is_not_told(void **state)
+TEST_IN(zero_of_power_up_is_not_told, begin, NULL)
 {
-    (void)state;
     unsigned before = faults();
     fake_i2c.never_ready = 1;
     assert_true(isnan(second()));
@@ -88,13 +85,12 @@ static void zero_of_power_up_is_not_told(void **state)
     assert_true((double)second() == 20.0);
 }
 
-static void what_fails_is_missing_and_comes_back(void **state)
+TEST_IN(what_fails_is_missing_and_comes_back, begin, NULL)
 {
     static const struct {
         enum fake_i2c_fault fault;
         unsigned detail;
     } cases[] = {{FAKE_I2C_DEAD, THERMOMETER_NO_ANSWER}, {FAKE_I2C_STUCK, THERMOMETER_BUS_STUCK}};
-    (void)state;
     for (unsigned i = 0; i < 2; i++) {
         assert_true((double)second() == 20.0);
         unsigned before = faults();
@@ -113,11 +109,10 @@ static void what_fails_is_missing_and_comes_back(void **state)
     assert_int_equal(health_take(MR_FAULT_THERMOMETER).detail, THERMOMETER_NO_ANSWER);
 }
 
-static void out_of_range(void **state)
+TEST_IN(out_of_range, begin, NULL)
 {
     /* 127.9 C, -55.1 C, a bit that is always 0 */
     static const uint16_t wrong[] = {0x7ff0, 0xc8f0, 0x1908};
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         fake_i2c.temperature = wrong[i];
         assert_true(isnan(second()));
@@ -127,9 +122,8 @@ static void out_of_range(void **state)
     assert_true((double)second() == -55.0);
 }
 
-static void not_fitted_costs_nothing(void **state)
+TEST_IN(not_fitted_costs_nothing, begin, NULL)
 {
-    (void)state;
     for (unsigned n = 0; n < 3000; n++)
         assert_false(thermometer_block(&thermometer, n, false));
     assert_int_equal(fake_i2c.starts + fake_i2c.transfers, 0);
@@ -141,10 +135,10 @@ static void not_fitted_costs_nothing(void **state)
 }
 
 /* Through the application: message, and with a landing also in its record. */
-static void it_is_told(void **state)
+TEST(it_is_told)
 {
     struct mr_temperature temperature;
-    start(state);
+    start(NULL);
     fake_i2c_reset();
     fake_i2c.temperature = 0xffc0; /* -0.25 */
     play(3000);
@@ -157,18 +151,4 @@ static void it_is_told(void **state)
     play(1000);
     GET_LAST(temperature, TEMPERATURE, &temperature);
     assert_true(isnan(temperature.temperature_c) && isnan(temperature.error_c));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(counts_are_the_data_sheets),
-        cmocka_unit_test_setup(one_reading_a_second, begin),
-        cmocka_unit_test_setup(zero_of_power_up_is_not_told, begin),
-        cmocka_unit_test_setup(what_fails_is_missing_and_comes_back, begin),
-        cmocka_unit_test_setup(out_of_range, begin),
-        cmocka_unit_test_setup(not_fitted_costs_nothing, begin),
-        cmocka_unit_test(it_is_told),
-    };
-    return cmocka_run_group_tests_name("firmware/thermometer", tests, NULL, NULL);
 }

@@ -60,18 +60,16 @@ static void check_speed(void)
     assert_near(touchdown.speed_ft_s, 30.0, 0.03); /* a tenth of the 1 % asked for */
 }
 
-static void a_missing_switch_is_named(void **state)
+TEST_IN(a_missing_switch_is_named, start, NULL)
 {
-    (void)state;
     fly_damaged(6, 0, 0.0, 0);
     assert_int_equal(count_events(MR_SWITCH_MISSING, 6, NULL), 1);
     assert_int_equal(count_frames(MR_ID_SWITCH_EVENT), 1);
     check_speed();
 }
 
-static void a_late_switch_is_named_with_its_lateness(void **state)
+TEST_IN(a_late_switch_is_named_with_its_lateness, start, NULL)
 {
-    (void)state;
     float late_ms = 0.0f;
     fly_damaged(0, 9, 0.004, 0);
     assert_int_equal(count_events(MR_SWITCH_LATE, 9, &late_ms), 1);
@@ -79,18 +77,16 @@ static void a_late_switch_is_named_with_its_lateness(void **state)
     check_speed();
 }
 
-static void a_switch_later_than_the_next_is_out_of_order(void **state)
+TEST_IN(a_switch_later_than_the_next_is_out_of_order, start, NULL)
 {
-    (void)state;
     fly_damaged(0, 5, 0.300, 0); /* 5 ft take 0.17 to 0.18 s there */
     assert_int_equal(count_events(MR_SWITCH_MISSING, 5, NULL), 1);
     assert_int_equal(count_events(MR_SWITCH_OUT_OF_ORDER, 5, NULL), 1);
     check_speed();
 }
 
-static void swapped_cables_are_survived(void **state)
+TEST_IN(swapped_cables_are_survived, start, NULL)
 {
-    (void)state;
     fly_damaged(0, 0, 0.0, 7);
     assert_int_equal(count_events(MR_SWITCH_OUT_OF_ORDER, 7, NULL) +
                          count_events(MR_SWITCH_OUT_OF_ORDER, 8, NULL) +
@@ -98,16 +94,4 @@ static void swapped_cables_are_survived(void **state)
                          count_events(MR_SWITCH_EARLY, 8, NULL),
                      2);
     check_speed();
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, start)
-    const struct CMUnitTest tests[] = {
-        TEST(a_missing_switch_is_named),
-        TEST(a_late_switch_is_named_with_its_lateness),
-        TEST(a_switch_later_than_the_next_is_out_of_order),
-        TEST(swapped_cables_are_survived),
-    };
-    return cmocka_run_group_tests_name("firmware/velocity", tests, NULL, NULL);
 }

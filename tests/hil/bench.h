@@ -3,19 +3,14 @@
 #ifndef MATRIG_TESTS_HIL_BENCH_H
 #define MATRIG_TESTS_HIL_BENCH_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include <cmocka.h>
-
 #include "hil/board/board.h"
 #include "tests/hil/still_run.h"
+#include "tests/cmocka_all.h"
 
 #define BENCH_IMAGES  "build/tests/hil/images/"
 #define BENCH_SCRATCH "build/test-tmp/hil"

@@ -91,9 +91,8 @@ static void check_band(struct ear *ear, unsigned number)
     assert_near(after.change_lb, truth.after - truth.before, 0.2);
 }
 
-static void landing_5_has_its_figures_and_no_finding(void **state)
+TEST(landing_5_has_its_figures_and_no_finding)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.adc_noise = true;
     struct ear *ear = ear_open(&options, 5);
@@ -139,9 +138,8 @@ static struct mr_shunt_result shunt_of(const struct ear *ear, unsigned gage)
 
 /* Through converter noise of 2 codes: a gain 1.5 % off is named, to a tenth of a per cent; then the
  * same gage drifts on. */
-static void shunts_find_the_gage_that_drifted(void **state)
+TEST(shunts_find_the_gage_that_drifted)
 {
-    (void)state;
     struct hil_options options = ear_options();
     struct mr_shunt_check check = {0};
     options.adc_noise = true;
@@ -185,9 +183,8 @@ static void shunts_find_the_gage_that_drifted(void **state)
     ear_close(ear);
 }
 
-static void a_drifted_zero_is_taken_out(void **state)
+TEST(a_drifted_zero_is_taken_out)
 {
-    (void)state;
     struct mr_tension_4_6 t;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 gage 5 drift 1 6.5");
@@ -203,9 +200,8 @@ static void a_drifted_zero_is_taken_out(void **state)
     ear_close(ear);
 }
 
-static void bands_under_tension_are_no_zero(void **state)
+TEST(bands_under_tension_are_no_zero)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 1); /* its truth holds before it begins: 100 and 60 lb */
     ear_until(ear, 0.05);
     ear_command(ear, EAR_CAN, MR_COMMAND_ZERO, 2, 1);
@@ -216,15 +212,4 @@ static void bands_under_tension_are_no_zero(void **state)
         mr_zero_result_get(&result, ear->last[EAR_CAN][MR_ID_ZERO_RESULT], MR_MESSAGE_MAX), MR_OK);
     assert_int_equal(result.verdict, 3);
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(landing_5_has_its_figures_and_no_finding),
-        cmocka_unit_test(shunts_find_the_gage_that_drifted),
-        cmocka_unit_test(a_drifted_zero_is_taken_out),
-        cmocka_unit_test(bands_under_tension_are_no_zero),
-    };
-    return cmocka_run_group_tests_name("hil/bands", tests, NULL, NULL);
 }

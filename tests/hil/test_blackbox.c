@@ -145,17 +145,15 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
     witness_close(&witness);
 }
 
-static void landings_are_stored_whole(void **state)
+TEST(landings_are_stored_whole)
 {
-    (void)state;
     record_landing(1, HIL_TIMES_SPREAD);
     record_landing(4, HIL_TIMES_SPREAD);
 }
 
 /* CAN, serial and the memory all busy, each page taking 3 ms: nothing is lost anywhere. */
-static void the_slowest_memory_loses_no_sample(void **state)
+TEST(the_slowest_memory_loses_no_sample)
 {
-    (void)state;
     record_landing(5, HIL_TIMES_MAXIMUM);
 }
 
@@ -227,9 +225,8 @@ static bool cut_here(const struct ear *base, unsigned permille)
     return landed;
 }
 
-static void the_power_goes_at_many_points(void **state)
+TEST(the_power_goes_at_many_points)
 {
-    (void)state;
     const unsigned points = tests_take(25, 100);
     struct hil_options options = ear_options();
     struct ear *ear = ear_open(&options, 5);
@@ -251,14 +248,4 @@ static void the_power_goes_at_many_points(void **state)
     print_message("# %u cuts over %zu pages, %u with another landing recorded after\n", cuts, total,
                   landed);
     assert_true(landed > points / 3);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(landings_are_stored_whole),
-        cmocka_unit_test(the_slowest_memory_loses_no_sample),
-        cmocka_unit_test(the_power_goes_at_many_points),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

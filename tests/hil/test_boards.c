@@ -49,9 +49,8 @@ static bool level(const struct hil_board *board, char port, unsigned pin)
     return hil_board_pin(board, (unsigned)(port - 'A'), pin);
 }
 
-static void an_image_runs_on_its_own_board_alone(void **state)
+TEST(an_image_runs_on_its_own_board_alone)
 {
-    (void)state;
     for (size_t i = 0; i < BOARDS; i++) {
         const struct hil_board_type *told = NULL;
         char error[200];
@@ -71,10 +70,9 @@ static void an_image_runs_on_its_own_board_alone(void **state)
     assert_null(hil_board_type_of(99));
 }
 
-static void so_does_a_flash_file(void **state)
+TEST(so_does_a_flash_file)
 {
     uint8_t erased[64];
-    (void)state;
     memset(erased, 0xff, sizeof erased);
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *own = run(hil_board_type_named(names[i]), names[i]);
@@ -95,12 +93,11 @@ static void so_does_a_flash_file(void **state)
 }
 
 /* AN2606: device ids; what RM0090 and RM0390 say of the flash size register. */
-static void each_chip_says_what_it_is(void **state)
+TEST(each_chip_says_what_it_is)
 {
     static const struct {
         uint32_t id, kib;
     } wanted[BOARDS] = {{0x413, 1024}, {0x413, 1024}, {0x421, 512}};
-    (void)state;
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = run(hil_board_type_named(names[i]), names[i]);
         const struct mr_board *told = mr_board_of((unsigned)mr_board_named(names[i]));
@@ -118,9 +115,8 @@ static void each_chip_says_what_it_is(void **state)
 }
 
 /* A crystal in place of the ST-LINK's clock, and the other way round: the internal oscillator. */
-static void what_feeds_the_clock_matters(void **state)
+TEST(what_feeds_the_clock_matters)
 {
-    (void)state;
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board_type other = *hil_board_type_named(names[i]);
         other.clock_bypass = !other.clock_bypass;
@@ -131,9 +127,8 @@ static void what_feeds_the_clock_matters(void **state)
     }
 }
 
-static void a_pin_that_the_package_lacks_stops_the_run(void **state)
+TEST(a_pin_that_the_package_lacks_stops_the_run)
 {
-    (void)state;
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board *board = run(hil_board_type_named(names[i]), names[i]);
         hil_bus_write(&board->core, 0x40023830u, 4,
@@ -149,11 +144,10 @@ static void a_pin_that_the_package_lacks_stops_the_run(void **state)
 
 /* UM1472: the motion sensor is not selected, the audio converter stays in reset, the USB socket has
  * no power. While the sensor's select floats it has PA6, gage 3's. */
-static void the_discovery_keeps_its_own_chips_off(void **state)
+TEST(the_discovery_keeps_its_own_chips_off)
 {
     const struct hil_board_type *type = hil_board_type_named("discovery");
     const int gage_3 = 8 + 3 - 1;
-    (void)state;
     struct hil_board *board = power_on(type);
     assert_true(hil_rig_channel_volts(&board->rig, gage_3, 0) < 1e-9);
     hil_board_destroy(board);
@@ -166,17 +160,4 @@ static void the_discovery_keeps_its_own_chips_off(void **state)
     double volts = hil_rig_channel_volts(&board->rig, gage_3, hil_board_now_cycles(board));
     assert_true(volts > 0.39 && volts < 0.41); /* no tension: 0.4 V */
     hil_board_destroy(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_image_runs_on_its_own_board_alone),
-        cmocka_unit_test(so_does_a_flash_file),
-        cmocka_unit_test(each_chip_says_what_it_is),
-        cmocka_unit_test(what_feeds_the_clock_matters),
-        cmocka_unit_test(a_pin_that_the_package_lacks_stops_the_run),
-        cmocka_unit_test(the_discovery_keeps_its_own_chips_off),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -151,9 +151,8 @@ static void expect(struct host *host, const char *bytes, size_t n)
     assert_int_equal(next_within(host, 2), -1);
 }
 
-static void test_identity(void **state)
+TEST(test_identity)
 {
-    (void)state;
     struct host *host = chip_ready(NULL);
     assert_int_equal(command(host, 0x00), ACK);
     expect(host, "\x0b\x31\x00\x01\x02\x11\x21\x31\x44\x63\x73\x82\x92\x79", 14);
@@ -167,10 +166,9 @@ static void test_identity(void **state)
     done(host);
 }
 
-static void test_rates(void **state)
+TEST(test_rates)
 {
     static const uint32_t good[] = {1200, 9600, 57600, 115200, 230400, 460800};
-    (void)state;
     for (unsigned i = 0; i < sizeof good / sizeof good[0]; i++) {
         struct host *host = chip(NULL, good[i], HIL_PARITY_EVEN);
         sync_host(host);
@@ -188,10 +186,9 @@ static void test_rates(void **state)
 }
 
 /* Write, read back, erase: sectors, refusals, checksums. */
-static void test_memory(void **state)
+TEST(test_memory)
 {
     uint8_t data[256], back[256];
-    (void)state;
     for (unsigned i = 0; i < sizeof data; i++)
         data[i] = (uint8_t)(i * 5u + 3u);
     struct host *host = chip_ready(NULL);
@@ -257,9 +254,8 @@ static const uint8_t program[] = {
     0x00, 0xbf, 0x00, 0xbf, 0x00, 0x30, 0x00, 0x20, 0x08, 0xed, 0x00, 0xe0,
 };
 
-static void test_go(void **state)
+TEST(test_go)
 {
-    (void)state;
     struct host *host = chip_ready(NULL);
     assert_int_equal(write_memory(host, FLASH, program, sizeof program), ACK);
     assert_int_equal(command(host, 0x21), ACK);
@@ -282,10 +278,9 @@ static int protect(struct host *host)
 }
 
 /* Level 1: only identification and the way back, which erases everything, work. */
-static void test_readout_protection(void **state)
+TEST(test_readout_protection)
 {
     uint8_t back[4];
-    (void)state;
     struct host *host = chip_ready(NULL);
     assert_int_equal(write_memory(host, FLASH, program, sizeof program), ACK);
     assert_int_equal(protect(host), ACK);
@@ -310,9 +305,8 @@ static void test_readout_protection(void **state)
 
 /* A write-protected sector is neither programmed nor erased, without an error (AN3155 notes), until
  * unprotected. */
-static void test_write_protection(void **state)
+TEST(test_write_protection)
 {
-    (void)state;
     struct host *host = chip_ready(NULL);
     assert_int_equal(write_memory(host, SECTOR_1, program, 4), ACK);
     assert_int_equal(command(host, 0x63), ACK);
@@ -334,7 +328,7 @@ static void test_write_protection(void **state)
 
 /* Firmware that jumps to the vectors of system memory lands there too: the same answers without
  * BOOT0. */
-static void test_jump(void **state)
+TEST(test_jump)
 {
     /* ldr r0, =0x1fff0000; ldr r1, [r0]; msr msp, r1; ldr r1, [r0, #4]; bx r1 */
     static const uint8_t jumper[] = {
@@ -344,7 +338,6 @@ static void test_jump(void **state)
     struct hil_options options;
     struct host host = {0};
     struct hil_callbacks callbacks = {&host, NULL, hear};
-    (void)state;
     hil_options_default(&options);
     options.host_baud = 57600;
     options.host_parity = HIL_PARITY_EVEN;
@@ -362,14 +355,13 @@ static void test_jump(void **state)
 
 /* The firmware goes there on command, while idle, and everything of it is reset: the ROM answers at
  * another rate. */
-static void test_command(void **state)
+TEST(test_command)
 {
     struct hil_options options;
     struct host host = {0};
     struct hil_callbacks callbacks = {&host, NULL, hear};
     struct hil_can_frame frame = {.id = MR_ID_COMMAND};
     struct mr_command message;
-    (void)state;
     hil_options_default(&options);
     options.host_baud = 115200;
     options.host_parity = HIL_PARITY_EVEN;
@@ -393,19 +385,4 @@ static void test_command(void **state)
     assert_true(hil_board_counters(host.board)->can_frames_out > 100); /* the firmware again */
     assert_int_equal(hil_board_counters(host.board)->resets, 1);
     hil_board_destroy(host.board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_identity),
-        cmocka_unit_test(test_rates),
-        cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_go),
-        cmocka_unit_test(test_readout_protection),
-        cmocka_unit_test(test_write_protection),
-        cmocka_unit_test(test_jump),
-        cmocka_unit_test(test_command),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -45,10 +45,9 @@ static void queue(struct hil_board *board, uint32_t a, uint32_t b, uint32_t c)
 
 /* Mailboxes 0, 1, 2 are filled in that order within microseconds. The first starts at once; of the
  * two that wait, the lower identifier goes first, or the earlier request. */
-static void test_mailbox_order(void **state)
+TEST(test_mailbox_order)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     queue(board, 0x300, 0x200, 0x100);
     bench_run(board, 10 * HIL_MS_PS);
@@ -69,10 +68,9 @@ static void test_mailbox_order(void **state)
 
 /* Frames back to back: the end of each is its own length plus three bits of intermission after the
  * end of the one before. */
-static void test_time_on_the_bus(void **state)
+TEST(test_time_on_the_bus)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     queue(board, 0x000, 0x155, 0x7ff);
     bench_run(board, 10 * HIL_MS_PS);
@@ -88,10 +86,9 @@ static void test_time_on_the_bus(void **state)
     hil_board_destroy(board);
 }
 
-static void test_receive(void **state)
+TEST(test_receive)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     struct hil_can_frame frame = {.id = 0x400, .length = 3, .data = {0xaa, 0xbb, 0xcc}};
     for (unsigned i = 0; i < 5; i++, frame.id++)
@@ -106,10 +103,9 @@ static void test_receive(void **state)
 }
 
 /* Nobody takes frames out: three stay, the fourth overruns. */
-static void test_overrun(void **state)
+TEST(test_overrun)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(2, HIL_CAN_CONNECTED, &heard);
     struct hil_can_frame frame = {.id = 0x400};
     for (unsigned i = 0; i < 3; i++)
@@ -124,10 +120,9 @@ static void test_overrun(void **state)
 
 /* A lower identifier of the other node wins against the board's waiting one, and the board sends
  * right after. */
-static void test_arbitration(void **state)
+TEST(test_arbitration)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     struct hil_can_frame first = {.id = 0x010, .length = 8}, second = {.id = 0x020};
     hil_board_can_inject(board, &first); /* holds the bus while the board queues */
@@ -148,10 +143,9 @@ static void test_arbitration(void **state)
 
 /* Nobody acknowledges: TEC rises by 8 to 128 and stays; never bus-off; plugged in, the frame leaves
  * and TEC falls. */
-static void test_unplugged(void **state)
+TEST(test_unplugged)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(0, HIL_CAN_UNPLUGGED, &heard);
     bench_control(board, 2, 0x123);
     bench_control(board, 1, 1);
@@ -171,10 +165,9 @@ static void test_unplugged(void **state)
 
 /* Wires touching: TEC 8 a try, bus-off at 256 after 32 tries; with automatic recovery it tries
  * again, else it stays off. */
-static void test_bus_off(void **state)
+TEST(test_bus_off)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = on_the_bus(0, HIL_CAN_SHORTED, &heard);
     bench_control(board, 2, 0x123);
     bench_control(board, 1, 1);
@@ -195,12 +188,11 @@ static void test_bus_off(void **state)
 
 /* Filters: 32-bit list before mask, numbers counted per FIFO over all banks. Bank 0: 16-bit masks
  * to FIFO 0 (2 filters), bank 1: 32-bit list to FIFO 1 (2), bank 2: 32-bit mask to FIFO 0 (1). */
-static void test_filters(void **state)
+TEST(test_filters)
 {
     struct hil_can can = {.fmr = 14u << 8, .fs1r = 6, .fm1r = 2, .ffa1r = 2, .fa1r = 7};
     struct hil_can_frame frame = {.id = 0x123};
     unsigned fifo, match;
-    (void)state;
     can.filter[0][0] = 0xffffu << 16 | 0x100u << 5; /* exactly 0x100 */
     can.filter[0][1] = 0xe000u << 16 | 0x600u << 5; /* 0x600 to 0x6ff */
     can.filter[1][0] = 0x123u << 21;
@@ -226,15 +218,4 @@ static void test_filters(void **state)
     assert_int_equal(match, 1);
     frame = (struct hil_can_frame){.id = 0x101};
     assert_false(hil_can_filter(&can, &frame, &fifo, &match));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_mailbox_order), cmocka_unit_test(test_time_on_the_bus),
-        cmocka_unit_test(test_receive),       cmocka_unit_test(test_overrun),
-        cmocka_unit_test(test_arbitration),   cmocka_unit_test(test_unplugged),
-        cmocka_unit_test(test_bus_off),       cmocka_unit_test(test_filters),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -105,9 +105,8 @@ static void says_all_at_its_base(struct ear *ear)
     assert_true(ear->heard[EAR_CAN][MR_ID_HELLO] > 0);
 }
 
-static void a_stored_base_is_that_of_every_frame(void **state)
+TEST(a_stored_base_is_that_of_every_frame)
 {
-    (void)state;
     struct ear *ear = open_at(BASE, true);
     /* they wait for the bus: the first comes as soon as the controller is on it */
     struct hil_can_frame other = {.id = MR_ID_COMMAND, .length = 8};
@@ -131,9 +130,8 @@ static void a_stored_base_is_that_of_every_frame(void **state)
 }
 
 /* By command, and by the power. */
-static void it_survives_resets(void **state)
+TEST(it_survives_resets)
 {
-    (void)state;
     struct ear *ear = open_at(BASE, true);
     ear_until(ear, 1.0);
     ear_command(ear, EAR_CAN, MR_COMMAND_RESET, 0, 5);
@@ -151,9 +149,8 @@ static void it_survives_resets(void **state)
 }
 
 /* The bus is shorted until the controller is off, then mended: the filter is still the board's. */
-static void it_survives_bus_off(void **state)
+TEST(it_survives_bus_off)
 {
-    (void)state;
     struct ear *ear = open_at(BASE, true);
     ear_until(ear, 1.0);
     hil_can_set_bus(&ear->board->mcu.can, HIL_CAN_SHORTED);
@@ -210,9 +207,8 @@ static void give(struct ear *ear, unsigned link, unsigned base)
 
 /* Everything up to the answer is at the old base, everything behind it at the new, hello first.
  * Bases move up, by one alone, to the last, and back. */
-static void it_moves_behind_the_answer(void **state)
+TEST(it_moves_behind_the_answer)
 {
-    (void)state;
     static const unsigned bases[] = {BASE, BASE + 1, MR_CAN_BASE_MOST, 0};
     struct ear *ear = open_at(0, false);
     unsigned before = 0;
@@ -230,15 +226,4 @@ static void it_moves_behind_the_answer(void **state)
         before = bases[i];
     }
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_stored_base_is_that_of_every_frame),
-        cmocka_unit_test(it_survives_resets),
-        cmocka_unit_test(it_survives_bus_off),
-        cmocka_unit_test(it_moves_behind_the_answer),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,11 +4,10 @@
 
 /* All zero up to the CRC, which is then zero too: 1 + 11 + 3 + 4 + 15 = 34 equal bits, so a stuff
  * bit after every fifth: 6 of them (the 31st to 34th zero make no five). 34 + 6 + 10 = 50. */
-static void test_all_zero(void **state)
+TEST(test_all_zero)
 {
     struct hil_can_frame frame = {.id = 0};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
-    (void)state;
     assert_int_equal(bits.crc, 0);
     assert_int_equal(bits.stuff, 6);
     assert_int_equal(bits.length, 50);
@@ -19,11 +18,10 @@ static void test_all_zero(void **state)
  * from x^15 = 4599: 4EAB, 58CF, 7407, 2D97, 5B2E, 73C5, 2213, 4426. Bits: 18 zeros, 1, 8 zeros,
  * 100010000100110. Stuff bits after zeros 5, 10, 15 of the 18, and after 5 of the 8: 4. The CRC
  * begins with 1 and has no run of five. 19 + 8 + 15 + 4 + 10 = 56. */
-static void test_one_bit(void **state)
+TEST(test_one_bit)
 {
     struct hil_can_frame frame = {.id = 0, .length = 1};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
-    (void)state;
     assert_int_equal(bits.crc, 0x4426);
     assert_int_equal(bits.stuff, 4);
     assert_int_equal(bits.length, 56);
@@ -31,11 +29,10 @@ static void test_one_bit(void **state)
 
 /* A remote frame has the length of its data in the DLC and none of it on the wire: 1 + 11 + 1 + 2 +
  * 4 + 15 + 10 bits. */
-static void test_remote_carries_no_data(void **state)
+TEST(test_remote_carries_no_data)
 {
     struct hil_can_frame frame = {.id = 0x2aa, .remote = true, .length = 8};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
-    (void)state;
     assert_int_equal(bits.length - bits.stuff, 44);
 }
 
@@ -82,10 +79,9 @@ static unsigned count_stuffed(const char *bits)
     return (unsigned)n;
 }
 
-static void test_against_text(void **state)
+TEST(test_against_text)
 {
     uint32_t random = 12345;
-    (void)state;
     for (unsigned trial = 0; trial < 2000; trial++) {
         struct hil_can_frame frame = {0};
         char text[256] = "0";
@@ -120,26 +116,13 @@ static void test_against_text(void **state)
 
 /* Dominant bits win: lower identifiers; a data frame before its remote frame; standard before
  * extended of equal base. */
-static void test_arbitration(void **state)
+TEST(test_arbitration)
 {
     struct hil_can_frame low = {.id = 0x080}, high = {.id = 0x400};
     struct hil_can_frame remote = {.id = 0x080, .remote = true};
     struct hil_can_frame extended = {.id = 0x080u << 18, .extended = true};
-    (void)state;
     assert_true(hil_can_arbitration(&low) < hil_can_arbitration(&high));
     assert_true(hil_can_arbitration(&low) < hil_can_arbitration(&remote));
     assert_true(hil_can_arbitration(&remote) < hil_can_arbitration(&extended));
     assert_true(hil_can_arbitration(&extended) < hil_can_arbitration(&high));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_all_zero),
-        cmocka_unit_test(test_one_bit),
-        cmocka_unit_test(test_remote_carries_no_data),
-        cmocka_unit_test(test_against_text),
-        cmocka_unit_test(test_arbitration),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

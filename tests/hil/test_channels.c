@@ -25,9 +25,8 @@ static void overrun(struct ear *ear, unsigned unit)
  * polarity, every 10 ms, at all phases: never further apart than one of 125 us, 0.1 % of the
  * landing 80 times over in all; and so is the charge, for the transducer follows each reversal
  * alike. */
-static void the_excitation_has_no_mean_through_stalls(void **state)
+TEST(the_excitation_has_no_mean_through_stalls)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 5);
     ear_until(ear, 0.8);
     double plus = plus_s(ear), minus = minus_s(ear), worst_s = 0.0;
@@ -54,9 +53,8 @@ static void the_excitation_has_no_mean_through_stalls(void **state)
 
 /* Wherever in a block one of them stops, right at its end too, where the codes that it has left
  * look whole to every second block. */
-static void a_converter_that_stops_is_started_again(void **state)
+TEST(a_converter_that_stops_is_started_again)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     for (unsigned phase = 0; phase < MR_SCANS_PER_BLOCK; phase++) {
         ear_until(ear, 1.0 + 0.2 * phase + 125e-6 * phase);
@@ -71,9 +69,8 @@ static void a_converter_that_stops_is_started_again(void **state)
 
 /* 2 LSB rms and rounding, sqrt(4 + 1/48 + 1/12) a code, mean of eight: 0.716 codes. A reading
  * follows its block's reference too, 0.716 codes of 3103: of a gage at 100 lb, 1117 codes, 0.26. */
-static void the_noise_told_is_the_converters(void **state)
+TEST(the_noise_told_is_the_converters)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.adc_noise = true;
     struct ear *ear = ear_open(&options, 1);
@@ -116,9 +113,8 @@ static void expect_event(const struct ear *ear, unsigned channel, unsigned valid
 }
 
 /* While idle too: found, told within half a second, and told again when it is mended. */
-static void a_broken_lead_is_told_while_idle(void **state)
+TEST(a_broken_lead_is_told_while_idle)
 {
-    (void)state;
     static const struct {
         unsigned channel, fault, validity;
     } cases[] = {
@@ -144,15 +140,4 @@ static void a_broken_lead_is_told_while_idle(void **state)
         expect_event(ear, cases[i].channel, MR_VALID);
     }
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_excitation_has_no_mean_through_stalls),
-        cmocka_unit_test(a_converter_that_stops_is_started_again),
-        cmocka_unit_test(the_noise_told_is_the_converters),
-        cmocka_unit_test(a_broken_lead_is_told_while_idle),
-    };
-    return cmocka_run_group_tests_name("hil/channels", tests, NULL, NULL);
 }

@@ -8,9 +8,8 @@ static struct hil_board *started(const struct hil_options *options, uint32_t wat
     return board;
 }
 
-static void test_start(void **state)
+TEST(test_start)
 {
-    (void)state;
     struct hil_board *board = started(NULL, 0);
     bench_run(board, 2100 * HIL_US_PS);
     assert_int_equal(bench_result(board, 1), 0); /* crystal 2 ms, PLL 200 us: not there yet */
@@ -29,9 +28,8 @@ static void test_start(void **state)
 }
 
 /* DMA2 copies memory within its reach, and answers a copy to the CCM with a transfer error. */
-static void test_memory_to_memory(void **state)
+TEST(test_memory_to_memory)
 {
-    (void)state;
     struct hil_board *board = started(NULL, 0);
     bench_run(board, 5 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 6), 0x30); /* HTIF, TCIF */
@@ -45,10 +43,9 @@ static void test_memory_to_memory(void **state)
 
 /* Without a crystal the wait gives up, and the board is still at 16 MHz, with the error of its
  * oscillator. */
-static void test_no_crystal(void **state)
+TEST(test_no_crystal)
 {
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     options.hse_hz = 0;
     options.hsi_error_ppm = 10000;
@@ -61,13 +58,12 @@ static void test_no_crystal(void **state)
 
 /* 4 * 64 cycles of the LSI: 8 ms at 32 kHz, 15.06 ms at 17 kHz. Fed, it never fires; starved, it
  * resets within that time of the last feeding, again and again, and RCC_CSR says why. */
-static void test_watchdog(void **state)
+TEST(test_watchdog)
 {
     static const struct {
         uint32_t lsi_hz;
         uint64_t timeout_us;
     } cases[] = {{32000, 8000}, {17000, 15059}};
-    (void)state;
     for (unsigned i = 0; i < 2; i++) {
         struct hil_options options;
         hil_options_default(&options);
@@ -89,15 +85,4 @@ static void test_watchdog(void **state)
         assert_int_equal(bench_result(board, 2) >> 24, 0x24);
         hil_board_destroy(board);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_start),
-        cmocka_unit_test(test_memory_to_memory),
-        cmocka_unit_test(test_no_crystal),
-        cmocka_unit_test(test_watchdog),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

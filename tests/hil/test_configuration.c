@@ -105,9 +105,8 @@ static uint32_t told_crc(const struct ear *ear)
 /* A change stops sampling, once, for as long as the sector takes; that is told, and nothing else
  * happens: not even with the slowest erase and the fastest watchdog, which would be through in 0.34
  * s. */
-static void a_change_costs_blocks_and_nothing_else(void **state)
+TEST(a_change_costs_blocks_and_nothing_else)
 {
-    (void)state;
     static const struct {
         enum hil_cell_times times;
         uint32_t lsi_hz;
@@ -152,9 +151,8 @@ static void a_change_costs_blocks_and_nothing_else(void **state)
 
 /* A landing after a change is one by the new configuration: stations of all gates moved, and so the
  * stop. */
-static void a_landing_is_by_the_new_configuration(void **state)
+TEST(a_landing_is_by_the_new_configuration)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     struct mr_switch_place place;
     ear_until(ear, 1.0);
@@ -202,9 +200,8 @@ static bool cut_here(const struct ear *base, const struct mr_config *old,
     return crc == new_crc;
 }
 
-static void the_power_goes_at_24_points(void **state)
+TEST(the_power_goes_at_24_points)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     struct mr_config old, new;
     unsigned news = 0;
@@ -230,9 +227,8 @@ static void the_power_goes_at_24_points(void **state)
 }
 
 /* A bit of the newer copy falls over: the older one is in force, and the fault says which. */
-static void a_damaged_copy_is_told(void **state)
+TEST(a_damaged_copy_is_told)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     struct mr_config first;
     uint8_t byte;
@@ -250,15 +246,4 @@ static void a_damaged_copy_is_told(void **state)
     assert_int_equal(ear_faults(ear, EAR_CAN) & EAR_BIT(CONFIG), EAR_BIT(CONFIG));
     assert_int_equal(ear->fault[MR_FAULT_CONFIG].detail, 2);
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_change_costs_blocks_and_nothing_else),
-        cmocka_unit_test(a_landing_is_by_the_new_configuration),
-        cmocka_unit_test(the_power_goes_at_24_points),
-        cmocka_unit_test(a_damaged_copy_is_told),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

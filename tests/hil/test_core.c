@@ -3,7 +3,7 @@
 
 /* What the handlers note, worked out from the architecture's rules: irq 6 (0xf0) runs, pends 8
  * (0x40): preempts at once; pends 7 (0xf0, equal): must wait until 6 returns, then tail-chains. */
-static void test_order(void **state)
+TEST(test_order)
 {
     static const uint32_t expected[] = {0x61, 0x81, 0x62, 0x71, 0x01, /* preemption, tail-chain */
                                         /* BASEPRI 0x50 passes 0x40 only */
@@ -15,7 +15,6 @@ static void test_order(void **state)
                                         /* SVC from the process stack */
                                         0xa0};
     struct hil_board *board = bench_board("core", NULL);
-    (void)state;
     bench_run(board, 20 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(bench_result(board, 7), sizeof expected / sizeof expected[0]);
@@ -31,12 +30,11 @@ static void test_order(void **state)
 
 /* 1.5 + 100 * 0.25 + 7 + 100 * 0.125 = 46: exact in single precision, and any register lost in the
  * handler changes it. */
-static void test_fp_context(void **state)
+TEST(test_fp_context)
 {
     float sum;
     uint32_t bits;
     struct hil_board *board = bench_board("core", NULL);
-    (void)state;
     bench_run(board, 20 * HIL_MS_PS);
     bits = bench_result(board, 2);
     memcpy(&sum, &bits, sizeof sum);
@@ -45,10 +43,9 @@ static void test_fp_context(void **state)
 }
 
 /* Where the run is cut into pieces changes nothing. */
-static void test_pieces(void **state)
+TEST(test_pieces)
 {
     struct hil_board *whole = bench_board("core", NULL), *cut = bench_board("core", NULL);
-    (void)state;
     bench_run(whole, 20 * HIL_MS_PS);
     for (uint64_t t_ps = 0; t_ps < 20 * HIL_MS_PS; t_ps += 37 * HIL_US_PS)
         bench_run(cut, t_ps);
@@ -83,9 +80,8 @@ static void assert_pc_of_read(const struct hil_board *board)
     assert_reason(board, pc);
 }
 
-static void test_unmodelled(void **state)
+TEST(test_unmodelled)
 {
-    (void)state;
     struct hil_board *board = misdeed(1, MR_UNMODELLED);
     assert_reason(board, "read of 4 bytes at 0x40004404");
     assert_pc_of_read(board);
@@ -98,9 +94,8 @@ static void test_unmodelled(void **state)
     hil_board_destroy(board);
 }
 
-static void test_clock_off(void **state)
+TEST(test_clock_off)
 {
-    (void)state;
     struct hil_board *board = misdeed(2, MR_UNMODELLED);
     assert_reason(board, "clock of the peripheral is off");
     assert_reason(board, "TIM4");
@@ -109,9 +104,8 @@ static void test_clock_off(void **state)
 
 /* The handler sees a precise fault with its address, and asks for a reset; the image then starts
  * again. */
-static void test_bus_fault(void **state)
+TEST(test_bus_fault)
 {
-    (void)state;
     struct hil_board *board = misdeed(3, MR_OK);
     assert_int_equal(bench_result(board, 1), 1);
     assert_int_equal(bench_result(board, 2), 0x8200); /* PRECISERR, BFARVALID */
@@ -127,12 +121,11 @@ static void test_bus_fault(void **state)
 
 /* DUI 0553A 2.4.2: the handler runs although its frame could not be stored. CFSR: BFARVALID,
  * PRECISERR and STKERR (PM0214 4.4.11). */
-static void test_no_memory_for_a_frame(void **state)
+TEST(test_no_memory_for_a_frame)
 {
     static const struct {
         uint32_t misdeed, cfsr;
     } cases[] = {{18, 0x9200}, {19, 0x1000}};
-    (void)state;
     for (unsigned i = 0; i < 2; i++) {
         struct hil_board *board = bench_board("wild", NULL);
         bench_control(board, 0, cases[i].misdeed);
@@ -147,7 +140,7 @@ static void test_no_memory_for_a_frame(void **state)
     }
 }
 
-static void test_halts(void **state)
+TEST(test_halts)
 {
     static const struct {
         uint32_t which;
@@ -163,7 +156,6 @@ static void test_halts(void **state)
         {7, MR_HALTED, "HCLK above what FLASH_ACR.LATENCY"},
         {8, MR_HALTED, "CFSR 0x00010000"},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_board *board = misdeed(cases[i].which, cases[i].status);
         assert_reason(board, cases[i].part);
@@ -174,7 +166,7 @@ static void test_halts(void **state)
 
 /* Usage faults that Unicorn does not know: the handler sees the cause, and what came before in the
  * block was done. */
-static void test_usage_faults(void **state)
+TEST(test_usage_faults)
 {
     static const struct {
         uint32_t which, cfsr, done;
@@ -183,7 +175,6 @@ static void test_usage_faults(void **state)
         {10, 1u << 24, 77, true}, {11, 1u << 24, 0, true},  {13, 1u << 19, 77, false},
         {14, 1u << 19, 0, false}, {13, 1u << 19, 77, true},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_options options;
         hil_options_default(&options);
@@ -201,10 +192,9 @@ static void test_usage_faults(void **state)
 }
 
 /* Single loads and stores may be unaligned (CCR.UNALIGN_TRP is 0). */
-static void test_unaligned_words(void **state)
+TEST(test_unaligned_words)
 {
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     options.watch_alignment = true;
     struct hil_board *board = bench_board("wild", &options);
@@ -216,26 +206,12 @@ static void test_unaligned_words(void **state)
 }
 
 /* Code in SRAM, changed after it has run once. */
-static void test_code_in_sram(void **state)
+TEST(test_code_in_sram)
 {
-    (void)state;
     struct hil_board *board = bench_board("ramcode", NULL);
     bench_run(board, HIL_MS_PS);
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(bench_result(board, 1), 15);
     assert_int_equal(bench_result(board, 2), 17);
     hil_board_destroy(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),           cmocka_unit_test(test_fp_context),
-        cmocka_unit_test(test_pieces),          cmocka_unit_test(test_code_in_sram),
-        cmocka_unit_test(test_unmodelled),      cmocka_unit_test(test_clock_off),
-        cmocka_unit_test(test_bus_fault),       cmocka_unit_test(test_no_memory_for_a_frame),
-        cmocka_unit_test(test_halts),           cmocka_unit_test(test_usage_faults),
-        cmocka_unit_test(test_unaligned_words),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -53,10 +53,9 @@ static void stepped_equals_run(struct hil_board *alone, struct hil_board *steppe
     assert_same(alone, stepped);
 }
 
-static void test_steps_change_nothing(void **state)
+TEST(test_steps_change_nothing)
 {
     static const char *const images[] = {"core", "serial", "canbus"};
-    (void)state;
     for (unsigned i = 0; i < sizeof images / sizeof images[0]; i++) {
         struct hil_board *alone = bench_board(images[i], NULL),
                          *stepped = bench_board(images[i], NULL);
@@ -92,14 +91,13 @@ static uint32_t function_at(const char *name)
 
 /* Breakpoints at every other halfword of a function that each scan calls, most of them inside
  * blocks: it holds at each instruction that it comes to, and the run stays what it is. */
-static void test_breaks_change_nothing(void **state)
+TEST(test_breaks_change_nothing)
 {
     const uint64_t end_ps = 40 * HIL_MS_PS;
     struct hil_debug debug;
     struct hil_board *alone = firmware_board(), *broken = firmware_board();
     uint32_t address = function_at("mr_block_from_scans");
     unsigned held = 0, at_first = 0;
-    (void)state;
     hil_debug_attach(broken, &debug);
     for (uint32_t i = 0; i < HIL_BREAKPOINTS; i++)
         assert_int_equal(hil_debug_break(broken, address + 2u * i, true), MR_OK);
@@ -128,12 +126,11 @@ static void test_breaks_change_nothing(void **state)
 
 /* Watched: the word at the top of the stack region that main's frame uses is written and read; the
  * instruction told is one that stores there. */
-static void test_watchpoints(void **state)
+TEST(test_watchpoints)
 {
     struct hil_debug debug;
     struct hil_board *board = firmware_board();
     uint32_t before, after, address = 0;
-    (void)state;
     bench_run(board, 20 * HIL_MS_PS);
     uint32_t dma_start = 0, dma_end = 0;
     assert_int_equal(hil_elf_symbol("build/firmware/matrig.elf", "dma_start", &dma_start), MR_OK);
@@ -173,12 +170,11 @@ static void test_watchpoints(void **state)
 
 /* Looking at a register that reading changes (TIM2's capture clears its flag, SysTick's its own)
  * changes nothing. */
-static void test_looking_changes_nothing(void **state)
+TEST(test_looking_changes_nothing)
 {
     uint8_t bytes[4];
     struct hil_debug debug;
     struct hil_board *board = firmware_board();
-    (void)state;
     bench_run(board, 30 * HIL_MS_PS + 9 * HIL_MS_PS / 10);
     struct hil_board *alone = snapshot_fork(board);
     hil_debug_attach(board, &debug);
@@ -200,12 +196,11 @@ static void test_looking_changes_nothing(void **state)
 }
 
 /* PC set elsewhere leaves the block: time counts what was run, and the code there runs. */
-static void test_registers(void **state)
+TEST(test_registers)
 {
     struct hil_debug debug;
     struct hil_board *board = firmware_board();
     uint32_t address = function_at("mr_block_from_scans"), other = function_at("mr_crc32");
-    (void)state;
     hil_debug_attach(board, &debug);
     assert_int_equal(hil_debug_break(board, address + 4u, true), MR_OK);
     hil_debug_run(board);
@@ -234,13 +229,12 @@ static void test_registers(void **state)
 }
 
 /* BKPT holds under a debugger, and going on steps over it; without one it is a HardFault. */
-static void test_bkpt(void **state)
+TEST(test_bkpt)
 {
     /* movs r0, #1; bkpt #42; adds r0, #4; b . */
     static const uint16_t code[] = {0x2001, 0xbe2a, 0x3004, 0xe7fe};
     struct hil_debug debug, passing;
     struct hil_board *board = firmware_board(), *alone = firmware_board();
-    (void)state;
     for (unsigned i = 0; i < 2; i++) {
         struct hil_board *b = i ? alone : board;
         assert_int_equal(hil_board_poke(b, 0x20010000u, code, sizeof code), MR_OK);
@@ -264,17 +258,4 @@ static void test_bkpt(void **state)
     hil_debug_detach(board);
     hil_board_destroy(board);
     hil_board_destroy(alone);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_steps_change_nothing),
-        cmocka_unit_test(test_breaks_change_nothing),
-        cmocka_unit_test(test_watchpoints),
-        cmocka_unit_test(test_looking_changes_nothing),
-        cmocka_unit_test(test_registers),
-        cmocka_unit_test(test_bkpt),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

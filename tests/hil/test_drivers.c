@@ -14,9 +14,8 @@
 #define BLOCK_S         1e-3
 
 /* One reversal of the excitation missed: from then on plus is minus. The board says so. */
-static void a_missed_reversal_is_told(void **state)
+TEST(a_missed_reversal_is_told)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.5);
     assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
@@ -32,9 +31,8 @@ static void a_missed_reversal_is_told(void **state)
 
 /* A code of ADC3 lost: all transducers after it would be taken for their neighbours. Not one such
  * block is given out. */
-static void a_lost_code_shifts_no_channel(void **state)
+TEST(a_lost_code_shifts_no_channel)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
         ear->run.samples[0][i] = 10000 * ((int32_t)i + 1); /* 0.1 in, 0.2 in, ... */
@@ -69,9 +67,8 @@ static bool on_both_links(uint16_t id)
 
 /* More frames wait than there are mailboxes: they still leave as they were queued, for can_health
  * counts on it. */
-static void frames_leave_in_their_order(void **state)
+TEST(frames_leave_in_their_order)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.3001);
     ear->listens = true;
@@ -106,9 +103,8 @@ static void frames_leave_in_their_order(void **state)
 
 /* Only the identifiers of commands and of words of a configuration pass the filter: of all 2048
  * with every other frame format, two. */
-static void only_commands_pass_the_filter(void **state)
+TEST(only_commands_pass_the_filter)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     double t_s = 0.2;
     ear_until(ear, t_s);
@@ -130,9 +126,8 @@ static void only_commands_pass_the_filter(void **state)
 /* Wires touch: bus-off. Apart again: within 0.12 s (a try each 0.1 s) the board is back, says how
  * long it was away, and its count of what it sent is right: what waited for more than 0.1 s, and
  * what came later, was dropped and counted. */
-static void bus_off_is_left_again(void **state)
+TEST(bus_off_is_left_again)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 bus short\nat 0.9 bus connect");
     ear_until(ear, 0.5);
@@ -150,9 +145,8 @@ static void bus_off_is_left_again(void **state)
 
 /* The bus is held dominant from power on: the controller cannot leave initialisation. The firmware
  * does not wait for it, and takes part when the bus is free. */
-static void a_dominant_bus_does_not_hold_the_start(void **state)
+TEST(a_dominant_bus_does_not_hold_the_start)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.can_bus = HIL_CAN_DOMINANT;
     struct ear *ear = ear_open(&options, 0);
@@ -172,9 +166,8 @@ static void a_dominant_bus_does_not_hold_the_start(void **state)
 
 /* No crystal, and the internal oscillator 0.9 % fast: everything 0.9 % fast and no more, serial
  * understood, CAN silent. */
-static void without_a_crystal_the_internal_oscillator_serves(void **state)
+TEST(without_a_crystal_the_internal_oscillator_serves)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.hse_hz = 0;
     options.hsi_error_ppm = 9000;
@@ -208,10 +201,9 @@ static void poke_code(struct ear *ear, const char *symbol, uint16_t code, uint16
 /* The main loop hangs (branch to itself) while interrupts go on: 500 periods of LSI / 32 after the
  * last feeding, at most a supervision tick before the hang, the watchdog resets; the next start
  * says so. */
-static void a_hang_ends_in_a_reset(void **state)
+TEST(a_hang_ends_in_a_reset)
 {
     static const uint32_t lsi_hz[] = {17000, 32000, 47000};
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(lsi_hz); i++) {
         struct hil_options options = ear_options();
         uint16_t before;
@@ -300,9 +292,8 @@ static void stall_in_a_fork(const struct ear *ear, double zero_s)
 
 /* 103 s of one board: stalls before and after TIM2's wraps (every 51.13 s), and a landing across
  * the first. */
-static void time_goes_on_across_the_wrap(void **state)
+TEST(time_goes_on_across_the_wrap)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 5);
     ear_until(ear, 0.05);
     double zero_s = scan_zero_s(ear->board);
@@ -339,9 +330,8 @@ static void hold_back(struct ear *ear, bool held)
  * (RM0090 32.9.3): that frame is not counted, and the next one's time is taken for the sync
  * frame's. The window is a handful of instructions; a handler that comes late makes it a
  * millisecond. */
-static void each_frame_that_leaves_is_seen(void **state)
+TEST(each_frame_that_leaves_is_seen)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.3);
     ear_command(ear, EAR_SERIAL, MR_COMMAND_ARM, 1, 1);
@@ -354,21 +344,4 @@ static void each_frame_that_leaves_is_seen(void **state)
     assert_true(ear->can_frames > 1000);
     assert_int_equal(hil_board_counters(ear->board)->can_ends_unseen, 0);
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_frame_that_leaves_is_seen),
-        cmocka_unit_test(a_missed_reversal_is_told),
-        cmocka_unit_test(a_lost_code_shifts_no_channel),
-        cmocka_unit_test(frames_leave_in_their_order),
-        cmocka_unit_test(only_commands_pass_the_filter),
-        cmocka_unit_test(bus_off_is_left_again),
-        cmocka_unit_test(a_dominant_bus_does_not_hold_the_start),
-        cmocka_unit_test(without_a_crystal_the_internal_oscillator_serves),
-        cmocka_unit_test(a_hang_ends_in_a_reset),
-        cmocka_unit_test(time_goes_on_across_the_wrap),
-    };
-    return cmocka_run_group_tests_name("hil/drivers", tests, NULL, NULL);
 }

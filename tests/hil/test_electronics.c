@@ -13,9 +13,8 @@
 
 /* ---- the three rules ---- */
 
-static void each_kind_has_its_rule(void **state)
+TEST(each_kind_has_its_rule)
 {
-    (void)state;
     assert_int_equal(mr_relative_to(MR_KIND_DISPLACEMENT), MR_RELATIVE_TO_REFERENCE);
     assert_int_equal(mr_relative_to(MR_KIND_TENSION), MR_RELATIVE_TO_REFERENCE);
     assert_int_equal(mr_relative_to(MR_KIND_STAIRCASE), MR_RELATIVE_TO_VDDA);
@@ -90,11 +89,10 @@ static void play_at(double vdda_v, double until_s, struct heard *heard)
 /* Two percent of 3.3 V either way: 3.235 to 3.367 V. Inside all is as at 3.3 V; beyond it every
  * reading that is relative to the reference is missing, that is told, and switches and speeds go
  * on. */
-static void the_supply_from_3_0_to_3_6_V(void **state)
+TEST(the_supply_from_3_0_to_3_6_V)
 {
     static const double supplies[] = {3.3, 3.0, 3.1, 3.22, 3.24, 3.36, 3.38, 3.5, 3.6};
     struct heard at_nominal, heard;
-    (void)state;
     printf("# VDDA V | switches named, wrongly | readings missing, wrong | fault REFERENCE\n");
     for (unsigned i = 0; i < sizeof supplies / sizeof supplies[0]; i++) {
         play_at(supplies[i], 3.6, &heard);
@@ -118,11 +116,10 @@ static void the_supply_from_3_0_to_3_6_V(void **state)
 
 /* ---- a drawn board ---- */
 
-static void a_curve_keeps_its_bounds(void **state)
+TEST(a_curve_keeps_its_bounds)
 {
     static float curve[HIL_ADC_CODES];
     uint64_t random = 3;
-    (void)state;
     for (unsigned n = 0; n < 50; n++) {
         double peak = 0.0, jump = 0.0, wanted = n % 2 ? 1.5 : 3.0;
         hil_adc_draw_inl(curve, wanted, &random);
@@ -139,21 +136,19 @@ static void a_curve_keeps_its_bounds(void **state)
 
 /* 112 clocks of 21 MHz are 5.3 us, 108 time constants of 7 kOhm and 7 pF: the kick alone is left.
  * Three clocks are 143 ns, 2.92 time constants: 5.4 %. */
-static void a_short_window_leaves_some_of_the_neighbour(void **state)
+TEST(a_short_window_leaves_some_of_the_neighbour)
 {
     static struct hil_adc_errors errors;
-    (void)state;
     errors.source_ohm[3] = 1000.0;
     errors.kick_rel[3] = 1e-4;
     assert_near(hil_adc_left(&errors, 3, 112.0 / 21e6), 1e-4, 1e-12);
     assert_near(hil_adc_left(&errors, 3, 3.0 / 21e6), 0.0542 + 1e-4, 2e-4);
 }
 
-static void a_seed_is_a_board(void **state)
+TEST(a_seed_is_a_board)
 {
     static struct hil_electronics one, again, other, ideal;
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     hil_electronics_make(&ideal, &options, NULL);
     assert_false(ideal.drawn);
@@ -172,9 +167,8 @@ static void a_seed_is_a_board(void **state)
 
 /* A balance trim that reaches 680 lb: a bridge 500 lb off is trimmed to what is left; one 700 lb
  * off keeps 20. */
-static void a_trim_reaches_so_far(void **state)
+TEST(a_trim_reaches_so_far)
 {
-    (void)state;
     assert_near(hil_electronics_trimmed(500.0, 680.0, 0.3), 0.3, 1e-12);
     assert_near(hil_electronics_trimmed(-700.0, 680.0, 0.3), -19.7, 1e-12);
 }
@@ -189,12 +183,11 @@ static void covers(const char *what, double left, double stated)
 /* What the built-in configuration states covers the circuits' figures over 10 degrees either way
  * (evenly: over sqrt(3)), beside what the sensors' own sheets say, 0.5 % evenly. A bridge's zero:
  * trim, drift, the converter's offset and half of its INL. */
-static void what_is_stated_covers_the_circuits(void **state)
+TEST(what_is_stated_covers_the_circuits)
 {
     const struct mr_channel_config *gage = &config.channel[MR_TRANSDUCERS];
     const double warmer = 10.0 / sqrt(3.0), sheet = 0.005 / sqrt(3.0);
     struct hil_figures f;
-    (void)state;
     hil_figures_reference(&f);
     double converter = hypot(f.adc_offset_lsb, 0.5 * f.adc_inl_typical_lsb);
     covers("a bridge's zero before it is measured, lb",
@@ -215,12 +208,11 @@ static void what_is_stated_covers_the_circuits(void **state)
 /* Twenty boards (make long: a thousand): every switch has its name, every trimmed bridge is inside
  * the amplifier's range, the command zero is taken, and what a calibration leaves is what it says.
  * */
-static void boards_name_and_measure(void **state)
+TEST(boards_name_and_measure)
 {
     static struct board_outcome o;
     unsigned boards = tests_take(20, 1000), named = 0, inside = 0, edge = 0;
     double zero_lb = 0.0, zero_in = 0.0, worst_lb = 0.0, worst_in = 0.0;
-    (void)state;
     for (uint64_t seed = 0; seed < boards; seed++) {
         board_play(&(struct board_request){.seed = seed, .vdda_v = board_vdda_v(seed)}, &o);
         if (o.trouble[0])
@@ -259,12 +251,11 @@ static void boards_name_and_measure(void **state)
 
 /* With INL of exactly 1.5 LSB none of 24 switches is misnamed, on any board; with resistors 30
  * times as far off, 3 %, some are: the check can fail. */
-static void no_switch_is_misnamed_at_typical_inl(void **state)
+TEST(no_switch_is_misnamed_at_typical_inl)
 {
     static struct board_outcome o;
     struct hil_figures f;
     unsigned boards = tests_take(20, 1000), bad = 0;
-    (void)state;
     hil_figures_reference(&f);
     f.adc_inl_typical_lsb = f.adc_inl_most_lsb = 1.5;
     struct board_request request = {.figures = &f, .only_switches = true};
@@ -283,10 +274,9 @@ static void no_switch_is_misnamed_at_typical_inl(void **state)
 }
 
 /* Lamp and relay with their times: the board's own test finds nothing. */
-static void a_drawn_board_passes_its_self_test(void **state)
+TEST(a_drawn_board_passes_its_self_test)
 {
     struct hil_options options = ear_options();
-    (void)state;
     options.board_drawn = true;
     options.adc_noise = true;
     struct ear *ear = ear_open(&options, 0);
@@ -321,10 +311,9 @@ static unsigned changes_of_lamp(struct hil_board *board)
 
 /* Not driven, its output warns: the lamp draws. A lamp that breaks is noticed after the read-back's
  * time, once, whatever other pins do then; so is one that was mended. */
-static void a_lamp_that_breaks_is_noticed_once(void **state)
+TEST(a_lamp_that_breaks_is_noticed_once)
 {
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     options.board_drawn = true;
     struct hil_board *board = bench_board("pins", &options);
@@ -339,12 +328,11 @@ static void a_lamp_that_breaks_is_noticed_once(void **state)
 
 /* The 24 hexadecimal digits that a campaign files a board under: a thousand seeds, a thousand
  * boards; without a seed the one of ever. */
-static void a_drawn_board_has_its_own_identity(void **state)
+TEST(a_drawn_board_has_its_own_identity)
 {
     enum { BOARDS = 1000 };
     static uint32_t uid[BOARDS][3];
     struct hil_options options, usual;
-    (void)state;
     hil_options_default(&usual);
     options = usual;
     options.board_drawn = true;
@@ -362,23 +350,4 @@ static void a_drawn_board_has_its_own_identity(void **state)
     assert_memory_equal(ideal->options.uid, usual.uid, sizeof usual.uid);
     hil_board_destroy(drawn);
     hil_board_destroy(ideal);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_kind_has_its_rule),
-        cmocka_unit_test(the_supply_from_3_0_to_3_6_V),
-        cmocka_unit_test(a_curve_keeps_its_bounds),
-        cmocka_unit_test(a_short_window_leaves_some_of_the_neighbour),
-        cmocka_unit_test(a_seed_is_a_board),
-        cmocka_unit_test(a_trim_reaches_so_far),
-        cmocka_unit_test(what_is_stated_covers_the_circuits),
-        cmocka_unit_test(boards_name_and_measure),
-        cmocka_unit_test(no_switch_is_misnamed_at_typical_inl),
-        cmocka_unit_test(a_drawn_board_passes_its_self_test),
-        cmocka_unit_test(a_lamp_that_breaks_is_noticed_once),
-        cmocka_unit_test(a_drawn_board_has_its_own_identity),
-    };
-    return cmocka_run_group_tests_name("hil/electronics", tests, NULL, NULL);
 }

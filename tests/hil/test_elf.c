@@ -45,17 +45,15 @@ static void expect(size_t size, enum mr_status status, const char *part)
     hil_board_destroy(board);
 }
 
-static void test_whole(void **state)
+TEST(test_whole)
 {
-    (void)state;
     read_image();
     expect(image_size, MR_OK, "");
 }
 
-static void test_missing(void **state)
+TEST(test_missing)
 {
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     struct hil_board *board = hil_board_create(&options);
     assert_int_equal(hil_board_load_elf(board, "build/test-tmp/hil/no-such.elf"), MR_IO);
@@ -65,18 +63,16 @@ static void test_missing(void **state)
     hil_board_destroy(board);
 }
 
-static void test_no_elf(void **state)
+TEST(test_no_elf)
 {
-    (void)state;
     read_image();
     image[1] = 'F';
     expect(image_size, MR_MALFORMED, "not an ELF");
     expect(0, MR_MALFORMED, "not an ELF");
 }
 
-static void test_other_machine(void **state)
+TEST(test_other_machine)
 {
-    (void)state;
     read_image();
     image[18] = 62; /* x86-64 */
     expect(image_size, MR_VERSION, "machine 62");
@@ -88,18 +84,16 @@ static void test_other_machine(void **state)
     expect(image_size, MR_VERSION, "data 2");
 }
 
-static void test_object_file(void **state)
+TEST(test_object_file)
 {
-    (void)state;
     read_image();
     image[16] = 1;
     expect(image_size, MR_MALFORMED, "type 1");
 }
 
-static void test_other_chip(void **state)
+TEST(test_other_chip)
 {
     uint32_t address = 0x00200000; /* where another vendor has its flash */
-    (void)state;
     read_image();
     memcpy(image + segment() + 12, &address, 4);
     expect(image_size, MR_VERSION, "0x00200000");
@@ -113,9 +107,8 @@ static void test_other_chip(void **state)
     expect(image_size, MR_VERSION, "vector table");
 }
 
-static void test_truncated(void **state)
+TEST(test_truncated)
 {
-    (void)state;
     read_image();
     expect(30, MR_TRUNCATED, "header");
     expect(60, MR_TRUNCATED, "program headers");
@@ -123,11 +116,10 @@ static void test_truncated(void **state)
 }
 
 /* A refused image leaves the one that is loaded. */
-static void test_refused_changes_nothing(void **state)
+TEST(test_refused_changes_nothing)
 {
     struct hil_board *board = bench_board("clock", NULL);
     uint32_t before = bench_word(board, 0x08000004);
-    (void)state;
     read_image();
     assert_int_equal(
         hil_board_load_elf(board, bench_scratch("short.elf", image, word(segment() + 4) + 8)),
@@ -136,15 +128,4 @@ static void test_refused_changes_nothing(void **state)
     bench_run(board, 5 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 1), 0x100);
     hil_board_destroy(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_whole),       cmocka_unit_test(test_missing),
-        cmocka_unit_test(test_no_elf),      cmocka_unit_test(test_other_machine),
-        cmocka_unit_test(test_object_file), cmocka_unit_test(test_other_chip),
-        cmocka_unit_test(test_truncated),   cmocka_unit_test(test_refused_changes_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -30,9 +30,8 @@ static struct mr_can_health can_health(const struct ear *ear, unsigned link)
 
 /* --- power --- */
 
-static void a_power_cut_starts_again_from_nothing(void **state)
+TEST(a_power_cut_starts_again_from_nothing)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 power-cut 20");
     ear_until(ear, 0.499);
@@ -49,9 +48,8 @@ static void a_power_cut_starts_again_from_nothing(void **state)
     ear_close(ear);
 }
 
-static void a_brown_out_is_named(void **state)
+TEST(a_brown_out_is_named)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear->board->state.mcu.flash.options &= ~0xcu; /* level 3: 2.83 V */
     ear_order(ear, "at 0.5 brown-out 2.6 5");
@@ -63,9 +61,8 @@ static void a_brown_out_is_named(void **state)
 
 /* With the level off, as delivered, silicon would go on at 168 MHz on 2.6 V, beyond its data sheet:
  * the run ends. At 2.8 V it may. Below the power-down level it is a power cut. */
-static void a_brown_out_without_reset_ends_the_run(void **state)
+TEST(a_brown_out_without_reset_ends_the_run)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.1 brown-out 2.8 5\nat 0.2 brown-out 1.5 5\nat 0.5 brown-out 2.6 5");
     ear_until(ear, 0.19);
@@ -81,9 +78,8 @@ static void a_brown_out_without_reset_ends_the_run(void **state)
 
 /* It stops in flight: clock security resets at once, and the board goes on from the internal
  * oscillator, CAN silent. */
-static void a_crystal_that_stops_is_replaced(void **state)
+TEST(a_crystal_that_stops_is_replaced)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 crystal stop");
     ear_until(ear, 0.5002); /* what it was is written down first, at 16 MHz */
@@ -98,9 +94,8 @@ static void a_crystal_that_stops_is_replaced(void **state)
 }
 
 /* It stops and is back before the board has given it up: the start finds it. */
-static void a_crystal_that_comes_back_is_used(void **state)
+TEST(a_crystal_that_comes_back_is_used)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 crystal stop\nat 0.51 crystal start");
     ear_until(ear, 1.2);
@@ -111,9 +106,8 @@ static void a_crystal_that_comes_back_is_used(void **state)
 
 /* An image without clock security: instructions and scans stand still, physical time does not, and
  * both go on when the crystal has started again, 2 ms after it can. */
-static void without_clock_security_the_clock_stands_still(void **state)
+TEST(without_clock_security_the_clock_stands_still)
 {
-    (void)state;
     struct hil_run run;
     struct hil_board *board = bench_board("scan", NULL);
     still_run(&run, 1.0);
@@ -137,9 +131,8 @@ static void without_clock_security_the_clock_stands_still(void **state)
 
 /* And with a watchdog on its own oscillator: the reset comes in its time (the firmware before it
  * secured its clock). */
-static void the_watchdog_outlives_the_clock(void **state)
+TEST(the_watchdog_outlives_the_clock)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.3);
     ear->board->state.mcu.rcc.cr &= ~(1u << 19); /* CSSON */
@@ -165,9 +158,8 @@ static unsigned image_state(const struct ear *ear)
 }
 
 /* A bit of a vector that nobody takes, of the header: both are below the header's own CRC. */
-static void a_bit_of_vectors_or_header_is_told(void **state)
+TEST(a_bit_of_vectors_or_header_is_told)
 {
-    (void)state;
     static const char *const flips[] = {"at 0.8 flip 0x08000184 5\nat 0.9 power-cut 1",
                                         "at 0.8 flip 0x08000218 0\nat 0.9 power-cut 1"};
     for (unsigned i = 0; i < 2; i++) {
@@ -181,9 +173,8 @@ static void a_bit_of_vectors_or_header_is_told(void **state)
 
 /* A bit of the program, where nothing goes: the image is no longer the one that was flashed, and
  * the next hello says so. */
-static void a_bit_of_flash_changes_the_image(void **state)
+TEST(a_bit_of_flash_changes_the_image)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     struct mr_board_image before, after;
     ear_until(ear, 0.7);
@@ -199,9 +190,8 @@ static void a_bit_of_flash_changes_the_image(void **state)
 }
 
 /* The vector of SysTick loses its Thumb bit: a processor fault, which resets. */
-static void a_bit_of_the_vectors_is_a_processor_fault(void **state)
+TEST(a_bit_of_the_vectors_is_a_processor_fault)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.3 flip 0x0800003c 0\nat 0.305 + 6000 flip 0x0800003c 0");
     ear_until(ear, 0.9);
@@ -214,9 +204,8 @@ static void a_bit_of_the_vectors_is_a_processor_fault(void **state)
 
 /* A bit of RAM: the CAN driver forgets that it runs. What it cannot send is counted, and told on
  * serial. */
-static void a_bit_of_ram_is_survived(void **state)
+TEST(a_bit_of_ram_is_survived)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.3);
     ear_order(ear, "at 0.4 flip running 0");
@@ -232,9 +221,8 @@ static void a_bit_of_ram_is_survived(void **state)
 
 /* Lost between the board and the host: the board counts what it sent, so the host sees how many are
  * missing. */
-static void dropped_frames_are_missed(void **state)
+TEST(dropped_frames_are_missed)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 can out drop 5");
     ear_until(ear, 1.0);
@@ -243,9 +231,8 @@ static void dropped_frames_are_missed(void **state)
     ear_close(ear);
 }
 
-static void repeated_frames_are_too_many(void **state)
+TEST(repeated_frames_are_too_many)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 can out repeat 5");
     ear_until(ear, 1.0);
@@ -255,9 +242,8 @@ static void repeated_frames_are_too_many(void **state)
 
 /* Destroyed on the wire: sent again, so nothing is missing; TEC shows it, 8 up each, 1 down for
  * each that passes. */
-static void corrupted_frames_are_sent_again(void **state)
+TEST(corrupted_frames_are_sent_again)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "frame 40 can out corrupt 10");
     ear_until(ear, 0.35);
@@ -270,9 +256,8 @@ static void corrupted_frames_are_sent_again(void **state)
 
 /* 17 in a row: TEC 8 * 17 = 136, beyond 127: error passive, told with its TEC as far as it has come
  * down since. */
-static void many_corrupted_frames_make_it_passive(void **state)
+TEST(many_corrupted_frames_make_it_passive)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.44);
     unsigned frames = ear->can_frames;
@@ -288,9 +273,8 @@ static void many_corrupted_frames_make_it_passive(void **state)
 }
 
 /* Frames held back 50 ms come after others that were sent later; none is lost. */
-static void delayed_frames_are_overtaken(void **state)
+TEST(delayed_frames_are_overtaken)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     ear->listens = true;
@@ -317,7 +301,7 @@ static void delayed_frames_are_overtaken(void **state)
 
 /* Commands: one that does not come is not answered, one that comes twice is answered twice, one
  * destroyed on the wire is sent again by its sender and answered once. */
-static void commands_by_can(void **state)
+TEST(commands_by_can)
 {
     static const struct {
         const char *order;
@@ -328,7 +312,6 @@ static void commands_by_can(void **state)
         {"at 0.3 can in corrupt 3", 1},
         {"at 0.3 can in delay 1 us 50000", 1},
     };
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
         ear_order(ear, cases[i].order);
@@ -346,9 +329,8 @@ static void commands_by_can(void **state)
 
 /* --- bytes --- */
 
-static void bytes_from_the_board(void **state)
+TEST(bytes_from_the_board)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "seed 3\nat 0.5 serial out corrupt 3 p 0.05\nat 1.5 serial out drop 2 p 0.05\n"
                    "at 2.5 serial out repeat 2 p 0.05\nat 3.5 serial out delay 1 us 20000");
@@ -373,7 +355,7 @@ static void bytes_from_the_board(void **state)
     ear_close(ear);
 }
 
-static void bytes_to_the_board(void **state)
+TEST(bytes_to_the_board)
 {
     static const struct {
         const char *order;
@@ -385,7 +367,6 @@ static void bytes_to_the_board(void **state)
         {"at 0.3 serial in noise 3", 1, false},   /* two of three samples were right: the byte is */
         {"at 0.3 serial in framing 1", 1, false}, /* the frame's checksum decides */
     };
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
         ear_order(ear, cases[i].order);
@@ -402,9 +383,8 @@ static void bytes_to_the_board(void **state)
 
 /* --- bus --- */
 
-static void an_unplugged_bus_is_told(void **state)
+TEST(an_unplugged_bus_is_told)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 bus unplug\nat 0.9 bus connect");
     ear_until(ear, 0.9);
@@ -419,9 +399,8 @@ static void an_unplugged_bus_is_told(void **state)
 
 /* Held dominant in flight: a transmitter counts to bus-off; free again, it comes back after 128 x
  * 11 bits. */
-static void a_dominant_bus_is_told_and_left(void **state)
+TEST(a_dominant_bus_is_told_and_left)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.2);
     char order[64];
@@ -441,7 +420,7 @@ static void a_dominant_bus_is_told_and_left(void **state)
 
 /* --- channels --- */
 
-static void channels_that_fail_are_missing(void **state)
+TEST(channels_that_fail_are_missing)
 {
     static const struct {
         const char *what;
@@ -453,7 +432,6 @@ static void channels_that_fail_are_missing(void **state)
         {"reference high", 0xff, 0x3fff},  {"reference open", 0xff, 0x3fff},
         {"transducer 2 stick", 0, 0},      {"staircase open", 0, 0},
     };
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     double t_s = 0.4;
     ear_until(ear, t_s);
@@ -479,9 +457,8 @@ static void channels_that_fail_are_missing(void **state)
 }
 
 /* A sensor that sticks reads its last value: 0.1 in, while the mat goes on to 0.9. */
-static void a_stuck_channel_holds_its_value(void **state)
+TEST(a_stuck_channel_holds_its_value)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 5);
     ear_order(ear, "station 60 transducer 4 stick");
     ear_until(ear, 7.0);
@@ -501,9 +478,8 @@ static void a_stuck_channel_holds_its_value(void **state)
 
 /* The truth of the run says when the wheel is at the zone, which is beyond the last switch that
  * opens. */
-static void stations_are_passed_when_the_truth_says(void **state)
+TEST(stations_are_passed_when_the_truth_says)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 5);
     char line[4096], name[64];
     double at_s = (double)NAN, station_ft = (double)NAN, value;
@@ -542,9 +518,8 @@ static void land(struct ear *ear, const char *order, struct mr_stop *stop)
 
 /* Switches that do not open, or bounce, are named right or not at all; the speed does not
  * suffer. */
-static void switches_that_skip_or_bounce(void **state)
+TEST(switches_that_skip_or_bounce)
 {
-    (void)state;
     struct mr_stop stop;
     struct ear *ear = ear_open(NULL, 5);
     land(ear, "at 0.1 switch 3 skip\nat 0.1 switch 10 skip", &stop);
@@ -561,9 +536,8 @@ static void switches_that_skip_or_bounce(void **state)
 }
 
 /* The staircase gone: no edge can be named, and the board says that it has no speed. */
-static void without_the_staircase_there_is_no_speed(void **state)
+TEST(without_the_staircase_there_is_no_speed)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 5);
     ear_order(ear, "at 0.5 staircase low");
     ear_until(ear, ear->run.duration_s);
@@ -578,9 +552,8 @@ static void without_the_staircase_there_is_no_speed(void **state)
 
 /* Operations of flash and NOR trigger; while idle the firmware has none, so they are begun by hand,
  * when it has looked through its memory. */
-static void counted_operations_trigger(void **state)
+TEST(counted_operations_trigger)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear,
               "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
@@ -607,12 +580,11 @@ static void counted_operations_trigger(void **state)
     ear_close(ear);
 }
 
-static void same_seed_same_faults(void **state)
+TEST(same_seed_same_faults)
 {
     static const char order[] =
         "at 0.1 can out drop all p 0.1\nat 0.1 serial out corrupt all p 0.01";
     char with_seed[128];
-    (void)state;
     struct ear *boards[3];
     for (unsigned i = 0; i < 3; i++) {
         boards[i] = ear_open(NULL, 0);
@@ -643,9 +615,8 @@ static unsigned take_stack_used(struct ear *ear)
 /* The firmware makes no unaligned multiple transfer, and watching for one changes nothing but how
  * deep the stack has been: an interrupt comes between two pieces of code that the CPU translates at
  * once, and looking at each instruction cuts them elsewhere. */
-static void watching_alignment_changes_nothing(void **state)
+TEST(watching_alignment_changes_nothing)
 {
-    (void)state;
     struct hil_options options = ear_options();
     struct ear *plain = ear_open(&options, 5);
     options.watch_alignment = true;
@@ -662,7 +633,7 @@ static void watching_alignment_changes_nothing(void **state)
 }
 
 /* What is wrong with a line, where, and what is right. */
-static void mistakes_are_named(void **state)
+TEST(mistakes_are_named)
 {
     static const struct {
         const char *text;
@@ -707,7 +678,6 @@ static void mistakes_are_named(void **state)
     };
     static struct hil_fault_script script;
     char error[512];
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         const char *path = bench_scratch("wrong.faults", cases[i].text, strlen(cases[i].text));
         enum mr_status status = hil_faults_read(path, EAR_ELF, &script, error, sizeof error);
@@ -717,9 +687,8 @@ static void mistakes_are_named(void **state)
     assert_int_equal(hil_faults_read("no-such.faults", NULL, &script, error, sizeof error), MR_IO);
 }
 
-static void impossible_orders_are_refused(void **state)
+TEST(impossible_orders_are_refused)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 5);
     struct hil_fault fault = {
         .trigger = HIL_AT_STATION, .station_ft = 118.0, .action = HIL_FAULT_BUS};
@@ -734,42 +703,4 @@ static void impossible_orders_are_refused(void **state)
         assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_OK);
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_FULL);
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_power_cut_starts_again_from_nothing),
-        cmocka_unit_test(a_brown_out_is_named),
-        cmocka_unit_test(a_brown_out_without_reset_ends_the_run),
-        cmocka_unit_test(a_crystal_that_stops_is_replaced),
-        cmocka_unit_test(a_crystal_that_comes_back_is_used),
-        cmocka_unit_test(without_clock_security_the_clock_stands_still),
-        cmocka_unit_test(the_watchdog_outlives_the_clock),
-        cmocka_unit_test(a_bit_of_flash_changes_the_image),
-        cmocka_unit_test(a_bit_of_vectors_or_header_is_told),
-        cmocka_unit_test(a_bit_of_the_vectors_is_a_processor_fault),
-        cmocka_unit_test(a_bit_of_ram_is_survived),
-        cmocka_unit_test(dropped_frames_are_missed),
-        cmocka_unit_test(repeated_frames_are_too_many),
-        cmocka_unit_test(corrupted_frames_are_sent_again),
-        cmocka_unit_test(many_corrupted_frames_make_it_passive),
-        cmocka_unit_test(delayed_frames_are_overtaken),
-        cmocka_unit_test(commands_by_can),
-        cmocka_unit_test(bytes_from_the_board),
-        cmocka_unit_test(bytes_to_the_board),
-        cmocka_unit_test(an_unplugged_bus_is_told),
-        cmocka_unit_test(a_dominant_bus_is_told_and_left),
-        cmocka_unit_test(channels_that_fail_are_missing),
-        cmocka_unit_test(a_stuck_channel_holds_its_value),
-        cmocka_unit_test(stations_are_passed_when_the_truth_says),
-        cmocka_unit_test(switches_that_skip_or_bounce),
-        cmocka_unit_test(without_the_staircase_there_is_no_speed),
-        cmocka_unit_test(counted_operations_trigger),
-        cmocka_unit_test(same_seed_same_faults),
-        cmocka_unit_test(watching_alignment_changes_nothing),
-        cmocka_unit_test(mistakes_are_named),
-        cmocka_unit_test(impossible_orders_are_refused),
-    };
-    return cmocka_run_group_tests_name("hil/faults", tests, NULL, NULL);
 }

@@ -30,11 +30,10 @@ static void finish(struct hil_board *board, uint64_t t_ps)
     assert_int_equal(bench_result(board, 43), 0x600d);
 }
 
-static void test_keys(void **state)
+TEST(test_keys)
 {
     static const uint32_t control_register[] = {0x80000000u, 0x80000000u, 0x80000000u, 1,
                                                 0x80000000u, 0,           0x80000000u};
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 1, 0, 0);
     finish(board, HIL_MS_PS);
     for (unsigned i = 0; i < 7; i++)
@@ -44,9 +43,8 @@ static void test_keys(void **state)
     hil_board_destroy(board);
 }
 
-static void test_program(void **state)
+TEST(test_program)
 {
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 2, 0, 0);
     finish(board, 10 * HIL_MS_PS);
     assert_in_range(bench_result(board, 2) - bench_result(board, 1), WORD_CYCLES,
@@ -67,9 +65,8 @@ static void test_program(void **state)
 }
 
 /* SR: PGSERR 0x80, PGPERR 0x40, PGAERR 0x20, OPERR 2 only with ERRIE. */
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 3, 0, 0);
     finish(board, 10 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 1), 0x80);
@@ -86,7 +83,7 @@ static void test_mistakes(void **state)
 
 /* Typical and maximum erase times by PSIZE (x8, x16, x32) and sector size, in milliseconds
  * (DS8626). */
-static void test_erase_times(void **state)
+TEST(test_erase_times)
 {
     static const struct {
         uint32_t psize, sector, typical_ms, maximum_ms;
@@ -94,7 +91,6 @@ static void test_erase_times(void **state)
         {0, 1, 400, 800},   {1, 2, 300, 600},  {2, 3, 250, 500},
         {0, 4, 1200, 2400}, {2, 4, 550, 1100}, {2, 11, 1000, 2000},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         for (unsigned maximum = 0; maximum < 2; maximum++) {
             uint32_t ms = maximum ? cases[i].maximum_ms : cases[i].typical_ms;
@@ -110,9 +106,8 @@ static void test_erase_times(void **state)
 
 /* Code in flash stands still: one look at BSY, and of 250 SysTick interrupts one, pending, is
  * taken. */
-static void test_stall(void **state)
+TEST(test_stall)
 {
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 4, 2, 1);
     uint32_t old = 0x12345678;
     assert_int_equal(hil_board_poke(board, SECTOR_1 + 0x3ffc, &old, 4), MR_OK);
@@ -129,9 +124,8 @@ static void test_stall(void **state)
 }
 
 /* Code in RAM runs on and polls some hundred thousand times, until it reads flash itself. */
-static void test_no_stall_in_ram(void **state)
+TEST(test_no_stall_in_ram)
 {
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 5, 0, 0);
     finish(board, HIL_SECOND_PS);
     assert_in_range(bench_result(board, 2) - bench_result(board, 1), 4000000,
@@ -152,10 +146,9 @@ static void test_no_stall_in_ram(void **state)
 }
 
 /* A copy by DMA out of flash waits for the erase too. */
-static void test_dma_waits(void **state)
+TEST(test_dma_waits)
 {
     static const uint32_t words[4] = {0x01020304, 0x05060708, 0x090a0b0c, 0x0d0e0f10};
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 5, 1, 0);
     assert_int_equal(hil_board_poke(board, 0x08008000, words, sizeof words), MR_OK);
     bench_run(board, 200 * HIL_MS_PS);
@@ -168,9 +161,8 @@ static void test_dma_waits(void **state)
 }
 
 /* Option bytes: factory values, write protection of sector 1, kept through a power cut. */
-static void test_options(void **state)
+TEST(test_options)
 {
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 6, 0x0ffdaaec, 0);
     finish(board, HIL_SECOND_PS);
     assert_int_equal(bench_result(board, 1), 0x0fffaaed);
@@ -199,10 +191,9 @@ static unsigned zero_bits(uint32_t word)
 
 /* Power cut in the middle of the 10th word: nine are there, the 10th has some of its bits, the rest
  * is erased. */
-static void test_torn_word(void **state)
+TEST(test_torn_word)
 {
     unsigned zeroes[3] = {0}, n = 0;
-    (void)state;
     for (unsigned permille = 0; permille < 1000; permille += 450, n++) {
         for (unsigned seed = 1; seed <= 8; seed++) {
             struct hil_options options;
@@ -232,11 +223,10 @@ static void test_torn_word(void **state)
 }
 
 /* The same in the erase before them: sector 1 has part of its old bits, its neighbours all. */
-static void test_torn_sector(void **state)
+TEST(test_torn_sector)
 {
     uint8_t old[0x4000] = {0}, cells[0x4000];
     unsigned ones = 0;
-    (void)state;
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 7, 1, 0);
     for (uint32_t at = SECTOR_1; at < SECTOR_1 + 0x8000; at += sizeof old)
         assert_int_equal(hil_board_poke(board, at, old, sizeof old), MR_OK);
@@ -253,10 +243,9 @@ static void test_torn_sector(void **state)
 }
 
 /* Spread times: words between 16 and 100 us, most near 16, and the same again for the same seed. */
-static void test_spread(void **state)
+TEST(test_spread)
 {
     uint64_t cycles[3];
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         struct hil_options options;
         hil_options_default(&options);
@@ -271,17 +260,4 @@ static void test_spread(void **state)
     assert_int_not_equal(cycles[0], cycles[2]);
     /* mean of the spread: 16 + 84 / 9 us = 405 cycles */
     assert_in_range(cycles[0], 64 * 250, 64 * 800);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_keys),      cmocka_unit_test(test_program),
-        cmocka_unit_test(test_mistakes),  cmocka_unit_test(test_erase_times),
-        cmocka_unit_test(test_stall),     cmocka_unit_test(test_no_stall_in_ram),
-        cmocka_unit_test(test_dma_waits), cmocka_unit_test(test_options),
-        cmocka_unit_test(test_torn_word), cmocka_unit_test(test_torn_sector),
-        cmocka_unit_test(test_spread),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -84,11 +84,10 @@ static int8_t answer(struct ear *ear, unsigned code, uint16_t tag)
 
 /* A part hangs: reset within 0.75 s (0.2 s until it is late, 0.5 s of the watchdog since the last
  * feed), and told which, and where, within 1 s of the restart. */
-static void a_part_that_hangs_is_named(void **state)
+TEST(a_part_that_hangs_is_named)
 {
     static const uint16_t hang[] = {HANG};
     uint16_t before[1];
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("blackbox_poll");
     ear_until(ear, 0.6);
@@ -110,11 +109,10 @@ static void a_part_that_hangs_is_named(void **state)
 }
 
 /* A part is left out while all else goes on: told before the watchdog comes, and after it. */
-static void a_part_that_is_left_out_is_named(void **state)
+TEST(a_part_that_is_left_out_is_named)
 {
     static const uint16_t leave[] = {RETURN};
     uint16_t before[1];
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("healthlink_tick");
     ear_until(ear, 0.6);
@@ -134,11 +132,10 @@ static void a_part_that_is_left_out_is_named(void **state)
 
 /* A board that is reset again and again stops measuring after five times, and only speaks; it
  * warns. A command brings it back. */
-static void a_row_of_resets_ends(void **state)
+TEST(a_row_of_resets_ends)
 {
     static const uint16_t hang[] = {HANG};
     uint16_t before[1];
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("mr_block_from_scans"); /* of an interrupt that masks supervision */
     ear_until(ear, 0.6);
@@ -165,11 +162,10 @@ static void a_row_of_resets_ends(void **state)
 }
 
 /* Ten good seconds end a row. */
-static void good_seconds_end_a_row(void **state)
+TEST(good_seconds_end_a_row)
 {
     static const uint16_t hang[] = {HANG};
     uint16_t before[1];
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("blackbox_poll");
     for (unsigned i = 1; i <= 2; i++) {
@@ -185,10 +181,9 @@ static void good_seconds_end_a_row(void **state)
 }
 
 /* A board without scans has nothing to take: it speaks, obeys, and is not reset. */
-static void a_board_without_scans_is_not_reset(void **state)
+TEST(a_board_without_scans_is_not_reset)
 {
     static const uint16_t leave[] = {RETURN};
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     patch(ear, symbol("scan_prepare"), leave, 1, NULL);
     ear_until(ear, 5.0);
@@ -223,7 +218,7 @@ static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[M
 
 /* Each register gets a value of its own, four words are pushed, and an instruction is met that
  * there is not. */
-static void a_processor_fault_leaves_its_registers_and_stack(void **state)
+TEST(a_processor_fault_leaves_its_registers_and_stack)
 {
     static const uint16_t code[] = {
         0x2010, 0x2121, 0x2232, 0x2343, 0x2454, 0x2565, 0x2676, 0x2787, /* movs r0..r7, #... */
@@ -235,7 +230,6 @@ static void a_processor_fault_leaves_its_registers_and_stack(void **state)
     uint16_t before[COUNT_OF(code)];
     uint32_t word[MR_CRASH_ITEMS] = {0};
     uint16_t age = 99;
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("healthlink_regular");
     ear_until(ear, 0.6);
@@ -289,13 +283,12 @@ static void a_processor_fault_leaves_its_registers_and_stack(void **state)
 }
 
 /* A power cut ends the memory of it: noise in RAM is not told as a fault. */
-static void a_power_cut_forgets_the_fault(void **state)
+TEST(a_power_cut_forgets_the_fault)
 {
     static const uint16_t code[] = {UNDEFINED};
     uint16_t before[1];
     uint32_t word[MR_CRASH_ITEMS];
     uint16_t age;
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("healthlink_regular");
     ear_until(ear, 0.6);
@@ -317,10 +310,9 @@ static void a_power_cut_forgets_the_fault(void **state)
 
 /* One bit of RAM that sticks is found within a round of the idle board: 3 s for each 16 KiB, 21 s
  * in all. */
-static void a_stuck_bit_of_ram_is_found(void **state)
+TEST(a_stuck_bit_of_ram_is_found)
 {
     static const char *const places[] = {"config+100 7 1", "app+3000 30 0"};
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(places); i++) {
         struct ear *ear = ear_open(NULL, 0);
         char order[80];
@@ -335,7 +327,7 @@ static void a_stuck_bit_of_ram_is_found(void **state)
 }
 
 /* Buffers of DMA and RAM that nobody uses: at start. */
-static void ram_is_tested_at_start(void **state)
+TEST(ram_is_tested_at_start)
 {
     static const struct {
         const char *order;
@@ -344,7 +336,6 @@ static void ram_is_tested_at_start(void **state)
         {"at 0.3 stick adc1_code+5 3 1", MR_SELF_TEST_RAM},
         {"at 0.3 stick ram_used_end+1024 17 0", MR_SELF_TEST_RAM_START},
     };
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
         ear_order(ear, cases[i].order);
@@ -359,9 +350,8 @@ static void ram_is_tested_at_start(void **state)
 
 /* A bit of the program turns over: found within two rounds of its checksum, 2 x 20 s, and stays
  * found. */
-static void a_changed_program_is_found(void **state)
+TEST(a_changed_program_is_found)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 1 flip limit_ticks+1 0"); /* a limit of 0.20 s becomes 0.21 s */
     ear_until(ear, 41.0);
@@ -372,11 +362,10 @@ static void a_changed_program_is_found(void **state)
 
 /* Sound memories are gone through again and again, without a fault; the stack never goes deeper
  * than the call graph allows. */
-static void sound_memories_pass_and_the_stack_fits(void **state)
+TEST(sound_memories_pass_and_the_stack_fits)
 {
     unsigned bound = 0, size = 0;
     char line[256];
-    (void)state;
     FILE *file = fopen("build/firmware/stack.txt", "r");
     assert_non_null(file);
     while (fgets(line, sizeof line, file))
@@ -409,9 +398,8 @@ static struct mr_self_test self_test(struct ear *ear, double within_s)
     return result;
 }
 
-static void a_sound_board_passes_its_self_test(void **state)
+TEST(a_sound_board_passes_its_self_test)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 2.0);
     assert_true(hil_board_pin(ear->board, PE, 0));
@@ -433,7 +421,7 @@ static void a_sound_board_passes_its_self_test(void **state)
     ear_close(ear);
 }
 
-static void a_self_test_names_what_fails(void **state)
+TEST(a_self_test_names_what_fails)
 {
     static const struct {
         const char *order;
@@ -451,7 +439,6 @@ static void a_self_test_names_what_fails(void **state)
          "8 open",
          MR_SELF_TEST_EXCITATION},
     };
-    (void)state;
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
         ear_order(ear, cases[i].order);
@@ -469,9 +456,8 @@ static void a_self_test_names_what_fails(void **state)
 }
 
 /* Reset and self-test keep off a landing; arming ends a self-test, and the lamp with it. */
-static void a_landing_is_not_disturbed(void **state)
+TEST(a_landing_is_not_disturbed)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 3.0);
     assert_int_equal(answer(ear, MR_COMMAND_SELF_TEST, 1), MR_OK);
@@ -500,9 +486,8 @@ static void a_landing_is_not_disturbed(void **state)
 
 /* ---- the warning output is fail-safe ---- */
 
-static void a_dead_board_warns(void **state)
+TEST(a_dead_board_warns)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     double boots_s = 0.0;
     while (hil_rig_lamp_draws(&ear->board->rig) && boots_s < 0.1) {
@@ -536,9 +521,8 @@ static struct mr_can_alarm can_alarm(const struct ear *ear, unsigned link)
 /* Unplugged: told on serial within 30 ms as what it is, with TEC 128 and never bus-off. Plugged in
  * again: the alarm is the first frame, within 0.7 ms; 20 ms later the board has said how long it
  * was and what was dropped, and the counts agree. */
-static void an_unplugged_cable_is_told_apart(void **state)
+TEST(an_unplugged_cable_is_told_apart)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     ear_order(ear, "at 0.7 bus unplug\nat 3.7 bus connect");
@@ -575,9 +559,8 @@ static void an_unplugged_cable_is_told_apart(void **state)
 }
 
 /* For less than 0.1 s: nothing is dropped. */
-static void a_connector_that_bounces_loses_nothing(void **state)
+TEST(a_connector_that_bounces_loses_nothing)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     assert_int_equal(answer(ear, MR_COMMAND_ARM, 1), MR_OK); /* 2000 frames a second */
@@ -593,9 +576,8 @@ static void a_connector_that_bounces_loses_nothing(void **state)
 
 /* Wires touch: bus-off told on serial within 30 ms; at most ten tries a second of 32 destroyed
  * frames each; apart again: back within 0.12 s, with the alarm. */
-static void bus_off_is_left_at_a_bounded_rate(void **state)
+TEST(bus_off_is_left_at_a_bounded_rate)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     uint64_t errors = hil_board_counters(ear->board)->can_errors;
@@ -623,10 +605,9 @@ static void bus_off_is_left_at_a_bounded_rate(void **state)
 }
 
 /* Each cause of a drop has its own count. */
-static void drops_are_counted_by_cause(void **state)
+TEST(drops_are_counted_by_cause)
 {
     struct hil_options options = ear_options();
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     assert_int_equal(answer(ear, MR_COMMAND_ARM, 1), MR_OK);
@@ -658,9 +639,8 @@ static void drops_are_counted_by_cause(void **state)
 /* The level of the option bytes is told (0 off, as delivered); a dip below it resets at once, and
  * the board speaks 30 ms after the supply is back. RAM stays, and no restart is held against the
  * firmware. */
-static void the_brown_out_level_is_told(void **state)
+TEST(the_brown_out_level_is_told)
 {
-    (void)state;
     /* RM0090 3.9.10 */
     static const struct {
         uint32_t bits;
@@ -688,11 +668,10 @@ static void the_brown_out_level_is_told(void **state)
 
 /* The crystal stops: reset within 0.2 ms, on the internal oscillator it speaks 0.1 s later (most of
  * it waits for the crystal), with what was running when it stopped. */
-static void clock_security_tells_where(void **state)
+TEST(clock_security_tells_where)
 {
     uint32_t word[MR_CRASH_ITEMS] = {0};
     uint16_t age;
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     ear_order(ear, "at 0.7 crystal stop");
@@ -705,32 +684,4 @@ static void clock_security_tells_where(void **state)
     assert_int_equal(word[MR_CRASH_KIND], MR_CRASH_CRYSTAL);
     assert_int_equal(word[MR_CRASH_EXCEPTION], 2); /* NMI */
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_part_that_hangs_is_named),
-        cmocka_unit_test(a_part_that_is_left_out_is_named),
-        cmocka_unit_test(a_row_of_resets_ends),
-        cmocka_unit_test(good_seconds_end_a_row),
-        cmocka_unit_test(a_board_without_scans_is_not_reset),
-        cmocka_unit_test(a_processor_fault_leaves_its_registers_and_stack),
-        cmocka_unit_test(a_power_cut_forgets_the_fault),
-        cmocka_unit_test(a_stuck_bit_of_ram_is_found),
-        cmocka_unit_test(ram_is_tested_at_start),
-        cmocka_unit_test(a_changed_program_is_found),
-        cmocka_unit_test(sound_memories_pass_and_the_stack_fits),
-        cmocka_unit_test(a_sound_board_passes_its_self_test),
-        cmocka_unit_test(a_self_test_names_what_fails),
-        cmocka_unit_test(a_landing_is_not_disturbed),
-        cmocka_unit_test(a_dead_board_warns),
-        cmocka_unit_test(an_unplugged_cable_is_told_apart),
-        cmocka_unit_test(a_connector_that_bounces_loses_nothing),
-        cmocka_unit_test(bus_off_is_left_at_a_bounded_rate),
-        cmocka_unit_test(drops_are_counted_by_cause),
-        cmocka_unit_test(the_brown_out_level_is_told),
-        cmocka_unit_test(clock_security_tells_where),
-    };
-    return cmocka_run_group_tests_name("hil/health", tests, NULL, NULL);
 }

@@ -163,9 +163,8 @@ static const struct {
               {50.0, 0x320},    {25.0, 0x190},     {0.25, 0x004},  {0.0625, 0x001}, {0.0, 0x000},
               {-0.0625, 0xfff}, {-0.25, 0xffc},    {-25.0, 0xe70}, {-55.0, 0xc90}};
 
-static void readings_are_the_data_sheets(void **state)
+TEST(readings_are_the_data_sheets)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof format / sizeof format[0]; i++) {
         sleeping(format[i].temperature_c);
         pass_us(27000);
@@ -174,9 +173,8 @@ static void readings_are_the_data_sheets(void **state)
     }
 }
 
-static void it_reads_zero_until_the_first_conversion(void **state)
+TEST(it_reads_zero_until_the_first_conversion)
 {
-    (void)state;
     sleeping(25.0);
     assert_int_equal(read_register(1), 0x60a0); /* power-up value */
     assert_int_equal(read_register(0), 0);
@@ -185,10 +183,9 @@ static void it_reads_zero_until_the_first_conversion(void **state)
     hil_board_destroy(board);
 }
 
-static void one_shot(void **state)
+TEST_IN(one_shot, wake, put_away)
 {
     static const uint8_t shut_down[] = {1, 0x61, 0xa0}, once[] = {1, 0xe1, 0xa0};
-    (void)state;
     send(shut_down, 3);
     stop();
     board->options.temperature_c = -10.0;
@@ -202,9 +199,8 @@ static void one_shot(void **state)
     assert_int_equal(read_register(0), 0xf600);
 }
 
-static void nobody_answers_elsewhere(void **state)
+TEST_IN(nobody_answers_elsewhere, wake, put_away)
 {
-    (void)state;
     start_and_address(0x49u << 1, AF);
     assert_int_equal(get(SR2) & 7u, MSL | BUSY | TRA);
     put(SR1, ~(uint32_t)AF);
@@ -216,10 +212,9 @@ static void nobody_answers_elsewhere(void **state)
     assert_string_equal(hil_board_reason(board), "");
 }
 
-static void one_byte_and_three(void **state)
+TEST_IN(one_byte_and_three, wake, put_away)
 {
     uint8_t pointer = 2;
-    (void)state;
     send(&pointer, 1);
     start_and_address(READ_48, ADDR); /* ACK is off */
     (void)get(SR2);
@@ -257,9 +252,8 @@ static void fault(enum hil_thermometer_fault choice, uint64_t duration_ps)
     pass_us(1);
 }
 
-static void it_is_dead(void **state)
+TEST_IN(it_is_dead, wake, put_away)
 {
-    (void)state;
     fault(HIL_THERMOMETER_DEAD, 0);
     start_and_address(WRITE_48, AF);
     stop();
@@ -269,9 +263,8 @@ static void it_is_dead(void **state)
     assert_int_equal(read_register(0), 0x1900);
 }
 
-static void a_stuck_line(void **state)
+TEST_IN(a_stuck_line, wake, put_away)
 {
-    (void)state;
     fault(HIL_THERMOMETER_STUCK, 0);
     assert_int_equal(get(SR2) & 7u, BUSY);
     assert_int_equal(get(PORT_B + 0x10) & 0xc0u, 0x40); /* SCL high, SDA low */
@@ -313,9 +306,8 @@ static void bang(unsigned clocks)
     put(PORT_B + 0x18, 0x80);
 }
 
-static void nine_clocks_free_a_chip_that_hangs(void **state)
+TEST_IN(nine_clocks_free_a_chip_that_hangs, wake, put_away)
 {
-    (void)state;
     fault(HIL_THERMOMETER_HANG, 0);
     bang(7); /* and the one of the stop */
     assert_int_equal(get(PORT_B + 0x10) & 0xc0u, 0x40);
@@ -330,10 +322,9 @@ static void nine_clocks_free_a_chip_that_hangs(void **state)
 
 /* A reset of the chip while it is being read leaves it in the middle of a byte: 0x19 is 00011001,
  * five bits of zeroes and ones to go. */
-static void a_reset_in_mid_byte_leaves_it_hanging(void **state)
+TEST_IN(a_reset_in_mid_byte_leaves_it_hanging, wake, put_away)
 {
     uint8_t pointer = 0;
-    (void)state;
     send(&pointer, 1);
     put(CR1, PE | ACK);
     start_and_address(READ_48, ADDR);
@@ -347,9 +338,8 @@ static void a_reset_in_mid_byte_leaves_it_hanging(void **state)
     assert_int_equal(get(SR2) & BUSY, BUSY);
 }
 
-static void a_clock_that_is_held(void **state)
+TEST_IN(a_clock_that_is_held, wake, put_away)
 {
-    (void)state;
     fault(HIL_THERMOMETER_STRETCH, 3 * HIL_MS_PS);
     put(CR1, PE | START);
     pass_us(15);
@@ -360,10 +350,9 @@ static void a_clock_that_is_held(void **state)
     assert_int_equal(get(SR1) & ADDR, ADDR);
 }
 
-static void interrupts_follow_the_flags(void **state)
+TEST_IN(interrupts_follow_the_flags, wake, put_away)
 {
     const struct hil_nvic *nvic = &board->core.state.nvic;
-    (void)state;
     put(CR2, 16 | 1 << 9 | 1 << 8);
     put(CR1, PE | START);
     pass_us(15);
@@ -383,9 +372,8 @@ static void ends_the_run(const char *why)
     board->core.reason[0] = '\0';
 }
 
-static void what_the_manual_forbids_ends_the_run(void **state)
+TEST_IN(what_the_manual_forbids_ends_the_run, wake, put_away)
 {
-    (void)state;
     put(CCR, 90);
     ends_the_run("only while PE is 0");
     put(CR1, PE | START);
@@ -433,7 +421,7 @@ static void a_repeated_start(uint32_t ccr)
 }
 
 /* ES0182: 88 to 100 kHz in standard mode. TMP112: 400 kHz. */
-static void clocks_that_the_bus_does_not_allow_end_the_run(void **state)
+TEST_IN(clocks_that_the_bus_does_not_allow_end_the_run, wake, put_away)
 {
     static const struct {
         uint32_t ccr;
@@ -446,7 +434,6 @@ static void clocks_that_the_bus_does_not_allow_end_the_run(void **state)
         {1u << 15 | 16u, NULL}, /* 333 kHz */
     };
     const struct hil_tally *repeated = board->state.mcu.rules.tally + HIL_RULE_REPEATED_START;
-    (void)state;
     board->options.rules_counted = 0;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         uint64_t judged = repeated->judged;
@@ -458,25 +445,4 @@ static void clocks_that_the_bus_does_not_allow_end_the_run(void **state)
     }
     start_at(1u << 15 | 12u);
     ends_the_run("rule SCL_PERIOD: period of SCL at the thermometer: 2250.0 ns, wanted 2500.0");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(readings_are_the_data_sheets),
-        cmocka_unit_test(it_reads_zero_until_the_first_conversion),
-        cmocka_unit_test_setup_teardown(one_shot, wake, put_away),
-        cmocka_unit_test_setup_teardown(nobody_answers_elsewhere, wake, put_away),
-        cmocka_unit_test_setup_teardown(one_byte_and_three, wake, put_away),
-        cmocka_unit_test_setup_teardown(it_is_dead, wake, put_away),
-        cmocka_unit_test_setup_teardown(a_stuck_line, wake, put_away),
-        cmocka_unit_test_setup_teardown(nine_clocks_free_a_chip_that_hangs, wake, put_away),
-        cmocka_unit_test_setup_teardown(a_reset_in_mid_byte_leaves_it_hanging, wake, put_away),
-        cmocka_unit_test_setup_teardown(a_clock_that_is_held, wake, put_away),
-        cmocka_unit_test_setup_teardown(interrupts_follow_the_flags, wake, put_away),
-        cmocka_unit_test_setup_teardown(what_the_manual_forbids_ends_the_run, wake, put_away),
-        cmocka_unit_test_setup_teardown(clocks_that_the_bus_does_not_allow_end_the_run, wake,
-                                        put_away),
-    };
-    return cmocka_run_group_tests_name("hil/i2c", tests, NULL, NULL);
 }

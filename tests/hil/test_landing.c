@@ -294,9 +294,8 @@ static void check_flight(struct flight *flight, unsigned landing)
     assert_int_equal(flight->serial_bad, 0);
 }
 
-static void landing_1_is_measured_and_raises_no_warning(void **state)
+TEST(landing_1_is_measured_and_raises_no_warning)
 {
-    (void)state;
     struct flight flight;
     open_flight(&flight, 1);
     fly_until(&flight, flight.run.duration_s);
@@ -305,9 +304,8 @@ static void landing_1_is_measured_and_raises_no_warning(void **state)
     close_flight(&flight);
 }
 
-static void landing_4_is_measured(void **state)
+TEST(landing_4_is_measured)
 {
-    (void)state;
     struct flight flight;
     open_flight(&flight, 4);
     fly_until(&flight, flight.run.duration_s);
@@ -315,9 +313,8 @@ static void landing_4_is_measured(void **state)
     close_flight(&flight);
 }
 
-static void landing_5_is_measured_and_its_zone_warned_of_in_time(void **state)
+TEST(landing_5_is_measured_and_its_zone_warned_of_in_time)
 {
-    (void)state;
     struct flight flight;
     open_flight(&flight, 5);
     fly_until(&flight, 3.0);
@@ -351,9 +348,8 @@ static void landing_5_is_measured_and_its_zone_warned_of_in_time(void **state)
     close_flight(&flight);
 }
 
-static void two_runs_give_the_same_bytes(void **state)
+TEST(two_runs_give_the_same_bytes)
 {
-    (void)state;
     struct flight a, b;
     open_flight(&a, 5);
     open_flight(&b, 5);
@@ -366,9 +362,8 @@ static void two_runs_give_the_same_bytes(void **state)
     close_flight(&b);
 }
 
-static void a_fork_in_mid_landing_goes_on_identically(void **state)
+TEST(a_fork_in_mid_landing_goes_on_identically)
 {
-    (void)state;
     struct flight a, b;
     open_flight(&a, 5);
     fly_until(&a, 2.5);
@@ -386,16 +381,4 @@ static void a_fork_in_mid_landing_goes_on_identically(void **state)
     hil_board_destroy(b.board);
     free(b.bytes);
     close_flight(&a);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(landing_1_is_measured_and_raises_no_warning),
-        cmocka_unit_test(landing_4_is_measured),
-        cmocka_unit_test(landing_5_is_measured_and_its_zone_warned_of_in_time),
-        cmocka_unit_test(two_runs_give_the_same_bytes),
-        cmocka_unit_test(a_fork_in_mid_landing_goes_on_identically),
-    };
-    return cmocka_run_group_tests_name("hil/landing", tests, NULL, NULL);
 }

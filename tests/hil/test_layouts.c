@@ -108,9 +108,8 @@ static void compare_field(const char *type, const char *name, size_t offset)
     compare("offset", full, (uint32_t)offset);
 }
 
-static void the_drivers_have_the_same_layouts(void **state)
+TEST(the_drivers_have_the_same_layouts)
 {
-    (void)state;
     compared = different = 0;
 #define ADDRESS(what) ((uint32_t)(uintptr_t)(what))
 #define LVALUE(name)  compare_number(#name, ADDRESS(&name));
@@ -192,9 +191,8 @@ static int put_away(void **state)
 }
 
 /* Registers of the modelled peripherals that are there to be read: all but these. */
-static void every_register_is_where_it_should_be(void **state)
+TEST_IN(every_register_is_where_it_should_be, wake, put_away)
 {
-    (void)state;
     static const struct {
         const char *base, *kind;
     } units[] = {{"RCC", "RCC"},      {"GPIOA", "GPIO"}, {"GPIOF", "GPIO"}, {"TIM2", "TIM"},
@@ -225,17 +223,15 @@ static void every_register_is_where_it_should_be(void **state)
     assert_true(read > 100);
 }
 
-static void what_is_reserved_stops_the_board(void **state)
+TEST_IN(what_is_reserved_stops_the_board, wake, put_away)
 {
-    (void)state;
     (void)get(value_of("base", "RCC") + 0x1c);
     assert_non_null(strstr(hil_board_reason(board), "unmodelled read of 4 bytes at 0x4002381c"));
 }
 
 /* What a register does when its bits are set as the table says. */
-static void bits_do_what_they_should(void **state)
+TEST_IN(bits_do_what_they_should, wake, put_away)
 {
-    (void)state;
     uint32_t cr = at("RCC", "RCC", "CR"), odr = at("GPIOE", "GPIO", "ODR"),
              tim2 = value_of("base", "TIM2");
     assert_int_equal(
@@ -296,9 +292,8 @@ static void bits_do_what_they_should(void **state)
 }
 
 /* ADC3 converts one input, DMA2 stream 1 carries it, the flag comes where the table says. */
-static void converter_and_dma(void **state)
+TEST_IN(converter_and_dma, wake, put_away)
 {
-    (void)state;
     uint32_t stream = value_of("base", "DMA2") + value_of("offset", "DMA.stream") +
                       value_of("offset", "DMA_STREAM.size");
     uint16_t code = 0xffff;
@@ -325,14 +320,4 @@ static void converter_and_dma(void **state)
     assert_string_equal(hil_board_reason(board), "");
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_drivers_have_the_same_layouts),
-        cmocka_unit_test_setup_teardown(every_register_is_where_it_should_be, wake, put_away),
-        cmocka_unit_test_setup_teardown(what_is_reserved_stops_the_board, wake, put_away),
-        cmocka_unit_test_setup_teardown(bits_do_what_they_should, wake, put_away),
-        cmocka_unit_test_setup_teardown(converter_and_dma, wake, put_away),
-    };
-    return cmocka_run_group_tests(tests, read_facts, NULL);
-}
+TESTS_BETWEEN(read_facts, NULL);

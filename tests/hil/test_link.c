@@ -30,12 +30,11 @@ static int connected(struct hil_link *link, enum hil_link_kind kind)
 
 /* The kernel's own struct reads what the board wrote, and the board reads the kernel's struct, cut
  * anywhere. */
-static void test_can_frames(void **state)
+TEST(test_can_frames)
 {
     struct hil_link link;
     struct can_frame wire;
     char error[256];
-    (void)state;
     int host = connected(&link, HIL_LINK_CAN);
     struct hil_can_frame frame = {.id = 0x123, .length = 3, .data = {1, 2, 3}};
     hil_link_put_frame(&link, 0, &frame);
@@ -74,12 +73,11 @@ static void test_can_frames(void **state)
 
 /* A host that does not read: max waits and then gives up; real drops whole frames and counts
  * them. */
-static void test_full_socket(void **state)
+TEST(test_full_socket)
 {
     struct hil_link link;
     struct hil_can_frame frame = {.id = 1, .length = 8};
     char error[256] = "";
-    (void)state;
     int host = connected(&link, HIL_LINK_CAN);
     enum mr_status status = MR_OK;
     unsigned put = 0;
@@ -108,11 +106,10 @@ static void test_full_socket(void **state)
     hil_link_close(&link);
 }
 
-static void test_host_hangs_up(void **state)
+TEST(test_host_hangs_up)
 {
     struct hil_link link;
     char error[256];
-    (void)state;
     int host = connected(&link, HIL_LINK_SERIAL);
     close(host);
     for (unsigned i = 0; i < 3; i++) {
@@ -124,11 +121,10 @@ static void test_host_hangs_up(void **state)
     hil_link_close(&link);
 }
 
-static void test_candump_text(void **state)
+TEST(test_candump_text)
 {
     struct hil_link link;
     char error[256], text[256] = "";
-    (void)state;
     bench_scratch("can.log", "old", 3);
     assert_int_equal(
         hil_link_open(&link, HIL_LINK_CAN, "file:" BENCH_SCRATCH "/can.log", error, sizeof error),
@@ -147,7 +143,7 @@ static void test_candump_text(void **state)
         text, "(0000000012.345678) can0 005#AB01\n(0000000020.000000) can0 1ABCDEF0#R4\n");
 }
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
     static const struct {
         const char *text;
@@ -164,7 +160,6 @@ static void test_refusals(void **state)
         {"unix:" BENCH_SCRATCH "/marker", MR_IO, "no socket"},
         {"file:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot write"},
     };
-    (void)state;
     bench_scratch("marker", "", 0);
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_link link;
@@ -178,11 +173,10 @@ static void test_refusals(void **state)
     assert_int_equal(access(BENCH_SCRATCH "/marker", F_OK), 0); /* not removed */
 }
 
-static void test_nobody_comes(void **state)
+TEST(test_nobody_comes)
 {
     struct hil_link link;
     char error[256];
-    (void)state;
     bench_scratch("marker", "", 0);
     unlink(SOCKET);
     assert_int_equal(hil_link_open(&link, HIL_LINK_SERIAL, "unix:" SOCKET, error, sizeof error),
@@ -190,14 +184,4 @@ static void test_nobody_comes(void **state)
     assert_int_equal(hil_link_accept(&link, 10, &go_on, error, sizeof error), MR_TIMEOUT);
     assert_non_null(strstr(error, "no host connected"));
     hil_link_close(&link);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_can_frames),    cmocka_unit_test(test_full_socket),
-        cmocka_unit_test(test_host_hangs_up), cmocka_unit_test(test_candump_text),
-        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_nobody_comes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

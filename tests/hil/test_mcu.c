@@ -161,9 +161,8 @@ static void pass(uint64_t cycles)
 }
 
 /* 16 MHz, BRR 8: 2 Mbaud; ten bits take 5 us, 80 cycles. */
-static void usart_sends_to_whoever_is_on_its_wire(void **state)
+TEST_IN(usart_sends_to_whoever_is_on_its_wire, power_on, power_off)
 {
-    (void)state;
     put(RCC_AHB1ENR, 0x00100001);
     put(RCC_APB2ENR, 1u << 4);
     put(GPIOA, 0xa8000000u | 2u << 18);
@@ -181,9 +180,8 @@ static void usart_sends_to_whoever_is_on_its_wire(void **state)
 }
 
 /* PCLK1 / 2: eight bits take 16 cycles. */
-static void spi_exchanges_with_any_slave(void **state)
+TEST_IN(spi_exchanges_with_any_slave, power_on, power_off)
 {
-    (void)state;
     put(RCC_AHB1ENR, 0x00100002);
     put(RCC_APB1ENR, 1u << 14);
     put(GPIOB + 0x14, 1u << 12);
@@ -203,9 +201,8 @@ static void spi_exchanges_with_any_slave(void **state)
 }
 
 /* A start, an address byte: 100 kHz at 16 MHz, so 80 clocks for each half of a period. */
-static void i2c_asks_any_slave_for_its_acknowledge(void **state)
+TEST_IN(i2c_asks_any_slave_for_its_acknowledge, power_on, power_off)
 {
-    (void)state;
     put(RCC_AHB1ENR, 0x00100002);
     put(RCC_APB1ENR, 1u << 21);
     put(GPIOB + 0x0c, 0x5100); /* PB6 and PB7: pulled up */
@@ -226,9 +223,8 @@ static void i2c_asks_any_slave_for_its_acknowledge(void **state)
 }
 
 /* A clock that is off, a reset line: both are the bus's and RCC's, whatever is behind. */
-static void clocks_and_resets_reach_by_the_bus(void **state)
+TEST_IN(clocks_and_resets_reach_by_the_bus, power_on, power_off)
 {
-    (void)state;
     put(RCC_APB1ENR, 1u << 14);
     put(SPI2 + 0x04, 0x40);
     assert_int_equal(get(SPI2 + 0x04), 0x40);
@@ -241,16 +237,4 @@ static void clocks_and_resets_reach_by_the_bus(void **state)
     assert_non_null(
         strstr(bare->core.reason,
                "clock of the peripheral is off: read of 4 bytes at 0x40003804 (SPI2 + 0x4)"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(usart_sends_to_whoever_is_on_its_wire, power_on, power_off),
-        cmocka_unit_test_setup_teardown(spi_exchanges_with_any_slave, power_on, power_off),
-        cmocka_unit_test_setup_teardown(i2c_asks_any_slave_for_its_acknowledge, power_on,
-                                        power_off),
-        cmocka_unit_test_setup_teardown(clocks_and_resets_reach_by_the_bus, power_on, power_off),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -97,9 +97,8 @@ static void assert_cells(const struct hil_board *board, uint32_t at, const uint8
     assert_memory_equal(cells, expected, n);
 }
 
-static void test_identity(void **state)
+TEST(test_identity)
 {
-    (void)state;
     struct hil_board *board = nor_board();
     uint8_t jedec[4] = {0x9f}, device[7] = {0x90}, swapped[6] = {0x90, 0, 0, 1},
             release[6] = {0xab};
@@ -123,10 +122,9 @@ static void test_identity(void **state)
 }
 
 /* Byte time by prescaler, polled and by DMA; overrun; mode fault; the wrong clock mode. */
-static void test_spi(void **state)
+TEST(test_spi)
 {
     uint8_t bytes[300] = {0x9f};
-    (void)state;
     struct hil_board *board = nor_board();
     for (uint32_t br = 0; br < 4; br++) {
         transact(board, BY_DMA, br << 3, bytes, sizeof bytes);
@@ -162,11 +160,10 @@ static void test_spi(void **state)
 
 /* Programming: needs WEL, takes 0.7 ms (to 3), clears WEL, turns 1 into 0 only, wraps in its
  * page. */
-static void test_program(void **state)
+TEST(test_program)
 {
     static const uint8_t data[4] = {0x11, 0x22, 0x33, 0x44}, over[4] = {0xf0, 0x0f, 0xff, 0x00};
     uint8_t bytes[8] = {0x02, 0x01, 0x02, 0x03, 0x55}, page[264], expected[256];
-    (void)state;
     struct hil_board *board = nor_board();
     transact(board, POLLED, 0, bytes, 5); /* not write-enabled */
     assert_int_equal(status(board, 0x05), 0);
@@ -212,11 +209,10 @@ static void test_program(void **state)
 
 /* While BUSY nothing but status is heard; a deselect inside a byte, or an erase of another length,
  * does nothing. */
-static void test_ignored(void **state)
+TEST(test_ignored)
 {
     static const uint8_t data[2] = {0x12, 0x34};
     uint8_t jedec[4] = {0x9f}, bytes[8] = {0x02, 0, 0x10, 0, 0xaa, 0xbb}, erase[5] = {0x20};
-    (void)state;
     struct hil_board *board = nor_board();
     addressed(board, 0x02, 0, data, 2);
     transact(board, POLLED, 0, jedec, 4);
@@ -242,7 +238,7 @@ static void test_ignored(void **state)
 }
 
 /* Erases: what they reach, and typical and maximum times in ms. */
-static void test_erase(void **state)
+TEST(test_erase)
 {
     static const struct {
         uint8_t code;
@@ -253,7 +249,6 @@ static void test_erase(void **state)
         {0xd8, 0x10000, 150, 2000},
     };
     static const uint8_t zero = 0, erased = 0xff;
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         for (unsigned maximum = 0; maximum < 2; maximum++) {
             uint32_t base = 0x120000, ms = maximum ? cases[i].maximum_ms : cases[i].typical_ms;
@@ -287,11 +282,10 @@ static void test_erase(void **state)
 
 /* Status writes take 10 ms and last, those after 50h neither; block protection; reset by
  * command. */
-static void test_status(void **state)
+TEST(test_status)
 {
     static const uint8_t data = 0x5a, erased = 0xff;
     uint8_t top[3] = {0x01, 0x04, 0x02}, none[2] = {0x01, 0x00}, bottom[2] = {0x01, 0x24};
-    (void)state;
     struct hil_board *board = nor_board();
     command(board, 0x06);
     transact(board, POLLED, 0, top, 3);
@@ -330,10 +324,9 @@ static void test_status(void **state)
 }
 
 /* Times lie in the data sheet's range, mostly near typical, the same for the same seed. */
-static void test_spread(void **state)
+TEST(test_spread)
 {
     uint64_t us[2] = {0};
-    (void)state;
     for (unsigned run = 0; run < 2; run++) {
         struct hil_board *board = nor_board_seeded(HIL_TIMES_SPREAD, 11);
         for (unsigned i = 0; i < 20; i++) {
@@ -353,11 +346,10 @@ static void test_spread(void **state)
 
 /* A power cut in the 3rd page leaves two whole pages and part of the third; in an erase, part of
  * the old bits. */
-static void test_power_cut(void **state)
+TEST(test_power_cut)
 {
     uint8_t page[256], cells[HIL_NOR_SECTOR] = {0};
     unsigned changed = 0, ones = 0;
-    (void)state;
     memset(page, 0x0f, sizeof page);
     struct hil_board *board = nor_board();
     hil_w25q_cut_at(&board->w25q, 3, 500);
@@ -391,7 +383,7 @@ static void test_power_cut(void **state)
 }
 
 /* The ways in which a chip goes bad, in one sector; its neighbours work. */
-static void test_faults(void **state)
+TEST(test_faults)
 {
     static const uint8_t zeroes[256] = {0};
     static const struct {
@@ -405,7 +397,6 @@ static void test_faults(void **state)
         {HIL_W25Q_ERASE_SILENT, 0x20, 45},
     };
     uint8_t cells[256], before[256];
-    (void)state;
     for (unsigned i = 0; i < 4; i++) {
         bool program = cases[i].code == 0x02,
              hangs = cases[i].wait_ms == 30 || cases[i].wait_ms == 4000;
@@ -468,11 +459,10 @@ static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t c
 
 /* The same by fault script (hil/rig/faults.h): so many operations fail, the chip is dead and
  * mended, or full. */
-static void test_ordered_faults(void **state)
+TEST(test_ordered_faults)
 {
     static const uint8_t data = 0x5a, erased = 0xff, zero = 0x00;
     uint8_t jedec[4] = {0x9f};
-    (void)state;
     struct hil_board *board = nor_board();
     order(board, HIL_NOR_FAIL_PROGRAM, 2);
     for (uint32_t at = 0; at < 0x300; at += 0x100) {
@@ -498,10 +488,9 @@ static void test_ordered_faults(void **state)
 }
 
 /* A fork has the cells too, and restoring takes away what came after. */
-static void test_snapshot(void **state)
+TEST(test_snapshot)
 {
     static const uint8_t early = 0x12, late = 0x34, erased = 0xff;
-    (void)state;
     struct hil_board *board = nor_board();
     hil_w25q_poke(&board->w25q, 0xabcdef, &early, 1);
     struct snapshot *snapshot = snapshot_take(board);
@@ -516,17 +505,4 @@ static void test_snapshot(void **state)
     free(snapshot);
     hil_board_destroy(copy);
     hil_board_destroy(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_identity), cmocka_unit_test(test_spi),
-        cmocka_unit_test(test_program),  cmocka_unit_test(test_ignored),
-        cmocka_unit_test(test_erase),    cmocka_unit_test(test_status),
-        cmocka_unit_test(test_spread),   cmocka_unit_test(test_power_cut),
-        cmocka_unit_test(test_faults),   cmocka_unit_test(test_ordered_faults),
-        cmocka_unit_test(test_snapshot),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

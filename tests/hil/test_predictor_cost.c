@@ -90,9 +90,8 @@ static struct cost measure(unsigned level, unsigned lacks)
     return cost;
 }
 
-static void figures_hold(void **state)
+TEST(figures_hold)
 {
-    (void)state;
     for (unsigned level = 0; level < 4; level++) {
         struct cost cost = measure(level, 0);
         double cycles = PREDICTOR_CYCLES(cost.updates, cost.visits, cost.blocks);
@@ -111,9 +110,8 @@ static void figures_hold(void **state)
 /* No transducer, or one: less work in every block, by nearly an eighth each. A survey costs nothing
  * in the landing either way. (How many mats move is a matter of the landing: readings that stand
  * still hold them.) */
-static void what_is_not_there_costs_nothing(void **state)
+TEST(what_is_not_there_costs_nothing)
 {
-    (void)state;
     enum { NONE = 1, SURVEYED = 2, ONE = 4 };
     struct cost all = measure(0, 0), none = measure(0, NONE), one = measure(0, ONE),
                 surveyed = measure(0, SURVEYED);
@@ -128,11 +126,4 @@ static void what_is_not_there_costs_nothing(void **state)
     assert_true(each > 50.0);
     assert_true(of_one < of_none + 2.0 * each);
     assert_true(surveyed.rest / surveyed.blocks < 1.02 * of_all);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(figures_hold),
-                                       cmocka_unit_test(what_is_not_there_costs_nothing)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -64,11 +64,10 @@ static int kind_by_name(const char *mnemonic)
     return HIL_KIND_ALU;
 }
 
-static void test_kinds(void **state)
+TEST(test_kinds)
 {
     unsigned seen[HIL_KINDS] = {0}, wrong = 0, count = 0;
     char line[256];
-    (void)state;
     FILE *dump = popen("arm-none-eabi-objdump -d " FIRMWARE " build/tests/hil/images/core.elf",
                        "r");
     assert_non_null(dump);
@@ -101,12 +100,11 @@ static void test_kinds(void **state)
     assert_int_equal(wrong, 0);
 }
 
-static void test_names(void **state)
+TEST(test_names)
 {
     struct mr_symbols symbols;
     char error[256], line[256];
     unsigned count = 0;
-    (void)state;
     assert_int_equal(hil_symbols_read(&symbols, FIRMWARE, error, sizeof error), MR_OK);
     FILE *nm = popen("arm-none-eabi-nm -S " FIRMWARE, "r");
     assert_non_null(nm);
@@ -135,12 +133,11 @@ static void test_names(void **state)
     hil_symbols_free(&symbols);
 }
 
-static void test_damaged_images(void **state)
+TEST(test_damaged_images)
 {
     static uint8_t bytes[1u << 21];
     struct mr_symbols symbols;
     char error[256];
-    (void)state;
     FILE *file = fopen(FIRMWARE, "rb");
     assert_non_null(file);
     size_t n = fread(bytes, 1, sizeof bytes, file);
@@ -157,14 +154,4 @@ static void test_damaged_images(void **state)
         assert_int_not_equal(status, MR_OK);
         hil_symbols_free(&symbols);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_kinds),
-        cmocka_unit_test(test_names),
-        cmocka_unit_test(test_damaged_images),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

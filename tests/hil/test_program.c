@@ -170,10 +170,9 @@ static void free_both(struct bytes bytes[2])
 }
 
 /* Arming, commands and the first switches of landing 5. */
-static void test_same_bytes_everywhere(void **state)
+TEST(test_same_bytes_everywhere)
 {
     struct bytes inside[2], sockets[2];
-    (void)state;
     play_in_process(2.5, inside);
     assert_true(inside[0].n > 16 * 4000 && inside[1].n > 100000);
     play_over_sockets("max", "2.5", sockets);
@@ -205,10 +204,9 @@ static void test_same_bytes_everywhere(void **state)
 }
 
 /* By the wall clock nothing is dropped by a host that reads, and the bytes are still the same. */
-static void test_real_speed(void **state)
+TEST(test_real_speed)
 {
     struct bytes inside[2], sockets[2];
-    (void)state;
     play_in_process(1.0, inside);
     play_over_sockets("real", "1.0", sockets);
     assert_same_bytes(sockets[0], inside[0]);
@@ -221,7 +219,7 @@ static void test_real_speed(void **state)
     free_both(sockets);
 }
 
-static void test_signal_ends_cleanly(void **state)
+TEST(test_signal_ends_cleanly)
 {
     char *arguments[] = {(char *)PROGRAM,
                          (char *)"--elf",
@@ -231,7 +229,6 @@ static void test_signal_ends_cleanly(void **state)
                          (char *)"--speed",
                          (char *)"real",
                          NULL};
-    (void)state;
     pid_t child = start(arguments);
     int can = connect_to(CAN_SOCKET);
     uint8_t byte;
@@ -242,7 +239,7 @@ static void test_signal_ends_cleanly(void **state)
     assert_int_equal(access(CAN_SOCKET, F_OK), -1);
 }
 
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
     static const struct {
         const char *arguments[8];
@@ -265,7 +262,6 @@ static void test_mistakes(void **state)
         {{"--elf", ELF, "--rig", "no-such.run"}, 3, "no-such.run"},
         {{"--elf", ELF, "--rig", ELF}, 4, "not a run file"},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char *arguments[10] = {(char *)PROGRAM};
         for (unsigned k = 0; k < 8; k++)
@@ -279,15 +275,4 @@ static void test_mistakes(void **state)
             fail_msg("case %u: exit %d, said: %s", i, code, (const char *)said.at);
         free(said.at);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bytes_everywhere),
-        cmocka_unit_test(test_real_speed),
-        cmocka_unit_test(test_signal_ends_cleanly),
-        cmocka_unit_test(test_mistakes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -101,12 +101,12 @@ static void make_writable(uint32_t address)
         write_word(0x40003000u, 0x5555);
 }
 
-static void every_word_is_in_the_table_or_ends_the_run(void **state)
+TEST(every_word_is_in_the_table_or_ends_the_run)
 {
     size_t sets;
     const struct hil_register_set *set = hil_registers_all(&sets);
     unsigned modelled = 0, not_modelled = 0;
-    prepare(state);
+    prepare(NULL);
     for (size_t i = 0; i < sets; i++) {
         prepare_for(&set[i]);
         uint32_t bytes = set[i].base == SYSTEM_BASE ? SYSTEM_BYTES : PERIPHERAL_BYTES;
@@ -168,12 +168,12 @@ static const char *poke(uint32_t address, const struct hil_register *r, uint32_t
              : "called plain, but does not read back";
 }
 
-static void every_bit_does_as_the_table_says(void **state)
+TEST(every_bit_does_as_the_table_says)
 {
     size_t sets;
     const struct hil_register_set *set = hil_registers_all(&sets);
     unsigned pokes = 0, wrong = 0;
-    prepare(state);
+    prepare(NULL);
     for (size_t i = 0; i < sets; i++) {
         prepare_for(&set[i]);
         for (size_t k = 0; k < set[i].count; k++) {
@@ -196,9 +196,9 @@ static void every_bit_does_as_the_table_says(void **state)
 }
 
 /* A peripheral that the bus knows and the table does not would be refused by nobody but itself. */
-static void every_peripheral_has_a_table(void **state)
+TEST(every_peripheral_has_a_table)
 {
-    prepare(state);
+    prepare(NULL);
     for (uint32_t base = 0x40000000u; base < 0x40080000u; base += PERIPHERAL_BYTES) {
         const struct hil_register_set *set = hil_registers_of(base);
         if (set)
@@ -211,11 +211,10 @@ static void every_peripheral_has_a_table(void **state)
     dismantle();
 }
 
-static void masks_do_not_overlap(void **state)
+TEST(masks_do_not_overlap)
 {
     size_t sets;
     const struct hil_register_set *set = hil_registers_all(&sets);
-    (void)state;
     for (size_t i = 0; i < sets; i++) {
         for (size_t k = 0; k < set[i].count; k++) {
             const struct hil_register *r = &set[i].all[k];
@@ -233,10 +232,9 @@ static void masks_do_not_overlap(void **state)
     }
 }
 
-static void the_list_is_printed(void **state)
+TEST(the_list_is_printed)
 {
     static char text[32768];
-    (void)state;
     FILE *file = fmemopen(text, sizeof text - 1, "w");
     assert_non_null(file);
     hil_registers_print(file);
@@ -246,16 +244,4 @@ static void the_list_is_printed(void **state)
     assert_non_null(strstr(text, "DIER       +0x00c  refused 14,12:11,8"));
     assert_non_null(strstr(text, "USART1"));
     assert_non_null(strstr(text, "refused 11,1:0 in part 12,10: PCE and M only together"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_word_is_in_the_table_or_ends_the_run),
-        cmocka_unit_test(every_bit_does_as_the_table_says),
-        cmocka_unit_test(every_peripheral_has_a_table),
-        cmocka_unit_test(masks_do_not_overlap),
-        cmocka_unit_test(the_list_is_printed),
-    };
-    return cmocka_run_group_tests_name("hil/register_table", tests, NULL, NULL);
 }

@@ -34,9 +34,8 @@ static void sum_up(const struct hil_codes *codes, struct mr_block *block)
     mr_block_from_scans(block, block->index, block->tick, transducers, adc1);
 }
 
-static void any_block_has_codes(void **state)
+TEST(any_block_has_codes)
 {
-    (void)state;
     for (unsigned round = 0; round < 20000; round++) {
         uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
             adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
@@ -58,9 +57,8 @@ static void any_block_has_codes(void **state)
 
 /* Eight codes, none counted as saturated, cannot add up to less than 8 * 9 or more than 8 *
  * 4086. */
-static void impossible_blocks_have_none(void **state)
+TEST(impossible_blocks_have_none)
 {
-    (void)state;
     struct mr_block block = {0};
     struct hil_codes codes;
     unsigned channel;
@@ -122,9 +120,8 @@ static enum mr_status read_text(const char *lines, bool with_end, char *error,
     return hil_replay_read(bench_scratch("test.replay", text, strlen(text)), replay, error, 300);
 }
 
-static void a_whole_file_is_read(void **state)
+TEST(a_whole_file_is_read)
 {
-    (void)state;
     char lines[2000], error[300] = "";
     struct hil_replay replay;
     int n = snprintf(lines, sizeof lines,
@@ -165,9 +162,8 @@ static void refused(const char *lines, bool with_end, enum mr_status status, con
     assert_null(replay.blocks);
 }
 
-static void what_is_none_is_refused(void **state)
+TEST(what_is_none_is_refused)
 {
-    (void)state;
     char lines[2000];
     refused("crystal 1\n", true, MR_MALFORMED, "no block records");
     refused("crystal 2\n", true, MR_MALFORMED, "test.replay:2: unknown line");
@@ -188,15 +184,4 @@ static void what_is_none_is_refused(void **state)
     refused(block_line(5, 5 * 84000 + 2352), false, MR_TRUNCATED, "without its `end` line");
     snprintf(lines, sizeof lines, "%send 00000000\n", block_line(5, 5 * 84000 + 2352));
     refused(lines, false, MR_CRC, "it was changed or damaged");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_block_has_codes),
-        cmocka_unit_test(impossible_blocks_have_none),
-        cmocka_unit_test(a_whole_file_is_read),
-        cmocka_unit_test(what_is_none_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -20,11 +20,10 @@ static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, u
 
 /* 64 + 8 * ((7 (p - 1)) mod 24): a permutation of 64 to 248 in steps of 8, neighbours at least 56
  * apart. */
-static void test_steps(void **state)
+TEST(test_steps)
 {
     static const unsigned by_hand[6] = {64, 120, 176, 232, 96, 152};
     unsigned seen[24] = {0};
-    (void)state;
     for (unsigned p = 1; p <= 6; p++)
         assert_int_equal(hil_step_codes(p), by_hand[p - 1]);
     for (unsigned p = 1; p <= 24; p++) {
@@ -37,10 +36,9 @@ static void test_steps(void **state)
 }
 
 /* Switch 1 adds 64 codes = 0.0515625 V, switch 2 120 codes = 0.09667969 V; 20 us to 1 - 1/e. */
-static void test_staircase(void **state)
+TEST(test_staircase)
 {
     struct hil_run run;
-    (void)state;
     still_run(&run, 1.0);
     run.switch_open_ps[0] = 10 * HIL_MS_PS;
     run.switch_open_ps[1] = 15 * HIL_MS_PS;
@@ -59,10 +57,9 @@ static void test_staircase(void **state)
 }
 
 /* The one-shot: 20 us high on PA15, and only then. */
-static void test_pulse(void **state)
+TEST(test_pulse)
 {
     struct hil_run run;
-    (void)state;
     still_run(&run, 1.0);
     run.switch_open_ps[4] = 10 * HIL_MS_PS;
     struct hil_board *board = bench_board("clock", NULL);
@@ -85,11 +82,10 @@ static void test_pulse(void **state)
 }
 
 /* 0.5 in at 1 kHz samples 0 and 1 lb to 200 lb: half way between samples, and held at the ends. */
-static void test_truth_and_gages(void **state)
+TEST(test_truth_and_gages)
 {
     static int32_t table[2][HIL_RUN_COLUMNS];
     struct hil_run run = {.rate_hz = 1000.0, .sample_count = 2, .samples = table};
-    (void)state;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         run.switch_open_ps[i] = HIL_RUN_NEVER;
     table[1][0] = 50000;                        /* transducer 1: 0.5 in */
@@ -111,11 +107,10 @@ static void test_truth_and_gages(void **state)
 
 /* Excitation driven by hand: +1 settles from 0 as 1 - exp(-t/4 us), a reversal as 1 - 2 exp(-t/4
  * us) with the other sign. With d = 0.5 in the full voltage is 0.3 V. */
-static void test_excitation(void **state)
+TEST(test_excitation)
 {
     static int32_t table[1][HIL_RUN_COLUMNS];
     struct hil_run run = {.rate_hz = 1.0, .sample_count = 1, .samples = table};
-    (void)state;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         run.switch_open_ps[i] = HIL_RUN_NEVER;
     table[0][0] = 50000;
@@ -137,14 +132,4 @@ static void test_excitation(void **state)
     hil_rig_excitation(&board->rig, true, true, at + 168000);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at + 336000) - 1.65) < 1e-9);
     hil_board_destroy(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_steps),      cmocka_unit_test(test_staircase),
-        cmocka_unit_test(test_pulse),      cmocka_unit_test(test_truth_and_gages),
-        cmocka_unit_test(test_excitation),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -38,11 +38,10 @@ static void note_store(void *who, unsigned port)
 }
 
 /* An image that stores at known distances, each store once, and one that is not made. */
-static void each_store_has_the_time_of_its_instruction(void **state)
+TEST(each_store_has_the_time_of_its_instruction)
 {
     static const unsigned high_cycles[] = {5, 1, 4, 30};
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     options.adc_noise = false;
     struct hil_board *board = bench_board("pins", &options);
@@ -62,11 +61,10 @@ static void each_store_has_the_time_of_its_instruction(void **state)
 
 /* The first access behind a clock's enabling is looked at by its rule, and then by those of pins:
  * both ask for its time. In case 33 two NOPs (0xbf00) lie between. */
-static void one_access_has_one_time(void **state)
+TEST(one_access_has_one_time)
 {
     struct hil_options options;
     uint32_t nops = 0;
-    (void)state;
     hil_options_default(&options);
     struct hil_board *board = bench_board("rules", &options);
     stores = (struct stores){.board = board, .was_high = !hil_board_pin(board, PORT_B, 12)};
@@ -133,10 +131,9 @@ static void work(struct ear *ear)
     ear_until(ear, 3.0);
 }
 
-static void a_hook_on_every_instruction_says_the_same(void **state)
+TEST(a_hook_on_every_instruction_says_the_same)
 {
     uc_hook hook;
-    (void)state;
     struct ear *ear = black_box(NULL);
     witness = (struct witness){.board = ear->board};
     ear->board->mcu.gpio.stored = witness_store;
@@ -183,9 +180,8 @@ static void check_margins(const struct ear *ear, const char *when)
         assert_int_equal(tally(ear, i)->broken, 0);
 }
 
-static void the_firmware_keeps_every_rule(void **state)
+TEST(the_firmware_keeps_every_rule)
 {
-    (void)state;
     struct ear *ear = black_box(NULL);
     work(ear);
     check_margins(ear, "crystal");
@@ -195,10 +191,9 @@ static void the_firmware_keeps_every_rule(void **state)
 }
 
 /* The internal oscillator, 1 % fast here; its data sheet allows 4.5 % (ACC_HSI). */
-static void also_on_the_internal_oscillator(void **state)
+TEST(also_on_the_internal_oscillator)
 {
     struct hil_options options = ear_options();
-    (void)state;
     options.hse_hz = 0;
     options.hsi_error_ppm = 10000;
     struct ear *ear = black_box(&options);
@@ -211,11 +206,10 @@ static void also_on_the_internal_oscillator(void **state)
     ear_close(ear);
 }
 
-static void holding_rules_changes_nothing(void **state)
+TEST(holding_rules_changes_nothing)
 {
     static const enum hil_rules_mode modes[] = {HIL_RULES_STOP, HIL_RULES_COUNT, HIL_RULES_OFF};
     struct ear *ear[3];
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         struct hil_options options = ear_options();
         options.rules = modes[i];
@@ -261,10 +255,9 @@ static void assert_stopped_by(struct hil_board *board, const char *rule, const c
 #define COUNTED(rule) (1u << HIL_RULE_##rule)
 
 /* What stops it, and what would stop it next. All functions named are of nor.c but clock_start. */
-static void the_old_image_is_stopped(void **state)
+TEST(the_old_image_is_stopped)
 {
     struct hil_run still = {0};
-    (void)state;
     still_run(&still, EAR_STILL_S);
     uint32_t counted = COUNTED(WAIT_STATES);
     assert_stopped_by(old_board(0, &still), "WAIT_STATES", "clock_start", "FLASH_ACR");
@@ -283,12 +276,11 @@ static void the_old_image_is_stopped(void **state)
 }
 
 /* A reading by somebody else found -76 ns of 50 on this pin (issue 18). */
-static void and_its_worst_pulse_is_what_others_found(void **state)
+TEST(and_its_worst_pulse_is_what_others_found)
 {
     struct hil_options options = ear_options();
     struct hil_run run = {0};
     char error[256];
-    (void)state;
     options.rules = HIL_RULES_COUNT;
     assert_int_equal(hil_run_read("tests/runs/landing5.run", &run, error, sizeof error), MR_OK);
     struct hil_board *board = hil_board_create(&options);
@@ -320,7 +312,7 @@ static struct hil_board *run_image(uint32_t which, uint32_t wait, uint32_t count
     return board;
 }
 
-static void each_rule_stops_who_breaks_it(void **state)
+TEST(each_rule_stops_who_breaks_it)
 {
     static const struct {
         uint32_t which, wait;
@@ -366,7 +358,6 @@ static void each_rule_stops_who_breaks_it(void **state)
         {UNPLUGGED, 2, NULL, NULL},
         {52, 0, NULL, NULL},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_board *board = run_image(cases[i].which, cases[i].wait, 0);
         const char *reason = hil_board_reason(board);
@@ -387,10 +378,9 @@ static void each_rule_stops_who_breaks_it(void **state)
 
 /* Reads of one place are judged no more when so many did no harm; in new code, and after a reset or
  * a restore, all are new. */
-static void what_was_judged_is_forgotten(void **state)
+TEST(what_was_judged_is_forgotten)
 {
     const uint32_t one = 1;
-    (void)state;
     for (unsigned by_reset = 0; by_reset < 2; by_reset++) {
         struct hil_board *board = run_image(46, 0, 0);
         assert_string_equal(hil_board_reason(board), "");
@@ -410,10 +400,9 @@ static void what_was_judged_is_forgotten(void **state)
 /* SCK of 164 kHz: its last rise in a byte is half a period before the end, 512 cycles of 168 MHz.
  * Deselected sooner, the chip drops the byte; later than 3 ns behind it, the byte is good. Between
  * there is one cycle. */
-static void the_last_clock_is_held_for_3_ns(void **state)
+TEST(the_last_clock_is_held_for_3_ns)
 {
     unsigned stopped = 0, judged = 0, dropped = 0;
-    (void)state;
     for (uint32_t rounds = 3820; rounds < 3850; rounds++) {
         struct hil_board *board = run_image(4, rounds, 0);
         bool is_stopped = strncmp(hil_board_reason(board), "rule CLOCK_TO_DESELECT: ", 24) == 0;
@@ -438,9 +427,8 @@ static double ten_kilohm(const void *who, int source)
 
 /* The data sheet's equation with its own numbers, worked out by hand: 3 clocks of 30 MHz cannot do
  * even 0 Ohm, and what the firmware uses, 112 of 21 MHz, takes 130 kOhm. */
-static void a_converter_samples_long_enough_for_its_source(void **state)
+TEST(a_converter_samples_long_enough_for_its_source)
 {
-    (void)state;
     assert_near(hil_adc_most_ohm(3, 8e6), 2.5 / (8e6 * 4e-12 * 9.70406) - 6000.0, 0.5);
     assert_near(hil_adc_most_ohm(112, 21e6), 130786.0, 1.0);
     assert_true(hil_adc_most_ohm(3, 30e6) < 0.0);
@@ -465,10 +453,9 @@ static void a_converter_samples_long_enough_for_its_source(void **state)
 /* 3 clocks of 2 MHz take 26 kOhm, of 8 MHz 2: what was right at the first conversion is not when a
  * prescaler of 4 is gone, of APB2 or of HCLK, and a timer starts the next: no register of the
  * converter is written in between. */
-static void a_faster_clock_is_another_window(void **state)
+TEST(a_faster_clock_is_another_window)
 {
     static const uint32_t by_4[] = {5u << 13, 9u << 4};
-    (void)state;
     for (unsigned i = 0; i < 2; i++) {
         struct hil_board *board = bench_board("rules", NULL);
         board->mcu.adc.outside.source_ohm = ten_kilohm;
@@ -485,10 +472,9 @@ static void a_faster_clock_is_another_window(void **state)
     }
 }
 
-static void a_rule_that_only_counts_lets_it_go_on(void **state)
+TEST(a_rule_that_only_counts_lets_it_go_on)
 {
     struct hil_board *board = run_image(1, 0, COUNTED(SELECT_HIGH));
-    (void)state;
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].broken, 1);
     uint64_t times;
@@ -502,10 +488,9 @@ static void a_rule_that_only_counts_lets_it_go_on(void **state)
 /* --- nothing plugged in --- */
 
 /* A board on the desk: TIM2 captures edges of PA15, and no one-shot is there. */
-static void a_bare_board_is_not_driven_by_noise(void **state)
+TEST(a_bare_board_is_not_driven_by_noise)
 {
     struct hil_options options = ear_options();
-    (void)state;
     options.bare = true;
     struct ear *ear = ear_open(&options, 0);
     ear_until(ear, 2.0);
@@ -551,7 +536,7 @@ static const struct promise nucleo446[] = {
 };
 
 /* The list of resistors of each board, which the emulator has on its own, is what its pins say. */
-static void resistors_are_where_the_pins_say(void **state)
+TEST(resistors_are_where_the_pins_say)
 {
 #define BOARD(name)                               \
     {                                             \
@@ -562,7 +547,6 @@ static void resistors_are_where_the_pins_say(void **state)
         const struct promise *row;
         size_t rows;
     } boards[] = {BOARD(zg), BOARD(discovery), BOARD(nucleo446)};
-    (void)state;
     for (size_t b = 0; b < sizeof boards / sizeof boards[0]; b++) {
         uint16_t up[HIL_GPIO_PORTS] = {0}, down[HIL_GPIO_PORTS] = {0};
         struct hil_options options;
@@ -581,27 +565,4 @@ static void resistors_are_where_the_pins_say(void **state)
         assert_memory_equal(board->mcu.gpio.pulled_down, down, sizeof down);
         hil_board_destroy(board);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_store_has_the_time_of_its_instruction),
-        cmocka_unit_test(one_access_has_one_time),
-        cmocka_unit_test(a_hook_on_every_instruction_says_the_same),
-        cmocka_unit_test(the_firmware_keeps_every_rule),
-        cmocka_unit_test(also_on_the_internal_oscillator),
-        cmocka_unit_test(holding_rules_changes_nothing),
-        cmocka_unit_test(the_old_image_is_stopped),
-        cmocka_unit_test(and_its_worst_pulse_is_what_others_found),
-        cmocka_unit_test(each_rule_stops_who_breaks_it),
-        cmocka_unit_test(what_was_judged_is_forgotten),
-        cmocka_unit_test(the_last_clock_is_held_for_3_ns),
-        cmocka_unit_test(a_converter_samples_long_enough_for_its_source),
-        cmocka_unit_test(a_faster_clock_is_another_window),
-        cmocka_unit_test(a_rule_that_only_counts_lets_it_go_on),
-        cmocka_unit_test(a_bare_board_is_not_driven_by_noise),
-        cmocka_unit_test(resistors_are_where_the_pins_say),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -72,11 +72,10 @@ static void refused(enum mr_status status, const char *part)
     assert_null(run.samples);
 }
 
-static void test_whole(void **state)
+TEST(test_whole)
 {
     struct hil_run run;
     char error[256];
-    (void)state;
     body();
     finish();
     if (read_text(&run, error, sizeof error) != MR_OK)
@@ -102,9 +101,8 @@ static void test_whole(void **state)
     hil_run_free(&run);
 }
 
-static void test_truncated(void **state)
+TEST(test_truncated)
 {
-    (void)state;
     body();
     finish();
     char *cut = strstr(text, "x2\n");
@@ -116,9 +114,8 @@ static void test_truncated(void **state)
     refused(MR_MALFORMED, "not a run file");
 }
 
-static void test_foreign(void **state)
+TEST(test_foreign)
 {
-    (void)state;
     snprintf(text, sizeof text, "ID3\1\2 some music");
     refused(MR_MALFORMED, "not a run file");
     body();
@@ -126,9 +123,8 @@ static void test_foreign(void **state)
     refused(MR_VERSION, "version");
 }
 
-static void test_damaged(void **state)
+TEST(test_damaged)
 {
-    (void)state;
     body();
     finish();
     strstr(text, "100 2 3")[0] = '7';
@@ -140,7 +136,7 @@ static void test_damaged(void **state)
 }
 
 /* Change one thing, keep the checksum right: the line number is named. */
-static void test_malformed(void **state)
+TEST(test_malformed)
 {
     static const struct {
         const char *from, *to, *part;
@@ -158,7 +154,6 @@ static void test_malformed(void **state)
         {"x2\n", "x9\n", "does not repeat"},
         {"gage 14 140 2", "#age 14 140 2", "13 gages"},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         body();
         char *place = strstr(text, cases[i].from);
@@ -171,10 +166,9 @@ static void test_malformed(void **state)
 }
 
 /* The landings in the tree are read, and their commands understood. */
-static void test_landings(void **state)
+TEST(test_landings)
 {
     static const unsigned landings[] = {1, 4, 5};
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         struct hil_run run;
         char path[64], error[256];
@@ -186,14 +180,4 @@ static void test_landings(void **state)
         assert_true(run.duration_s * run.rate_hz <= (double)run.sample_count + 1.0);
         hil_run_free(&run);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_whole),     cmocka_unit_test(test_truncated),
-        cmocka_unit_test(test_foreign),   cmocka_unit_test(test_damaged),
-        cmocka_unit_test(test_malformed), cmocka_unit_test(test_landings),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,12 +58,11 @@ static unsigned code_of(double volts)
     return (unsigned)floor(volts / 3.3 * 4096.0 + 0.5);
 }
 
-static void test_scan_times(void **state)
+TEST(test_scan_times)
 {
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
     const struct hil_counters *c = hil_board_counters(board);
-    (void)state;
     run_to_cycle(board, start + TRIGGER + ADC3_SCAN - 1);
     assert_int_equal(c->adc_scans[HIL_ADC3], 0);
     run_to_cycle(board, start + TRIGGER + ADC3_SCAN);
@@ -84,11 +83,10 @@ static void test_scan_times(void **state)
 
 /* Half transfer after two scans, complete after four; the handler reads TIM2 within 20 ticks of the
  * last conversion. */
-static void test_dma_flags(void **state)
+TEST(test_dma_flags)
 {
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
-    (void)state;
     run_to_cycle(board, start + TRIGGER + ADC1_SCAN + 3u * PERIOD + 400u);
     uint32_t half = (TRIGGER + PERIOD + ADC1_SCAN) / 2u,
              complete = (TRIGGER + 3u * PERIOD + ADC1_SCAN) / 2u;
@@ -99,11 +97,10 @@ static void test_dma_flags(void **state)
     hil_run_free(&run);
 }
 
-static void test_order_and_codes(void **state)
+TEST(test_order_and_codes)
 {
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
-    (void)state;
     run_to_cycle(board, start + TRIGGER + ADC1_SCAN + PERIOD);
     uint32_t adc1 = bench_result(board, 4), adc3 = bench_result(board, 5);
     for (unsigned scan = 0; scan < 2; scan++) {
@@ -128,12 +125,11 @@ static void test_order_and_codes(void **state)
 
 /* Reversed every scan, each polarity lasts as long as the other: over 40 periods of 250 us, 5 ms
  * and 5 ms, to the ps. */
-static void test_excitation_has_no_mean(void **state)
+TEST(test_excitation_has_no_mean)
 {
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
     const struct hil_counters *c = hil_board_counters(board);
-    (void)state;
     run_to_cycle(board, start + 50u * PERIOD);
     uint64_t plus = c->excitation_plus_ps, minus = c->excitation_minus_ps;
     run_to_cycle(board, start + 50u * PERIOD + 80u * PERIOD);
@@ -145,11 +141,10 @@ static void test_excitation_has_no_mean(void **state)
 
 /* Without the alternate function the excitation never reaches the transducers, and they sit at
  * mid-scale. */
-static void test_no_excitation(void **state)
+TEST(test_no_excitation)
 {
     uint64_t start;
     struct hil_board *board = scanning(1, &start);
-    (void)state;
     run_to_cycle(board, start + TRIGGER + ADC1_SCAN);
     for (unsigned ch = 0; ch < 8; ch++)
         assert_int_equal(code_at(board, bench_result(board, 5), ch), 2048);
@@ -160,12 +155,11 @@ static void test_no_excitation(void **state)
 
 /* Edges at 10 ms + k * 2.5 ms are 210000 ticks of 84 MHz apart, exactly; the first is where its
  * time says. */
-static void test_captures(void **state)
+TEST(test_captures)
 {
     uint64_t start;
     prepare();
     struct hil_board *board = scanning(0, &start);
-    (void)state;
     for (unsigned k = 0; k < 6; k++)
         /* position 6 first, 1 last */
         run.switch_open_ps[5 - k] = (10000000u + 2500000u * k) * HIL_NS_PS;
@@ -187,11 +181,10 @@ static void test_captures(void **state)
     hil_run_free(&run);
 }
 
-static void test_edges_need_their_pin(void **state)
+TEST(test_edges_need_their_pin)
 {
     uint64_t start;
     struct hil_board *board = scanning(2, &start);
-    (void)state;
     run.switch_open_ps[0] = 10 * HIL_MS_PS;
     hil_board_attach_rig(board, &run);
     bench_run(board, 20 * HIL_MS_PS);
@@ -203,11 +196,10 @@ static void test_edges_need_their_pin(void **state)
 
 /* The filter delays by its length, 8 clocks for IC1F = 3, and swallows what is shorter. Driven by
  * hand, no image. */
-static void test_capture_filter(void **state)
+TEST(test_capture_filter)
 {
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
-    (void)state;
     struct hil_tim *t = &board->state.mcu.tim[HIL_TIM2];
     run_to_cycle(board, start + 100000);
     t->ccmr[0] = 0x31;
@@ -229,12 +221,11 @@ static void test_capture_filter(void **state)
 
 /* Noise: 2 LSB rms and no mean over 32000 codes of the reference (standard errors 0.011 and 0.008
  * LSB). */
-static void test_noise(void **state)
+TEST(test_noise)
 {
     struct hil_options options;
     double sum = 0.0, squares = 0.0;
     unsigned n = 0;
-    (void)state;
     hil_options_default(&options);
     options.seed = 7;
     prepare();
@@ -255,20 +246,4 @@ static void test_noise(void **state)
     assert_true(fabs(sqrt(squares / n) - sqrt(4.0 + 1.0 / 48.0 + 1.0 / 12.0)) < 0.04);
     hil_board_destroy(board);
     hil_run_free(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scan_times),
-        cmocka_unit_test(test_dma_flags),
-        cmocka_unit_test(test_order_and_codes),
-        cmocka_unit_test(test_excitation_has_no_mean),
-        cmocka_unit_test(test_no_excitation),
-        cmocka_unit_test(test_captures),
-        cmocka_unit_test(test_edges_need_their_pin),
-        cmocka_unit_test(test_capture_filter),
-        cmocka_unit_test(test_noise),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

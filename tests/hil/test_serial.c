@@ -32,10 +32,9 @@ static struct hil_board *talking(uint32_t brr, uint32_t from_ccm, struct heard *
 /* A byte is 10 bits of 0.5 us: 840 cycles of 168 MHz. The last of 100 bytes leaves DR two byte
  * times before the end (one byte is in the shift register when the last enters DR), so: DMA
  * complete at 98 bytes, TC at 100. Handlers are late by an entry and a few instructions. */
-static void test_send(void **state)
+TEST(test_send)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = talking(0, 0, &heard);
     assert_int_equal(heard.count, 100);
     for (unsigned i = 0; i < 100; i++)
@@ -50,10 +49,9 @@ static void test_send(void **state)
 /* Twice the divider: half the rate, so that the other end sees each bit twice. Byte 1 is low twice,
  * high twice, low: after the start bit it reads 0, 1, 1, 0 ...; byte 2 likewise a bit later. The
  * first byte has no stop bit left (0). */
-static void test_wrong_rate(void **state)
+TEST(test_wrong_rate)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = talking(84, 0, &heard);
     assert_in_range(heard.count, 100, 256);
     assert_int_equal(heard.bytes[0], 0x06);
@@ -64,10 +62,9 @@ static void test_wrong_rate(void **state)
 }
 
 /* DMA does not reach the CCM: transfer error, nothing sent. */
-static void test_ccm_is_out_of_reach(void **state)
+TEST(test_ccm_is_out_of_reach)
 {
     struct heard heard;
-    (void)state;
     struct hil_board *board = talking(0, 1, &heard);
     assert_int_equal(heard.count, 0);
     assert_int_equal(bench_result(board, 7), 8); /* TEIF alone */
@@ -76,11 +73,10 @@ static void test_ccm_is_out_of_reach(void **state)
 
 /* 20 bytes into a circle of 16, then an idle line: the counter stands at 12, the first four are
  * overwritten. */
-static void test_receive(void **state)
+TEST(test_receive)
 {
     struct heard heard;
     uint8_t bytes[20], circle[16];
-    (void)state;
     struct hil_board *board = talking(0, 0, &heard);
     for (unsigned i = 0; i < sizeof bytes; i++)
         bytes[i] = (uint8_t)(0x80 + i);
@@ -94,15 +90,4 @@ static void test_receive(void **state)
     for (unsigned i = 0; i < 16; i++)
         assert_int_equal(circle[i], i < 4 ? 0x90 + i : 0x80 + i);
     hil_board_destroy(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_send),
-        cmocka_unit_test(test_wrong_rate),
-        cmocka_unit_test(test_ccm_is_out_of_reach),
-        cmocka_unit_test(test_receive),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

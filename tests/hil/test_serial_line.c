@@ -29,11 +29,10 @@ static unsigned hear(uint8_t byte, int follower, const struct hil_serial_format 
     return hil_serial_hear(byte, follower, sender, &receiver, heard);
 }
 
-static void test_agreement(void **state)
+TEST(test_agreement)
 {
     static const struct hil_serial_format *const formats[] = {&none, &even, &odd};
     static const double rates[] = {0.96, 1.0, 1.04}; /* half a bit in 9.5 or 10.5 is 4.7 % */
-    (void)state;
     for (unsigned f = 0; f < 3; f++) {
         for (unsigned r = 0; r < 3; r++) {
             for (unsigned byte = 0; byte < 256; byte++) {
@@ -47,9 +46,8 @@ static void test_agreement(void **state)
     }
 }
 
-static void test_parity(void **state)
+TEST(test_parity)
 {
-    (void)state;
     /* 0x03 has two ones: even parity 0, odd 1. */
     assert_int_equal(hil_frame_levels(0x03, HIL_PARITY_NONE), 0x206);
     assert_int_equal(hil_frame_levels(0x03, HIL_PARITY_EVEN), 0x406);
@@ -72,9 +70,8 @@ static void test_parity(void **state)
     assert_true(heard[0].framing_error && heard[0].value == 0x03);
 }
 
-static void test_rates(void **state)
+TEST(test_rates)
 {
-    (void)state;
     /* Twice as fast a receiver sees 0x01 as 00 11 00 ... : start 0, data 0 1 1 0 0 0 0 0, stop 0;
      * then the line rises for good. */
     assert_int_equal(hear(0x01, -1, &none, 2.0, HIL_PARITY_NONE), 1);
@@ -93,13 +90,12 @@ static void test_rates(void **state)
 }
 
 /* A host opens, sets a rate, talks, hangs up. */
-static void test_pty(void **state)
+TEST(test_pty)
 {
     char error[256];
     int fd;
     struct termios t;
     const char *path = BENCH_SCRATCH "/tty";
-    (void)state;
     unlink(path);
     bench_scratch("file", "x", 1);
     assert_int_equal(hil_pty_open(BENCH_SCRATCH "/file", 115200, &fd, error, sizeof error), MR_IO);
@@ -129,12 +125,11 @@ static void test_pty(void **state)
 }
 
 /* Flash and NOR through files; what is no such file is refused and not overwritten. */
-static void test_files(void **state)
+TEST(test_files)
 {
     static const uint8_t mark[3] = {0x12, 0x34, 0x56};
     uint8_t cells[3];
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     unlink(BENCH_SCRATCH "/nor");
     struct hil_board *board = hil_board_create(&options), *other = hil_board_create(&options);
@@ -152,14 +147,4 @@ static void test_files(void **state)
     assert_int_equal(hil_board_save_nor(other, "build/no/such/folder"), MR_IO);
     hil_board_destroy(board);
     hil_board_destroy(other);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_agreement), cmocka_unit_test(test_parity),
-        cmocka_unit_test(test_rates),     cmocka_unit_test(test_pty),
-        cmocka_unit_test(test_files),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,10 +46,9 @@ static void assert_same(struct hil_board *a, struct hil_board *b)
 
 /* Scans in full swing, in the middle of one, with noise; floating point and stacks in the core
  * image. */
-static void test_fork(void **state)
+TEST(test_fork)
 {
     static const char *const images[] = {"scan", "core", "serial"};
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         struct hil_options options;
         hil_options_default(&options);
@@ -74,11 +73,10 @@ static void test_fork(void **state)
 /* A fork at any moment: inside handlers, with numbers in the floating-point registers, with BASEPRI
  * or PRIMASK set, on the process stack. The image's own sum and notes come out right in every
  * copy. */
-static void test_fork_anywhere(void **state)
+TEST(test_fork_anywhere)
 {
     struct hil_board *board = bench_board("core", NULL);
     struct hil_board *whole = bench_board("core", NULL);
-    (void)state;
     bench_run(whole, 2 * HIL_MS_PS);
     for (uint64_t t_ns = 1000; t_ns < 120000; t_ns += 730) {
         bench_run(board, t_ns * HIL_NS_PS);
@@ -93,10 +91,9 @@ static void test_fork_anywhere(void **state)
 
 /* A drawn board goes on in one that was made as the ideal one: options and electronics come
  * along. */
-static void test_drawn(void **state)
+TEST(test_drawn)
 {
     struct hil_options options;
-    (void)state;
     hil_options_default(&options);
     struct hil_board *ideal = bench_board("scan", &options);
     options.board_drawn = true;
@@ -115,9 +112,8 @@ static void test_drawn(void **state)
 }
 
 /* Back to an earlier moment, twice. */
-static void test_restore(void **state)
+TEST(test_restore)
 {
-    (void)state;
     struct hil_board *board = bench_board("scan", NULL);
     bench_run(board, 3 * HIL_MS_PS);
     struct snapshot *snapshot = snapshot_take(board);
@@ -136,13 +132,12 @@ static void test_restore(void **state)
 /* The real firmware and a real landing: two boards say the same bytes at the same times, also when
  * one of them is cut into pieces and replaced by a fork half way; another seed says something
  * else. */
-static void test_firmware(void **state)
+TEST(test_firmware)
 {
     struct hil_run run;
     struct hil_options options;
     struct stream heard[3];
     char error[256];
-    (void)state;
     hil_options_default(&options);
     assert_int_equal(hil_run_read("tests/runs/landing5.run", &run, error, sizeof error), MR_OK);
     for (unsigned i = 0; i < 3; i++) {
@@ -172,14 +167,4 @@ static void test_firmware(void **state)
     assert_int_equal(heard[0].crc, heard[1].crc);
     assert_int_not_equal(heard[0].crc, heard[2].crc);
     hil_run_free(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fork),     cmocka_unit_test(test_fork_anywhere),
-        cmocka_unit_test(test_restore),  cmocka_unit_test(test_drawn),
-        cmocka_unit_test(test_firmware),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,9 +14,8 @@ static bool drives(const struct hil_board *board, unsigned port, unsigned pin)
 
 /* Without a crystal the wait for it takes 100 ms: the lamp, the shunts' relay, the camera and the
  * memory's select must not float so long. */
-static void outputs_are_driven_before_the_crystal_is_waited_for(void **state)
+TEST(outputs_are_driven_before_the_crystal_is_waited_for)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.hse_hz = 0;
     struct ear *ear = ear_open(&options, 0);
@@ -34,9 +33,8 @@ static void outputs_are_driven_before_the_crystal_is_waited_for(void **state)
 
 /* The same clocks, and the same board, as after a reset. PLLCFGR cannot be written while the PLL
  * runs (RM0090 7.3.2): the emulated board ends with a message where that is tried. */
-static void clocks_left_on_by_another_program_are_taken_back(void **state)
+TEST(clocks_left_on_by_another_program_are_taken_back)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.left_on = true;
     struct ear *ear = ear_open(&options, 0);
@@ -54,7 +52,7 @@ static void clocks_left_on_by_another_program_are_taken_back(void **state)
 /* The internal oscillator may be 8 % slow or 4.5 % fast, and the crystal still be the right one.
  * Another one is named, and nothing runs from it: 12 MHz would drive the PLL to 504 MHz, which ends
  * the emulated board. */
-static void another_crystal_is_recognised(void **state)
+TEST(another_crystal_is_recognised)
 {
     static const struct {
         uint32_t hse_hz;
@@ -66,7 +64,6 @@ static void another_crystal_is_recognised(void **state)
         {16000000, 0, 16}, {25000000, 0, 25},     {26000000, 0, 26},
         {0, 0, 0},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_options options = ear_options();
         options.hse_hz = cases[i].hse_hz;
@@ -89,9 +86,8 @@ static void another_crystal_is_recognised(void **state)
 }
 
 /* The ROM's interrupts take their vectors from address 0. */
-static void the_boot_rom_finds_its_vectors_at_0(void **state)
+TEST(the_boot_rom_finds_its_vectors_at_0)
 {
-    (void)state;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t at_zero[2], of_rom[2];
     assert_int_equal(hil_board_run_until(ear->board, 300 * HIL_MS_PS), MR_OK);
@@ -102,15 +98,4 @@ static void the_boot_rom_finds_its_vectors_at_0(void **state)
     assert_int_equal(hil_board_hclk_hz(ear->board), 24000000);
     assert_memory_equal(at_zero, of_rom, sizeof of_rom);
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(outputs_are_driven_before_the_crystal_is_waited_for),
-        cmocka_unit_test(clocks_left_on_by_another_program_are_taken_back),
-        cmocka_unit_test(another_crystal_is_recognised),
-        cmocka_unit_test(the_boot_rom_finds_its_vectors_at_0),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

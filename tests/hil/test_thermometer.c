@@ -28,10 +28,9 @@ static struct ear *open_at(double temperature_c, double per_h)
     return ear_open(&options, 0);
 }
 
-static void readings_follow_the_truth(void **state)
+TEST(readings_follow_the_truth)
 {
     static const double truth_c[] = {20.0, -0.0625, -17.8, 0.0, 54.3, 124.9};
-    (void)state;
     for (unsigned i = 0; i < sizeof truth_c / sizeof truth_c[0]; i++) {
         struct ear *ear = open_at(truth_c[i], 0.0);
         ear_until(ear, 1.9);
@@ -51,7 +50,7 @@ static void readings_follow_the_truth(void **state)
 
 /* `order` at 1.6 s, mended at 4.6: nothing is told in between, `detail` is counted once a second,
  * and then it is there again. */
-static void what_fails_is_told_and_comes_back(void **state)
+TEST(what_fails_is_told_and_comes_back)
 {
     static const struct {
         const char *order;
@@ -61,7 +60,6 @@ static void what_fails_is_told_and_comes_back(void **state)
         {"thermometer hang", 2, 1},      {"thermometer stretch 50", 2, 1},
         {"thermometer stretch 5", 0, 0},
     };
-    (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char order[128];
         unsigned missing = 0;
@@ -86,9 +84,8 @@ static void what_fails_is_told_and_comes_back(void **state)
 }
 
 /* The firmware restarts while the chip is being read: the bus is found stuck, and clocked free. */
-static void a_reset_while_it_is_read(void **state)
+TEST(a_reset_while_it_is_read)
 {
-    (void)state;
     struct ear *ear = open_at(0.0, 0.0); /* zeroes: SDA is low */
     bool seen = false;
     ear_until(ear, 1.0);
@@ -110,13 +107,12 @@ static void a_reset_while_it_is_read(void **state)
 }
 
 /* site.thermometer 0, in the image's own configuration. */
-static void not_fitted_costs_nothing(void **state)
+TEST(not_fitted_costs_nothing)
 {
     uint32_t load, begin, place;
     uint8_t fitted = 0;
     uint64_t instructions[2];
     unsigned frames[2];
-    (void)state;
     for (unsigned with = 0; with < 2; with++) {
         struct ear *ear = open_at(20.0, 0.0);
         assert_int_equal(hil_elf_symbol(EAR_ELF, "data_load", &load), MR_OK);
@@ -146,9 +142,8 @@ static void not_fitted_costs_nothing(void **state)
 }
 
 /* A row a minute, on both links: temperature and means. */
-static void a_row_a_minute(void **state)
+TEST(a_row_a_minute)
 {
-    (void)state;
     struct hil_options options = ear_options();
     options.temperature_c = 5.0;
     options.temperature_c_per_h = -300.0; /* 5 C a minute */
@@ -170,16 +165,4 @@ static void a_row_a_minute(void **state)
         assert_true(isfinite(last.a_lb) && isfinite(last.b_lb) && isnan(last.c_lb));
     }
     ear_close(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(readings_follow_the_truth),
-        cmocka_unit_test(what_fails_is_told_and_comes_back),
-        cmocka_unit_test(a_reset_while_it_is_read),
-        cmocka_unit_test(not_fitted_costs_nothing),
-        cmocka_unit_test(a_row_a_minute),
-    };
-    return cmocka_run_group_tests_name("hil/thermometer", tests, NULL, NULL);
 }

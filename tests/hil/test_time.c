@@ -126,9 +126,8 @@ static void leave(struct ear *ear)
 
 /* The bus is two fifths full and the processor busy; the tick told is that of the end of the frame
  * all the same, late by the interrupt alone. */
-static void sync_at_tells_when_the_sync_frame_ended(void **state)
+TEST(sync_at_tells_when_the_sync_frame_ended)
 {
-    (void)state;
     struct ear *ear = play("build/firmware/matrig.elf", 0.0, 0.0, 0.0, NULL, 6.5);
     assert_int_equal(ear->syncs, 7);
     assert_int_equal(ear->sync_ats, 7);
@@ -143,9 +142,8 @@ static void sync_at_tells_when_the_sync_frame_ended(void **state)
 
 /* A camera without jitter exposes frame n at trigger + delay + n / rate, and that is the tick told,
  * but for the clock's grain. */
-static void film_frames_are_where_the_camera_put_them(void **state)
+TEST(film_frames_are_where_the_camera_put_them)
 {
-    (void)state;
     struct ear *ear = play(ELF, 100.0, 12.5, 0.0, NULL, 8.9);
     assert_int_equal(ear->cameras, 1);
     assert_int_equal(ear->camera.cause, 1);
@@ -164,9 +162,8 @@ static void film_frames_are_where_the_camera_put_them(void **state)
     leave(ear);
 }
 
-static void jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap(void **state)
+TEST(jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap)
 {
-    (void)state;
     struct ear *ear = play(ELF, 200.0, 0.0, 300.0,
                            "matrig-faults 1\nat 3.0 camera skip 1\nat 3.5 camera skip 2\n", 5.0);
     unsigned single = 0, twofold = 0;
@@ -193,9 +190,8 @@ static void jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap(void *
 
 /* Pulses at twice the rate that a camera can have: every second one is refused, and that is
  * told. */
-static void what_no_camera_gives_is_refused(void **state)
+TEST(what_no_camera_gives_is_refused)
 {
-    (void)state;
     struct ear *ear = play(ELF, 2000.0, 0.0, 0.0, NULL, 2.0);
     assert_true(ear->faults & 1u << MR_FAULT_EDGE_OVERRUN);
     assert_true(hil_board_counters(ear->board)->film_frames > 2000);
@@ -207,9 +203,8 @@ static void what_no_camera_gives_is_refused(void **state)
 }
 
 /* Armed 0.3 s before TIM2 comes round, with nothing moving: the frames go on every 10 ms. */
-static void frames_go_on_when_the_counter_comes_round(void **state)
+TEST(frames_go_on_when_the_counter_comes_round)
 {
-    (void)state;
     struct ear *ear = play(ELF, 100.0, 0.0, 0.0, NULL, 0.01);
     struct hil_can_frame arm = {.id = MR_ID_COMMAND, .length = 8};
     hil_run_free(&ear->run);
@@ -228,16 +223,4 @@ static void frames_go_on_when_the_counter_comes_round(void **state)
     }
     assert_true(before > 10 && before < ear->frames - 10);
     leave(ear);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sync_at_tells_when_the_sync_frame_ended),
-        cmocka_unit_test(film_frames_are_where_the_camera_put_them),
-        cmocka_unit_test(what_no_camera_gives_is_refused),
-        cmocka_unit_test(frames_go_on_when_the_counter_comes_round),
-        cmocka_unit_test(jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap),
-    };
-    return cmocka_run_group_tests_name("hil/time", tests, NULL, NULL);
 }

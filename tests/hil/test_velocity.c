@@ -160,9 +160,8 @@ static void results_are_the_hosts(struct rig *rig)
     assert_non_null(memmem(ram, sizeof ram, &summary, 80));
 }
 
-static void seeded_landings_are_the_hosts_bit_for_bit(void **state)
+TEST(seeded_landings_are_the_hosts_bit_for_bit)
 {
-    (void)state;
     unsigned done = 0, wanted = tests_take(6, 20);
     for (uint64_t seed = 0; done < wanted; seed++) {
         struct seeded_landing truth;
@@ -236,9 +235,8 @@ static void check_twin(struct rig *rig, unsigned landing, double rest_s, unsigne
     power_off(rig);
 }
 
-static void a_missing_switch_is_named(void **state)
+TEST(a_missing_switch_is_named)
 {
-    (void)state;
     const struct {
         unsigned landing, position;
         double rest_s;
@@ -252,9 +250,8 @@ static void a_missing_switch_is_named(void **state)
     }
 }
 
-static void a_bouncing_switch_is_named(void **state)
+TEST(a_bouncing_switch_is_named)
 {
-    (void)state;
     const struct {
         unsigned landing, position, times;
         double rest_s, period_s;
@@ -271,9 +268,8 @@ static void a_bouncing_switch_is_named(void **state)
 
 /* ---- the model pushed back ---- */
 
-static void a_pushback_is_told_and_is_no_landing(void **state)
+TEST(a_pushback_is_told_and_is_no_landing)
 {
-    (void)state;
     for (unsigned n = 0; n < 5; n++) {
         struct rig rig;
         double speed_ft_s = 1.5 + n; /* the first two forward, slower than 2 ft/s */
@@ -296,15 +292,4 @@ static void a_pushback_is_told_and_is_no_landing(void **state)
         assert_int_equal(rig.warnings, 0);
         power_off(&rig);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(seeded_landings_are_the_hosts_bit_for_bit),
-        cmocka_unit_test(a_missing_switch_is_named),
-        cmocka_unit_test(a_bouncing_switch_is_named),
-        cmocka_unit_test(a_pushback_is_told_and_is_no_landing),
-    };
-    return cmocka_run_group_tests_name("hil/velocity", tests, NULL, NULL);
 }

@@ -161,9 +161,8 @@ static double fly(unsigned landing, uint64_t seed, bool noise)
     return late_s;
 }
 
-static void the_output_warns_in_time(void **state)
+TEST(the_output_warns_in_time)
 {
-    (void)state;
     double worst_s = 0.0;
     for (unsigned i = 0; i < 3; i++) {
         double late_s = fly(5, 1 + i, i != 1);
@@ -173,17 +172,7 @@ static void the_output_warns_in_time(void **state)
     assert_true(worst_s <= LIMIT_S);
 }
 
-static void no_zone_no_warning(void **state)
+TEST(no_zone_no_warning)
 {
-    (void)state;
     assert_true(isnan(fly(1, 1, false)));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_output_warns_in_time),
-        cmocka_unit_test(no_zone_no_warning),
-    };
-    return cmocka_run_group_tests_name("hil/warning", tests, NULL, NULL);
 }

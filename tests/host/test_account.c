@@ -25,10 +25,9 @@ static void can_interval(struct account *account, unsigned count, uint32_t sent,
     account_can_health(account, &message, block);
 }
 
-static void serial_sequence(void **state)
+TEST(serial_sequence)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_SERIAL);
     account_serial_frame(&account, 65534, 10); /* joins anywhere: no loss */
     account_serial_frame(&account, 65535, 11);
@@ -47,10 +46,9 @@ static void serial_sequence(void **state)
     assert_int_equal(account.counts.lost, 4);
 }
 
-static void serial_drops_are_the_boards(void **state)
+TEST(serial_drops_are_the_boards)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_SERIAL);
     account_dropped(&account, 3, 100); /* before logging began */
     assert_int_equal(account.counts.dropped, 0);
@@ -61,10 +59,9 @@ static void serial_drops_are_the_boards(void **state)
     assert_int_equal(account.gap[0].to_block, 200);
 }
 
-static void blocks_lost_on_the_way_or_never_sent(void **state)
+TEST(blocks_lost_on_the_way_or_never_sent)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_SERIAL);
     account_serial_frame(&account, 0, 100);
     account_block(&account, 100);
@@ -81,10 +78,9 @@ static void blocks_lost_on_the_way_or_never_sent(void **state)
     assert_int_equal(account.gap[2].count, 6);
 }
 
-static void can_without_loss(void **state)
+TEST(can_without_loss)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 7, 7, 0, 43); /* frames 0..6, then number 7 */
     assert_int_equal(account.before_first, 0);
@@ -96,10 +92,9 @@ static void can_without_loss(void **state)
     assert_int_equal(account.gaps, 0);
 }
 
-static void can_loss_by_count(void **state)
+TEST(can_loss_by_count)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 1010, 5, 43); /* joins late: 1000 went before */
     assert_int_equal(account.before_first, 1000);
@@ -115,20 +110,18 @@ static void can_loss_by_count(void **state)
     assert_int_equal(account.counts.dropped, 4);
 }
 
-static void counter_wraps(void **state)
+TEST(counter_wraps)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0xfffffff0u, 0, 43);
     can_interval(&account, 20, 0x00000006u, 0, 143); /* 22 later: 21 between, 20 came */
     assert_int_equal(account.counts.lost, 1);
 }
 
-static void steps_are_believed_only_with_a_loss(void **state)
+TEST(steps_are_believed_only_with_a_loss)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
     account_can_frame(&account);
@@ -156,10 +149,9 @@ static void steps_are_believed_only_with_a_loss(void **state)
     assert_int_equal(account.gaps, 0);
 }
 
-static void steps_count_when_no_health_comes_any_more(void **state)
+TEST(steps_count_when_no_health_comes_any_more)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
     account_step(&account, MR_PACK_DISPLACEMENT_7_8, 100);
@@ -178,10 +170,9 @@ static void steps_count_when_no_health_comes_any_more(void **state)
     assert_int_equal(account.gaps, 0);
 }
 
-static void restart_begins_afresh(void **state)
+TEST(restart_begins_afresh)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 5, 500, 3, 43);
     account_restart(&account, true);
@@ -199,11 +190,10 @@ static bool count(struct account *account, uint16_t id, uint32_t sent)
 
 /* What a board counts anew is no loss of what it had counted, whether its restart has been noticed
  * or not. */
-static void counts_of_a_board_that_begins_again(void **state)
+TEST(counts_of_a_board_that_begins_again)
 {
     struct account account;
     unsigned zone = mr_message_place(MR_ID_ZONE), motion = mr_message_place(MR_ID_MOTION);
-    (void)state;
     account_start(&account, LINK_SERIAL);
     account_serial_frame(&account, 0, 1);
     for (unsigned i = 0; i < 122; i++)
@@ -228,10 +218,9 @@ static void counts_of_a_board_that_begins_again(void **state)
     assert_int_equal(account.missing_of[zone], 2);
 }
 
-static void time_unwraps(void **state)
+TEST(time_unwraps)
 {
     struct timebase time = {0};
-    (void)state;
     assert_int_equal(timebase_unwrap(&time, 5), -1);
     assert_false(timebase_clock(&time, 65530, 1000));
     assert_int_equal(timebase_unwrap(&time, 65535), 65535);
@@ -247,10 +236,9 @@ static void time_unwraps(void **state)
 
 /* Frames 1 to 99 and can_health 100 arrive; of the 99 after it 9 are lost, and the queue owns up to
  * 5. */
-static void losses_have_their_causes(void **state)
+TEST(losses_have_their_causes)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 99, 100, 0, 1000);
     account_trouble(&account, LINK_QUEUE_LOST, 5);
@@ -283,10 +271,9 @@ static void losses_have_their_causes(void **state)
 /* The queue to the campaign had no room: each reason is a gap of its own. On serial bytes are lost,
  * and a jump is theirs even when the number has wrapped: 100 frames of 100 bytes came, 7,000,000
  * bytes are lost, so 70,000 frames; the number says 4,464. */
-static void losses_by_a_full_queue(void **state)
+TEST(losses_by_a_full_queue)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 99, 100, 0, 1000);
     account_trouble(&account, LINK_LOST_LOCK, 6);
@@ -319,10 +306,9 @@ static void losses_by_a_full_queue(void **state)
 }
 
 /* When no can_health comes any more, what the link saw stands for the loss. */
-static void troubles_at_the_end(void **state)
+TEST(troubles_at_the_end)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
     account_trouble(&account, LINK_QUEUE_LOST, 7);
@@ -351,10 +337,9 @@ static void troubles_at_the_end(void **state)
 
 /* The queue loses frames before the first can_health: they are lost, not sent before logging
  * began. */
-static void queue_losses_while_joining(void **state)
+TEST(queue_losses_while_joining)
 {
     struct account account;
-    (void)state;
     account_start(&account, LINK_CAN);
     account_trouble(&account, LINK_QUEUE_LOST, 20);
     can_interval(&account, 30, 1050, 0, 500); /* 1050 before it: 30 came, 20 lost, 1000 earlier */
@@ -364,10 +349,9 @@ static void queue_losses_while_joining(void **state)
 }
 
 /* Of a stranger: counts that the bus cannot have carried are not taken. */
-static void counts_of_nobody(void **state)
+TEST(counts_of_nobody)
 {
     const uint32_t strange[] = {0, 17, 123456789, UINT32_MAX};
-    (void)state;
     for (size_t i = 0; i < sizeof strange / sizeof strange[0]; i++) {
         struct account account;
         account_start(&account, LINK_CAN);
@@ -384,27 +368,4 @@ static void counts_of_nobody(void **state)
         assert_false(account_message_count(&account, &count));
         assert_int_equal(account.missing_of[mr_message_place(MR_ID_EDGE)], 0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(counts_of_nobody),
-        cmocka_unit_test(losses_have_their_causes),
-        cmocka_unit_test(losses_by_a_full_queue),
-        cmocka_unit_test(troubles_at_the_end),
-        cmocka_unit_test(queue_losses_while_joining),
-        cmocka_unit_test(serial_sequence),
-        cmocka_unit_test(serial_drops_are_the_boards),
-        cmocka_unit_test(blocks_lost_on_the_way_or_never_sent),
-        cmocka_unit_test(can_without_loss),
-        cmocka_unit_test(can_loss_by_count),
-        cmocka_unit_test(counter_wraps),
-        cmocka_unit_test(steps_are_believed_only_with_a_loss),
-        cmocka_unit_test(steps_count_when_no_health_comes_any_more),
-        cmocka_unit_test(restart_begins_afresh),
-        cmocka_unit_test(counts_of_a_board_that_begins_again),
-        cmocka_unit_test(time_unwraps),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -85,11 +85,10 @@ static void is_kalmans(const struct linear *linear, const double mean[2], const 
     assert_near(covariance(linear, 1, 1), p[2], 0.03);
 }
 
-static void the_smoother_comes_to_the_kalman_filter(void **state)
+TEST(the_smoother_comes_to_the_kalman_filter)
 {
     static struct linear linear;
     static const double read[2] = {3.0, 0.5}, one[2] = {(double)NAN, 0.5};
-    (void)state;
     for (unsigned passes = 1; passes <= 4; passes *= 2) {
         struct chance chance = chance_from(3, passes);
         draw_linear(&linear, &chance);
@@ -109,12 +108,11 @@ static double first_alone(const void *context, size_t unknown, size_t datum)
     return unknown == 0 && datum == 0 ? 1.0 : 0.0;
 }
 
-static void what_is_far_stays(void **state)
+TEST(what_is_far_stays)
 {
     static struct linear linear, before;
     static const double read[2] = {3.0, 0.5}, none[2] = {(double)NAN, (double)NAN};
     struct chance chance = chance_from(5, 0);
-    (void)state;
     draw_linear(&linear, &chance);
     before = linear;
     take_linear(&linear, none, 1, NULL);
@@ -128,9 +126,8 @@ static void what_is_far_stays(void **state)
 }
 
 /* Gaspari and Cohn's polynomial at points that are worked out by hand. */
-static void the_taper_is_gaspari_and_cohns(void **state)
+TEST(the_taper_is_gaspari_and_cohns)
 {
-    (void)state;
     assert_near(smoother_taper(0.0, 3.0), 1.0, 1e-15);
     assert_near(smoother_taper(-1.5, 3.0), 263.0 / 384.0, 1e-14);
     assert_near(smoother_taper(3.0, 3.0), 5.0 / 24.0, 1e-14);
@@ -138,10 +135,9 @@ static void the_taper_is_gaspari_and_cohns(void **state)
     assert_near(smoother_taper(5.999999, 3.0), 0.0, 1e-12);
 }
 
-static void spread_is_given_back(void **state)
+TEST(spread_is_given_back)
 {
     double x[6] = {9.0, 1.0, 9.0, 2.0, 9.0, 3.0}, mean, deviation;
-    (void)state;
     smoother_widen(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
     smoother_spread(x, 3, 2, 1, &mean, &deviation);
     assert_near(mean, 2.0, 1e-14);
@@ -190,12 +186,11 @@ static unsigned longest_by_trying(const float *opening_ft, unsigned joints, unsi
     return most;
 }
 
-static void the_longest_zone_is_found(void **state)
+TEST(the_longest_zone_is_found)
 {
     float opening_ft[90];
     struct chance chance = chance_from(11, 0);
     unsigned longest = 0;
-    (void)state;
     for (unsigned trial = 0; trial < 300; trial++) {
         double closed = 0.7 + 0.3 * chance_uniform(&chance);
         for (unsigned j = 0; j < 90; j++)
@@ -262,7 +257,7 @@ static double step_of(const struct advise_members *members, size_t batch)
     return 1e-3 / ceil(1e-3 / (0.98 * 0.9 * limit_s));
 }
 
-static void a_share_is_what_chains_alone_count(void **state)
+TEST(a_share_is_what_chains_alone_count)
 {
     static struct advise_braking braking[COUNT];
     static struct advise_met met[COUNT];
@@ -277,7 +272,6 @@ static void a_share_is_what_chains_alone_count(void **state)
     struct advise_runway runway = rig();
     struct advise_row row;
     unsigned events = 0, by_half = 0;
-    (void)state;
     double sum_in[MR_SEGMENTS];
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         sum_in[i] = 0.1;
@@ -302,14 +296,13 @@ static void a_share_is_what_chains_alone_count(void **state)
     advise_members_free(&members);
 }
 
-static void a_seed_says_the_same_whatever_the_threads(void **state)
+TEST(a_seed_says_the_same_whatever_the_threads)
 {
     static struct advise_braking braking[COUNT];
     static struct advise_met met[3][COUNT];
     struct advise_plan plan = {.speed_ft_s = 15.0, .spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
     struct advise_runway runway = rig();
     struct advise_row row;
-    (void)state;
     for (unsigned i = 0; i < 3; i++) {
         struct advise_members members;
         assert_int_equal(advise_members_draw(&members, &runway, COUNT, i < 2 ? 4 : 5), MR_OK);
@@ -321,12 +314,11 @@ static void a_seed_says_the_same_whatever_the_threads(void **state)
     assert_memory_not_equal(met[0], met[2], sizeof met[0]);
 }
 
-static void a_survey_gives_the_sums(void **state)
+TEST(a_survey_gives_the_sums)
 {
     struct advise_members members;
     struct advise_runway runway = rig();
     double sum_in[MR_SEGMENTS];
-    (void)state;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = s % 3 ? 0.02 * s : (double)NAN;
     assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_OK);
@@ -350,7 +342,7 @@ static void a_survey_gives_the_sums(void **state)
 
 /* A twin: one member is the truth. What its readings teach lies nearer to it than what was drawn,
  * and is not without spread. */
-static void a_landing_teaches(void **state)
+TEST(a_landing_teaches)
 {
     static struct advise_met met[8];
     struct advise_members truth, members;
@@ -361,7 +353,6 @@ static void a_landing_teaches(void **state)
         .survey_error_in = 0.003};
     struct advise_braking braking[8];
     double before, spread_before, after, spread_after;
-    (void)state;
     assert_int_equal(advise_members_draw(&truth, &runway, 8, 77), MR_OK);
     assert_int_equal(advise_members_draw(&members, &runway, 128, 5), MR_OK);
     for (unsigned k = 0; k < 8; k++) {
@@ -392,11 +383,10 @@ static void a_landing_teaches(void **state)
     advise_members_free(&members);
 }
 
-static void parameters_without_sense_are_refused(void **state)
+TEST(parameters_without_sense_are_refused)
 {
     struct advise_members members;
     struct advise_runway runway = rig();
-    (void)state;
     runway.chain.friction_lb = NAN;
     assert_int_equal(advise_members_draw(&members, &runway, COUNT, 1), MR_USAGE);
     advise_members_free(&members);
@@ -410,20 +400,18 @@ static void parameters_without_sense_are_refused(void **state)
 
 /* Roots of |x - p| = z sqrt(x (1 - x) / n), which the interval is: of 0 in 10, z^2 / (10 + z^2);
  * for 5 in 10 symmetric about 0.5. */
-static void wilsons_interval(void **state)
+TEST(wilsons_interval)
 {
     struct wilson half = wilson_of(5, 10), none = wilson_of(0, 10);
-    (void)state;
     assert_near(half.low, 0.2365931, 1e-6);
     assert_near(half.high, 0.7634069, 1e-6);
     assert_near(none.low, 0.0, 1e-12);
     assert_near(none.high, 0.2775328, 1e-6);
 }
 
-static void probabilities_rise_with_shares(void **state)
+TEST(probabilities_rise_with_shares)
 {
     double last = 0.0;
-    (void)state;
     for (unsigned i = 0; i <= 64; i++) {
         double p = advise_calibrated(i / 64.0, true),
                unsurveyed = advise_calibrated(i / 64.0, false);
@@ -434,11 +422,10 @@ static void probabilities_rise_with_shares(void **state)
 }
 
 /* The posterior integrated over a grid of mean and variance (the sums by another program). */
-static void how_plans_are_met(void **state)
+TEST(how_plans_are_met)
 {
     static const double ratio[] = {0.10, 0.05, 0.20};
     double bias, spread;
-    (void)state;
     advise_plan_met(NULL, 0, &bias, &spread);
     assert_near(bias, 0.0, 1e-15);
     assert_near(spread, 0.1, 1e-12);
@@ -449,12 +436,11 @@ static void how_plans_are_met(void **state)
 
 /* Of x + y > 0, both standard normal, the best line in x explains 1 / pi of the variance, that in
  * both 2 / pi; of |x| > 0.6745 squares alone explain any. */
-static void what_inputs_explain(void **state)
+TEST(what_inputs_explain)
 {
     static double x[MANY], both[MANY][2], other[MANY];
     static bool event[MANY], far[MANY];
     struct chance chance = chance_from(21, 0);
-    (void)state;
     for (size_t m = 0; m < MANY; m++) {
         both[m][0] = x[m] = chance_normal(&chance);
         both[m][1] = chance_normal(&chance);
@@ -470,7 +456,7 @@ static void what_inputs_explain(void **state)
     assert_near(advise_explained(x, 1, event, MANY), 0.0, 1e-15);
 }
 
-static void the_hardest_braking(void **state)
+TEST(the_hardest_braking)
 {
     struct advise_row row[4] = {{.mean_ft_s2 = 4.0, .zone = {.p = 0.1}},
                                 {.mean_ft_s2 = 5.0, .zone = {.p = 0.3}},
@@ -478,7 +464,6 @@ static void the_hardest_braking(void **state)
                                 {.mean_ft_s2 = 7.0, .zone = {.p = 0.1}}};
     double short_ft_s2;
     bool beyond;
-    (void)state;
     assert_near(advise_hardest_ft_s2(row, 4, 0.2, &beyond, &short_ft_s2), 4.5, 1e-12);
     assert_false(beyond);
     assert_near(short_ft_s2, 7.0, 1e-12);
@@ -486,26 +471,4 @@ static void the_hardest_braking(void **state)
     assert_true(beyond && isnan(short_ft_s2));
     assert_true(isnan(advise_hardest_ft_s2(row, 3, 0.05, &beyond, &short_ft_s2)));
     assert_true(isnan(short_ft_s2));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_smoother_comes_to_the_kalman_filter),
-        cmocka_unit_test(what_is_far_stays),
-        cmocka_unit_test(the_taper_is_gaspari_and_cohns),
-        cmocka_unit_test(spread_is_given_back),
-        cmocka_unit_test(the_longest_zone_is_found),
-        cmocka_unit_test(a_share_is_what_chains_alone_count),
-        cmocka_unit_test(a_seed_says_the_same_whatever_the_threads),
-        cmocka_unit_test(a_survey_gives_the_sums),
-        cmocka_unit_test(a_landing_teaches),
-        cmocka_unit_test(parameters_without_sense_are_refused),
-        cmocka_unit_test(wilsons_interval),
-        cmocka_unit_test(probabilities_rise_with_shares),
-        cmocka_unit_test(how_plans_are_met),
-        cmocka_unit_test(what_inputs_explain),
-        cmocka_unit_test(the_hardest_braking),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

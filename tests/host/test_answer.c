@@ -59,9 +59,8 @@ static struct answer *landing(bool si)
     return answer;
 }
 
-static void facts_in_three_forms(void **unused)
+TEST(facts_in_three_forms)
 {
-    (void)unused;
     struct answer *answer = landing(false);
     expect(answer, as_text,
            "RUN 5\n"
@@ -89,9 +88,8 @@ static void facts_in_three_forms(void **unused)
     answer_free(answer);
 }
 
-static void si_converts_name_value_and_error(void **unused)
+TEST(si_converts_name_value_and_error)
 {
-    (void)unused;
     struct answer *answer = answer_new(true);
     answer_estimate(answer, "peak", "peak", UNIT_DISPLACEMENT, 1.0, 0.01, 4); /* 25.4 mm */
     answer_value(answer, "pull", "pull", UNIT_TENSION, 1.0, 1);               /* 4.448 N */
@@ -107,9 +105,8 @@ static void si_converts_name_value_and_error(void **unused)
 }
 
 /* 0.1 ft are 1.2 in and 30.48 mm; 2 lb/ft are 29.1878 N/m. */
-static void programs_get_values_as_they_are_given(void **unused)
+TEST(programs_get_values_as_they_are_given)
 {
-    (void)unused;
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);
         answer_as_given(answer);
@@ -131,9 +128,8 @@ static void programs_get_values_as_they_are_given(void **unused)
 }
 
 /* A row ends where the next one begins, or its table; groups and tables in a row do not end it. */
-static void rows_end_by_themselves(void **state)
+TEST(rows_end_by_themselves)
 {
-    (void)state;
     struct answer *answer = answer_new(false);
     answer_list(answer, "landings", NULL);
     for (int landing = 0; landing < 2; landing++) {
@@ -185,9 +181,8 @@ static struct answer *channels(size_t columns)
     return answer;
 }
 
-static void a_table_in_three_forms(void **unused)
+TEST(a_table_in_three_forms)
 {
-    (void)unused;
     struct answer *answer = channels(1);
     expect(answer, as_text,
            "channels\n"
@@ -213,9 +208,8 @@ static void a_table_in_three_forms(void **unused)
 
 /* No row has all columns; the value's unit is in the head though the first row has none; groups of
  * a row are cells. */
-static void columns_of_all_rows(void **unused)
+TEST(columns_of_all_rows)
 {
-    (void)unused;
     struct answer *answer = answer_new(false);
     answer_table(answer, "zones", "zones");
     answer_open(answer, NULL, NULL);
@@ -245,9 +239,8 @@ static void columns_of_all_rows(void **unused)
     answer_free(answer);
 }
 
-static void what_is_too_wide_goes_on_below(void **unused)
+TEST(what_is_too_wide_goes_on_below)
 {
-    (void)unused;
     struct answer *answer = channels(12);
     char *text = printed(answer, as_text);
     size_t lines = 0, heads = 0;
@@ -261,9 +254,8 @@ static void what_is_too_wide_goes_on_below(void **unused)
     answer_free(answer);
 }
 
-static void a_sentence_in_lines_that_fit(void **unused)
+TEST(a_sentence_in_lines_that_fit)
 {
-    (void)unused;
     char words[601] = "";
     for (int i = 0; i < 50; i++)
         strcat(words, "elevenchars ");
@@ -275,9 +267,8 @@ static void a_sentence_in_lines_that_fit(void **unused)
     answer_free(answer);
 }
 
-static void nested_groups_and_lists(void **unused)
+TEST(nested_groups_and_lists)
 {
-    (void)unused;
     struct answer *answer = answer_new(false);
     answer_open(answer, "zone", "zone");
     answer_open(answer, "measured", "measured");
@@ -299,9 +290,8 @@ static void nested_groups_and_lists(void **unused)
 
 /* What landings need: counts that nobody told, tables without rows, several facts of one label,
  * facts of a list. */
-static void what_is_not_there_and_what_is_there_twice(void **unused)
+TEST(what_is_not_there_and_what_is_there_twice)
 {
-    (void)unused;
     struct answer *answer = answer_new(false);
     answer_open(answer, NULL, "RUN 1");
     answer_count(answer, "lost", "lost", ANSWER_UNKNOWN);
@@ -339,21 +329,4 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
         "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
         "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
     answer_free(answer);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(facts_in_three_forms),
-        cmocka_unit_test(si_converts_name_value_and_error),
-        cmocka_unit_test(a_table_in_three_forms),
-        cmocka_unit_test(what_is_too_wide_goes_on_below),
-        cmocka_unit_test(columns_of_all_rows),
-        cmocka_unit_test(a_sentence_in_lines_that_fit),
-        cmocka_unit_test(nested_groups_and_lists),
-        cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
-        cmocka_unit_test(programs_get_values_as_they_are_given),
-        cmocka_unit_test(rows_end_by_themselves),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -74,28 +74,25 @@ static void waits(struct scripted *s, const struct mr_command *command)
     say_ack(s, command, MR_WAIT);
 }
 
-static void armed_is_said(void **state)
+TEST(armed_is_said)
 {
     struct error error;
-    (void)state;
     begin(0, arms);
     assert_int_equal(arm(&error), MR_OK);
     assert_int_equal(talk.landing.landing, 7);
 }
 
-static void a_lost_answer_is_seen_in_the_state(void **state)
+TEST(a_lost_answer_is_seen_in_the_state)
 {
     struct error error;
-    (void)state;
     begin(0, arms_unheard);
     assert_int_equal(arm(&error), MR_OK);
 }
 
 /* It was armed before: its state does not tell that this order did it. */
-static void a_state_that_was_there_before_shows_nothing(void **state)
+TEST(a_state_that_was_there_before_shows_nothing)
 {
     struct error error;
-    (void)state;
     begin(1, arms_unheard);
     assert_int_equal(arm(&error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT,
@@ -103,46 +100,30 @@ static void a_state_that_was_there_before_shows_nothing(void **state)
                  "before trying again");
 }
 
-static void a_lost_order_is_told(void **state)
+TEST(a_lost_order_is_told)
 {
     struct error error;
-    (void)state;
     begin(0, stays);
     assert_int_equal(arm(&error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "does not answer `arm`");
 }
 
-static void an_order_taken_and_not_followed_is_told(void **state)
+TEST(an_order_taken_and_not_followed_is_told)
 {
     struct error error;
-    (void)state;
     begin(0, takes_and_stays);
     assert_int_equal(arm(&error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT,
                  "the board took `arm` and does not say it is armed: scripted;");
 }
 
-static void a_refusal_names_what_goes_on(void **state)
+TEST(a_refusal_names_what_goes_on)
 {
     struct error error;
-    (void)state;
     begin(2, refuses);
     assert_int_equal(arm(&error), MR_NOT_NOW);
     assert_error(&error, MR_NOT_NOW, "with landing 7: wait for its end");
     begin(0, waits);
     assert_int_equal(arm(&error), MR_WAIT);
     assert_error(&error, MR_WAIT, "its black box is ready in about 13 s");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(armed_is_said),
-        cmocka_unit_test(a_lost_answer_is_seen_in_the_state),
-        cmocka_unit_test(a_state_that_was_there_before_shows_nothing),
-        cmocka_unit_test(a_lost_order_is_told),
-        cmocka_unit_test(an_order_taken_and_not_followed_is_told),
-        cmocka_unit_test(a_refusal_names_what_goes_on),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

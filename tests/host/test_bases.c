@@ -6,7 +6,7 @@
 #include "host/link/link.h"
 #include "tests/host/scratch.h"
 
-static void bases_of_links(void **state)
+TEST(bases_of_links)
 {
     static const struct {
         const char *given, *link;
@@ -27,7 +27,6 @@ static void bases_of_links(void **state)
         {"file:build/test-tmp/a@1", "file:build/test-tmp/a@1", 1, {0}, ""},
         {"build/test-tmp/a@1", "build/test-tmp/a@1", 1, {0}, ""},
     };
-    (void)state;
     scratch_begin();
     FILE *file = fopen("build/test-tmp/a@1", "w");
     assert_non_null(file);
@@ -47,7 +46,7 @@ static void bases_of_links(void **state)
     remove("build/test-tmp/a@1");
 }
 
-static void refused_bases(void **state)
+TEST(refused_bases)
 {
     static const struct {
         const char *given, *names;
@@ -62,7 +61,6 @@ static void refused_bases(void **state)
         {"can0@0,0x80", "share identifiers (0x100)"},
         {"can0@0x190,0x190", "share identifiers (0x200)"},
     };
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         char spec[200];
         struct link_bases bases;
@@ -75,9 +73,8 @@ static void refused_bases(void **state)
 
 /* A base moves every message within 11 bits, and back; what is below comes out beyond the
  * catalogue. */
-static void there_and_back(void **state)
+TEST(there_and_back)
 {
-    (void)state;
     assert_int_equal(mr_can_to_bus(0x400, 0x190), 0x590);
     assert_int_equal(mr_can_from_bus(0x590, 0x190), 0x400);
     assert_int_equal(mr_can_from_bus(0x080, 0x190), 0x6f0);
@@ -89,14 +86,4 @@ static void there_and_back(void **state)
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
     assert_int_equal(messages[count - 1].id + MR_CAN_BASE_MOST, 0x7ff);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bases_of_links),
-        cmocka_unit_test(refused_bases),
-        cmocka_unit_test(there_and_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -83,9 +83,8 @@ static void adds_up(void)
     assert_near(b.stated, (double)mr_reading_error(of.channel, &of.reading), 1e-5 * b.combined);
 }
 
-static void a_movement_by_hand(void **state)
+TEST_IN(a_movement_by_hand, fresh, NULL)
 {
-    (void)state;
     budget_make(&of, &b);
     adds_up();
     is(BUDGET_NOISE, 0.00112 * sqrt(1.0 / 4.0 + 1.0 / 400.0));
@@ -108,9 +107,8 @@ static void a_movement_by_hand(void **state)
     is(BUDGET_TEMPERATURE, 0.0);
 }
 
-static void a_tension_by_hand(void **state)
+TEST_IN(a_tension_by_hand, fresh, NULL)
 {
-    (void)state;
     use_gage();
     of.certificate = (double)NAN; /* none */
     budget_make(&of, &b);
@@ -134,9 +132,8 @@ static void a_tension_by_hand(void **state)
 }
 
 /* Share of the variance that is rectangular, and the factor. */
-static void the_factor_is_of_both_distributions(void **state)
+TEST_IN(the_factor_is_of_both_distributions, fresh, NULL)
 {
-    (void)state;
     static const double known[][2] = {{0.0, 1.95996},  {0.25, 1.95214}, {0.5, 1.91742},
                                       {0.75, 1.83556}, {0.9, 1.74384},  {1.0, 1.64545}};
     transducer.gain_error = transducer.linearity_error = 0.0f;
@@ -153,15 +150,4 @@ static void the_factor_is_of_both_distributions(void **state)
         assert_near(b.factor, known[i][1], 2e-3);
         assert_near(b.expanded, b.factor * b.combined, 1e-12);
     }
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, fresh)
-    const struct CMUnitTest tests[] = {
-        TEST(a_movement_by_hand),
-        TEST(a_tension_by_hand),
-        TEST(the_factor_is_of_both_distributions),
-    };
-    return cmocka_run_group_tests_name("host/budget", tests, NULL, NULL);
 }

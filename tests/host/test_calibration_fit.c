@@ -26,14 +26,13 @@ static size_t make(struct calibrate_point *point, size_t count, double noise_cod
     return count;
 }
 
-static void a_line_is_found_again(void **state)
+TEST(a_line_is_found_again)
 {
     struct calibrate_point point[11];
     struct mr_channel_config channel = {
         .kind = MR_KIND_DISPLACEMENT, .points = 3, .station_ft = 40.0f};
     struct calibrate_fit fit;
     struct error error = {0};
-    (void)state;
     assert_int_equal(
         calibrate_fit(point, make(point, 11, 0.0, 0.0), 0.001, false, &channel, &fit, &error),
         MR_OK);
@@ -47,14 +46,13 @@ static void a_line_is_found_again(void **state)
 
 /* One bad point: its residual is told. Line through (0,0) (1,1) (2,2) (3,3.4): slope 1.12,
  * intercept -0.08 by hand. */
-static void residuals_by_hand(void **state)
+TEST(residuals_by_hand)
 {
     const struct calibrate_point point[4] = {{0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {3.4, 3, 0}};
     struct mr_channel_config channel = {.kind = MR_KIND_TENSION};
     struct calibrate_fit fit;
     struct error error = {0};
     static const double residual[4] = {-0.08, 0.04, 0.16, -0.12};
-    (void)state;
     assert_int_equal(calibrate_fit(point, 4, 0.0, false, &channel, &fit, &error), MR_OK);
     assert_true(fabs(fit.unit_per_code - 1.12) < 1e-9 && fabs(fit.zero_code - 0.08 / 1.12) < 1e-9);
     for (int i = 0; i < 4; i++)
@@ -69,7 +67,7 @@ static void residuals_by_hand(void **state)
                 1e-6);
 }
 
-static void stated_errors_hold(void **state)
+TEST(stated_errors_hold)
 {
     enum { TRIALS = 500 };
     struct calibrate_point point[9];
@@ -77,7 +75,6 @@ static void stated_errors_hold(void **state)
     struct calibrate_fit fit;
     struct error error = {0};
     double gain = 0.0, zero = 0.0;
-    (void)state;
     srand(3);
     for (int i = 0; i < TRIALS; i++) {
         assert_int_equal(
@@ -90,14 +87,13 @@ static void stated_errors_hold(void **state)
     assert_true(gain > 1.1 && gain < 1.75 && zero > 1.1 && zero < 1.75);
 }
 
-static void a_table_follows_a_curve(void **state)
+TEST(a_table_follows_a_curve)
 {
     struct calibrate_point point[8];
     struct mr_channel_config channel = {.kind = MR_KIND_DISPLACEMENT};
     struct calibrate_fit line, table;
     struct error error = {0};
     double worst = 0.0;
-    (void)state;
     make(point, 8, 0.0, 0.02);
     assert_int_equal(calibrate_fit(point, 8, 0.0, false, &channel, &line, &error), MR_OK);
     assert_true(line.worst > 0.005);
@@ -117,13 +113,12 @@ static void a_table_follows_a_curve(void **state)
     assert_true(channel.unit_per_code < 0.0f && table.worst < 1e-5);
 }
 
-static void what_is_no_calibration_is_refused(void **state)
+TEST(what_is_no_calibration_is_refused)
 {
     struct calibrate_point point[12];
     struct mr_channel_config channel = {.kind = MR_KIND_DISPLACEMENT};
     struct calibrate_fit fit;
     struct error error = {0};
-    (void)state;
     make(point, 12, 0.0, 0.0);
     assert_int_equal(calibrate_fit(point, 2, 0.0, false, &channel, &fit, &error), MR_TOO_FEW);
     error = (struct error){0};
@@ -138,16 +133,4 @@ static void what_is_no_calibration_is_refused(void **state)
         point[i] = (struct calibrate_point){i, 2000.0 + gauss(), 1.0}; /* not connected */
     assert_int_equal(calibrate_fit(point, 12, 0.0, false, &channel, &fit, &error), MR_NUMERICS);
     assert_error(&error, MR_NUMERICS, "does not follow");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_line_is_found_again),
-        cmocka_unit_test(residuals_by_hand),
-        cmocka_unit_test(stated_errors_hold),
-        cmocka_unit_test(a_table_follows_a_curve),
-        cmocka_unit_test(what_is_no_calibration_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,9 +36,8 @@ static void is_refused(const char *text, enum unit_kind kind, enum mr_status sta
         fail_msg("%s: status %d: %s", text, (int)error.status, error.text);
 }
 
-static void units_of_the_first_line(void **state)
+TEST(units_of_the_first_line)
 {
-    (void)state;
     is_read("in,codes\n2,700\n", UNIT_DISPLACEMENT, 2.0, 700.0);
     is_read("mm,codes\n12.7,372.4\n", UNIT_DISPLACEMENT, 0.5, 372.4);
     is_read("cm,codes\n2.54,700\n", UNIT_DISPLACEMENT, 1.0, 700.0);
@@ -51,9 +50,8 @@ static void units_of_the_first_line(void **state)
     is_read("kgf,codes\n10,700\n", UNIT_TENSION, 10.0 * 9.80665 / 4.4482216152605, 700.0);
 }
 
-static void as_people_and_programs_write_it(void **state)
+TEST(as_people_and_programs_write_it)
 {
-    (void)state;
     static const char *const names[] = {
         "displacement (mm),codes", "MM , Codes",
         "\xef\xbb\xbfmm,codes",    "# a comment, with a comma\n\nmm,codes",
@@ -71,9 +69,8 @@ static void as_people_and_programs_write_it(void **state)
 
 /* A name is read wholly or not at all: a unit that matrig does not know, or one that something
  * scales, is not passed over. */
-static void what_is_not_understood_is_refused(void **state)
+TEST(what_is_not_understood_is_refused)
 {
-    (void)state;
     static const char *const odd[] = {"daN",        "kip",       "load (daN)",    "load (lb) daN",
                                       "kip (lb)",   "10 lb",     "tenths (lb)",   "load (lb/10)",
                                       "lb x10",     "lb (0.1)",  "load lb",       "lb/2",
@@ -104,9 +101,8 @@ static void what_is_not_understood_is_refused(void **state)
     is_refused(text, UNIT_DISPLACEMENT, MR_MALFORMED, "too long: ");
 }
 
-static void a_mistake_is_named(void **state)
+TEST(a_mistake_is_named)
 {
-    (void)state;
     static const struct {
         uint8_t kind;
         double gain;
@@ -127,15 +123,4 @@ static void a_mistake_is_named(void **state)
         if (mistake[i].text[0] ? !strstr(text, mistake[i].text) : text[0] != '\0')
             fail_msg("%g: %s", mistake[i].gain, text);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(units_of_the_first_line),
-        cmocka_unit_test(as_people_and_programs_write_it),
-        cmocka_unit_test(what_is_not_understood_is_refused),
-        cmocka_unit_test(a_mistake_is_named),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,13 +18,12 @@ static struct msghdr beside(uint8_t *room, int type, const void *data, size_t le
     return (struct msghdr){.msg_control = room, .msg_controllen = sizeof head + length};
 }
 
-static void stamps_of_both_kinds(void **state)
+TEST(stamps_of_both_kinds)
 {
     _Alignas(8) uint8_t room[CAN_CONTROL_BYTES];
     struct can_control control;
     struct timespec at = {.tv_sec = 1700000000, .tv_nsec = 123456789};
     struct scm_timestamping both = {.ts = {{1700000001, 500}, {9, 9}, {77, 250000999}}};
-    (void)state;
     struct msghdr message = beside(room, SO_TIMESTAMPNS, &at, sizeof at);
     can_control_take(&message, &control);
     assert_true(control.kernel_us == 1700000000123456u && control.hardware_us == 0 &&
@@ -41,12 +40,11 @@ static void stamps_of_both_kinds(void **state)
     assert_true(control.kernel_us == 0 && control.hardware_us == 0);
 }
 
-static void what_the_queue_lost(void **state)
+TEST(what_the_queue_lost)
 {
     _Alignas(8) uint8_t room[CAN_CONTROL_BYTES];
     struct can_control control;
     uint32_t lost = 0xfffffffeu;
-    (void)state;
     struct msghdr message = beside(room, SO_RXQ_OVFL, &lost, sizeof lost);
     can_control_take(&message, &control);
     assert_true(control.lost_known && control.lost == 0xfffffffeu && control.kernel_us == 0);
@@ -65,7 +63,7 @@ static bool passes(const struct can_filter *filters, size_t count, uint32_t id)
     return false;
 }
 
-static void filters_pass_the_board(void **state)
+TEST(filters_pass_the_board)
 {
     struct can_filter filters[512]; /* the kernel takes no more */
     const struct link_bases bases = {.count = 1};
@@ -76,7 +74,6 @@ static void filters_pass_the_board(void **state)
                                      0x110, 0x114, 0x180, 0x1f0, 0x1fd, 0x400};
     static const uint32_t others[] = {
         0x001, 0x123, 0x555, 0x7ff, 0x300, 0x301, 0x100 | CAN_EFF_FLAG, 0x100 | CAN_RTR_FLAG};
-    (void)state;
     assert_true(count > 50 && count < 512);
     for (size_t i = 0; i < sizeof board / sizeof board[0]; i++) {
         if (!passes(filters, count, board[i]))
@@ -96,11 +93,10 @@ static void filters_pass_the_board(void **state)
 /* An adapter whose clock is 100 ppm fast; frames every millisecond reach the host 200 us later at
  * least, mostly 20 ms at most, and all of them a second late for half a second. What is stamped is
  * right to those 200 us and what the clocks drift apart in 10 s. */
-static void an_adapters_clock(void **state)
+TEST(an_adapters_clock)
 {
     struct adapter_clock clock = {0};
     uint32_t random = 1;
-    (void)state;
     for (uint64_t ms = 0; ms < 60000; ms++) {
         uint64_t truth_us = 5000000000u + 1000 * ms, adapter_us = 777 + 1000 * ms + ms / 10;
         random = random * 1664525u + 1013904223u;
@@ -114,22 +110,11 @@ static void an_adapters_clock(void **state)
     }
 }
 
-static void an_adapter_that_begins_again(void **state)
+TEST(an_adapter_that_begins_again)
 {
     struct adapter_clock clock = {0};
-    (void)state;
     adapter_clock_time(&clock, 9000000, 100000000);
     assert_true(adapter_clock_time(&clock, 9001000, 100001500) == 100001000);
     assert_true(adapter_clock_time(&clock, 5000, 107000000) == 107000000);
     assert_true(adapter_clock_time(&clock, 6000, 107001700) == 107001000);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stamps_of_both_kinds),         cmocka_unit_test(what_the_queue_lost),
-        cmocka_unit_test(filters_pass_the_board),       cmocka_unit_test(an_adapters_clock),
-        cmocka_unit_test(an_adapter_that_begins_again),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -53,9 +53,8 @@ static const struct {
     {0x20000800, {0}, BIT(LINK_OTHER_ERROR), "error of unknown class 00800"},
 };
 
-static void every_class_in_words(void **state)
+TEST(every_class_in_words)
 {
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         struct link_frame frame = {.id = cases[i].id, .length = 8};
         char text[CAN_ERROR_TEXT_MAX];
@@ -67,10 +66,9 @@ static void every_class_in_words(void **state)
 }
 
 /* Whatever comes, there is a text, and it ends; even with everything in one frame. */
-static void any_frame_has_a_text(void **state)
+TEST(any_frame_has_a_text)
 {
     uint32_t seed = 1;
-    (void)state;
     for (unsigned i = 0; i < 200000; i++) {
         struct link_frame frame = {.length = 8};
         char text[CAN_ERROR_TEXT_MAX + 1];
@@ -89,9 +87,8 @@ static void any_frame_has_a_text(void **state)
     }
 }
 
-static void troubles_have_texts(void **state)
+TEST(troubles_have_texts)
 {
-    (void)state;
     assert_string_equal(link_trouble_text(LINK_BUS_OFF), "bus off");
     assert_string_equal(link_trouble_text(LINK_BACK), "came back");
     assert_string_equal(link_trouble_text(LINK_TROUBLES), "unknown trouble");
@@ -99,14 +96,4 @@ static void troubles_have_texts(void **state)
     assert_int_equal(LINK_BUS_OFF, 0);
     assert_int_equal(LINK_QUEUE_LOST, 14);
     assert_int_equal(LINK_BACK, 18);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_class_in_words),
-        cmocka_unit_test(any_frame_has_a_text),
-        cmocka_unit_test(troubles_have_texts),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -27,9 +27,8 @@ static struct store_certificate sound(void)
                                       .coverage_factor = 2.0};
 }
 
-static void a_certificate_holds_through_its_due_day(void **state)
+TEST(a_certificate_holds_through_its_due_day)
 {
-    (void)state;
     const struct mr_channel_config channel = {.serial = "ET-17"};
     struct store_certificate c = sound();
     assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
@@ -38,9 +37,8 @@ static void a_certificate_holds_through_its_due_day(void **state)
     assert_int_equal(certificates_state(&c, &channel, 4102444800), CERTIFICATE_VALID);
 }
 
-static void a_certificate_is_of_its_sensor(void **state)
+TEST(a_certificate_is_of_its_sensor)
 {
-    (void)state;
     struct store_certificate c = sound();
     struct mr_channel_config channel = {.serial = "ET-17"};
     assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
@@ -53,9 +51,8 @@ static void a_certificate_is_of_its_sensor(void **state)
     assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
 }
 
-static void a_probability_is_a_factor(void **state)
+TEST(a_probability_is_a_factor)
 {
-    (void)state;
     assert_near(certificates_factor(95.0), 1.959964, 1e-6);
     assert_near(certificates_factor(68.27), 1.0, 1e-3);
     assert_near(certificates_factor(95.45), 2.0, 1e-3); /* GUM, table G.1 */
@@ -95,9 +92,8 @@ static void enter(const char *number)
     assert_no_error(&error);
 }
 
-static void the_one_entered_last_holds(void **state)
+TEST(the_one_entered_last_holds)
 {
-    (void)state;
     begin("certificates.db");
     assert_string_equal(number_that_holds(), "");
     enter("C-1");
@@ -106,9 +102,8 @@ static void the_one_entered_last_holds(void **state)
     store_close(store);
 }
 
-static void what_a_person_writes_is_read_or_refused(void **state)
+TEST(what_a_person_writes_is_read_or_refused)
 {
-    (void)state;
     static const char good[] = "number=C-1, laboratory=Metrology Lab, calibrated=2026-01-01, "
                                "due=2026-03-01, uncertainty=0.05mm, coverage=2";
     struct store_certificate row = {.index = 2};
@@ -154,9 +149,8 @@ static void what_a_person_writes_is_read_or_refused(void **state)
     }
 }
 
-static void history_stays(void **state)
+TEST(history_stays)
 {
-    (void)state;
     begin("history.db");
     enter("C-1");
     assert_int_equal(
@@ -188,9 +182,8 @@ static void says(unsigned i, enum ready_verdict verdict, const char *name, const
     assert_int_equal(report.check[i].advice[0] != '\0', verdict == READY_NO_GO);
 }
 
-static void what_is_overdue_stops_ready(void **state)
+TEST(what_is_overdue_stops_ready)
 {
-    (void)state;
     memset(&f, 0, sizeof f);
     f.config.channel[2].kind = MR_KIND_DISPLACEMENT;
     f.config.channel[9].kind = MR_KIND_TENSION;
@@ -210,18 +203,4 @@ static void what_is_overdue_stops_ready(void **state)
     f.config.channel[2].kind = MR_KIND_NONE; /* not used: its certificate does not matter */
     judge(1772409600);
     assert_int_equal(report.count, 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_certificate_holds_through_its_due_day),
-        cmocka_unit_test(a_certificate_is_of_its_sensor),
-        cmocka_unit_test(a_probability_is_a_factor),
-        cmocka_unit_test(the_one_entered_last_holds),
-        cmocka_unit_test(what_a_person_writes_is_read_or_refused),
-        cmocka_unit_test(history_stays),
-        cmocka_unit_test(what_is_overdue_stops_ready),
-    };
-    return cmocka_run_group_tests_name("host/certificates", tests, NULL, NULL);
 }

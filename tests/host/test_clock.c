@@ -44,9 +44,8 @@ static void send_sync(struct stream *stream)
     }
 }
 
-static void times_of_day_are_right_within_their_intervals(void **s)
+TEST(times_of_day_are_right_within_their_intervals)
 {
-    (void)s;
     struct session session;
     struct stream_truth truth = {.v0_ft_s = 30.0, .a_ft_s2 = 6.0, .peak_in = 0.5, .warn = true};
     struct summary summary;
@@ -97,9 +96,8 @@ static bool drop_some(const struct stream *stream, uint16_t id)
 }
 
 /* 300 frames whose count on the wire comes round, one in three lost on CAN. */
-static void film_frames_come_by_either_link(void **s)
+TEST(film_frames_come_by_either_link)
 {
-    (void)s;
     struct session session;
     struct store_film_frame *frame;
     size_t frames, by_both = 0;
@@ -132,13 +130,4 @@ static void film_frames_come_by_either_link(void **s)
     assert_in_range(by_both, 46000, 47500);
     free(frame);
     session_end(&session);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(times_of_day_are_right_within_their_intervals),
-        cmocka_unit_test(film_frames_come_by_either_link),
-    };
-    return cmocka_run_group_tests_name("host/clock", tests, NULL, NULL);
 }

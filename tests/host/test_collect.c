@@ -39,10 +39,9 @@ static struct store_link_counts counts_of(struct session *session, int link)
     return counts;
 }
 
-static void both_links_make_one_landing(void **state)
+TEST(both_links_make_one_landing)
 {
     struct session s;
-    (void)state;
     session_begin(&s, true, true);
     one_landing(&s, 7);
     session_log(&s, "collect.db");
@@ -114,12 +113,11 @@ static enum mr_status check_order(void *context, const uint8_t *record, size_t l
     return MR_OK;
 }
 
-static void every_block_and_frame_is_kept(void **state)
+TEST(every_block_and_frame_is_kept)
 {
     struct session s;
     int64_t blocks, can;
     uint32_t next = 500;
-    (void)state;
     session_begin(&s, true, true);
     one_landing(&s, 1);
     session_log(&s, "collect.db");
@@ -146,11 +144,10 @@ static enum mr_status check_times(void *context, const struct store_frame *frame
     return MR_OK;
 }
 
-static void frames_carry_board_time(void **state)
+TEST(frames_carry_board_time)
 {
     struct session s;
     int64_t last = 0;
-    (void)state;
     session_begin(&s, true, false);
     one_landing(&s, 1);
     session_log(&s, "collect.db");
@@ -159,11 +156,10 @@ static void frames_carry_board_time(void **state)
     session_end(&s);
 }
 
-static void time_goes_on_over_the_wrap(void **state)
+TEST(time_goes_on_over_the_wrap)
 {
     struct session s;
     struct stream_truth truth = gentle;
-    (void)state;
     session_begin(&s, true, true);
     s.stream.block = 63000; /* block16 wraps within the landing; TIM2 wraps at 51.1 s */
     stream_hello(&s.stream, MR_LAYOUT);
@@ -186,11 +182,10 @@ static void time_goes_on_over_the_wrap(void **state)
     session_end(&s);
 }
 
-static void another_layout_is_refused_and_the_rest_kept(void **state)
+TEST(another_layout_is_refused_and_the_rest_kept)
 {
     struct session s;
     int64_t frames;
-    (void)state;
     session_begin(&s, true, false);
     STREAM_CAN(&s.stream, clock, CLOCK, .block = 5, .tick = 84000 * 5);
     stream_hello(&s.stream, MR_LAYOUT + 1);
@@ -221,12 +216,11 @@ static bool lose_some_blocks(const struct stream *stream, uint16_t type)
     return type == MR_ID_BLOCK && stream->block >= 2010 && stream->block < 2017;
 }
 
-static void losses_are_found_and_named(void **state)
+TEST(losses_are_found_and_named)
 {
     struct session s;
     struct store_gap *gaps;
     size_t count;
-    (void)state;
     session_begin(&s, true, true);
     s.stream.drop_can = lose_some_can;
     s.stream.drop_serial = lose_some_blocks;
@@ -260,10 +254,9 @@ static void losses_are_found_and_named(void **state)
     session_end(&s);
 }
 
-static void damaged_bytes_cost_one_frame(void **state)
+TEST(damaged_bytes_cost_one_frame)
 {
     struct session s;
-    (void)state;
     session_begin(&s, false, true);
     one_landing(&s, 1);
     fflush(s.stream.serial);
@@ -277,10 +270,9 @@ static void damaged_bytes_cost_one_frame(void **state)
     session_end(&s);
 }
 
-static void truncated_serial_says_so(void **state)
+TEST(truncated_serial_says_so)
 {
     struct session s;
-    (void)state;
     session_begin(&s, false, true);
     one_landing(&s, 1);
     fflush(s.stream.serial);
@@ -308,12 +300,11 @@ static size_t behind_frame(const struct session *session, unsigned n)
 
 /* A port goes away inside frame 30 and comes back where frame 34 begins: three frames and the torn
  * one are lost, and the first that comes whole is not joined to it. */
-static void a_port_that_comes_back_begins_anew(void **state)
+TEST(a_port_that_comes_back_begins_anew)
 {
     struct session s;
     struct link_counters counters = {.troubles = 2};
     char path[200];
-    (void)state;
     session_begin(&s, false, true);
     stream_hello(&s.stream, MR_LAYOUT);
     stream_configuration(&s.stream);
@@ -343,11 +334,10 @@ static void a_port_that_comes_back_begins_anew(void **state)
     session_end(&s);
 }
 
-static void joined_late(void **state)
+TEST(joined_late)
 {
     struct session s;
     struct stream_truth truth = gentle;
-    (void)state;
     session_begin(&s, true, false);
     /* The board has been landing for a while: what comes first is a hello and the state, once a
      * second. */
@@ -368,11 +358,10 @@ static void joined_late(void **state)
     session_end(&s);
 }
 
-static void board_restarts_in_mid_landing(void **state)
+TEST(board_restarts_in_mid_landing)
 {
     struct session s;
     struct stream_truth truth = gentle;
-    (void)state;
     session_begin(&s, true, true);
     stream_hello(&s.stream, MR_LAYOUT);
     stream_configuration(&s.stream);
@@ -399,11 +388,10 @@ static void board_restarts_in_mid_landing(void **state)
 
 /* Scans that stand: the board goes round its regular messages with small block numbers and tick 0.
  * No new start of it. */
-static void standing_scans_are_no_restart(void **state)
+TEST(standing_scans_are_no_restart)
 {
     struct session s;
     struct stream_truth truth = gentle;
-    (void)state;
     session_begin(&s, true, true);
     stream_hello(&s.stream, MR_LAYOUT);
     stream_configuration(&s.stream);
@@ -421,12 +409,11 @@ static void standing_scans_are_no_restart(void **state)
     session_end(&s);
 }
 
-static void one_link_silent(void **state)
+TEST(one_link_silent)
 {
     struct session s;
     struct store_gap *gaps;
     size_t count;
-    (void)state;
     session_begin(&s, true, true);
     one_landing(&s, 1);
     fflush(s.stream.can);
@@ -448,12 +435,11 @@ static bool cut_after_2500(const struct stream *stream, uint16_t id)
     return stream->block > 2500;
 }
 
-static void one_link_cut_in_mid_landing(void **state)
+TEST(one_link_cut_in_mid_landing)
 {
     struct session s;
     struct store_gap *gaps;
     size_t count;
-    (void)state;
     session_begin(&s, true, true);
     s.stream.drop_can = cut_after_2500;
     one_landing(&s, 1);
@@ -470,10 +456,9 @@ static void one_link_cut_in_mid_landing(void **state)
     session_end(&s);
 }
 
-static void two_landings_in_turn(void **state)
+TEST(two_landings_in_turn)
 {
     struct session s;
-    (void)state;
     session_begin(&s, true, true);
     one_landing(&s, 4);
     struct stream_truth truth = gentle;
@@ -490,10 +475,9 @@ static void two_landings_in_turn(void **state)
     session_end(&s);
 }
 
-static void others_on_the_bus_are_kept_apart(void **state)
+TEST(others_on_the_bus_are_kept_apart)
 {
     struct session s;
-    (void)state;
     session_begin(&s, true, false);
     stream_hello(&s.stream, MR_LAYOUT);
     fputs(
@@ -518,12 +502,11 @@ static bool lose_edges_on_serial(const struct stream *stream, uint16_t type)
     return type == MR_ID_EDGE && stream->block < 2200;
 }
 
-static void can_fills_what_serial_lost(void **state)
+TEST(can_fills_what_serial_lost)
 {
     struct session s;
     struct store_edge *edges;
     size_t count;
-    (void)state;
     session_begin(&s, true, true);
     s.stream.drop_serial = lose_edges_on_serial;
     one_landing(&s, 1);
@@ -546,14 +529,13 @@ static bool cut_serial_after_2500(const struct stream *stream, uint16_t type)
     return stream->block > 2500;
 }
 
-static void can_is_the_record_when_serial_falls_silent(void **state)
+TEST(can_is_the_record_when_serial_falls_silent)
 {
     struct session s;
     struct store_edge *edges;
     struct store_result result;
     size_t count;
     bool found;
-    (void)state;
     session_begin(&s, true, true);
     s.stream.drop_serial = cut_serial_after_2500;
     one_landing(&s, 1);
@@ -578,10 +560,9 @@ static void swap_board(struct stream *stream)
     STREAM_BOTH(stream, board_uid, BOARD_UID, .uid0 = 0x44, .uid1 = 0x22);
 }
 
-static void another_board_on_serial_asks_for_a_new_log(void **state)
+TEST(another_board_on_serial_asks_for_a_new_log)
 {
     struct session s;
-    (void)state;
     session_begin(&s, false, true);
     one_landing(&s, 1);
     s.stream.seq = 0;
@@ -633,11 +614,10 @@ static void over(struct stream *stream)
     stream_state(stream, 0, 1, 1, stream->block);
 }
 
-static void serial_denies_the_end(void **state)
+TEST(serial_denies_the_end)
 {
     struct session s;
     int64_t blocks;
-    (void)state;
     log_with(&s, true, over);
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
@@ -646,10 +626,9 @@ static void serial_denies_the_end(void **state)
     session_end(&s);
 }
 
-static void what_can_tore_is_joined(void **state)
+TEST(what_can_tore_is_joined)
 {
     struct session s;
-    (void)state;
     log_with(&s, false, over);
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
@@ -661,10 +640,9 @@ static void arm_another(struct stream *stream)
     stream_state(stream, 1, 1, 2, stream->block);
 }
 
-static void no_landing_is_armed_in_one(void **state)
+TEST(no_landing_is_armed_in_one)
 {
     struct session s;
-    (void)state;
     log_with(&s, false, arm_another);
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
@@ -676,11 +654,10 @@ static void another_uid(struct stream *stream)
     swap_board(stream);
 }
 
-static void another_board_on_can_is_a_stranger(void **state)
+TEST(another_board_on_can_is_a_stranger)
 {
     for (int serial = 0; serial < 2; serial++) {
         struct session s;
-        (void)state;
         log_with(&s, serial, another_uid);
         assert_no_error(&s.error);
         assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");
@@ -695,45 +672,13 @@ static void one_moment_of_another_time(struct stream *stream)
     STREAM_CAN(stream, displacement_1_3, DISPLACEMENT_1_3, 1.0f, 2.0f, 3.0f, 40000);
 }
 
-static void time_and_counts_of_nobody(void **state)
+TEST(time_and_counts_of_nobody)
 {
     struct session s;
-    (void)state;
     log_with(&s, false, one_moment_of_another_time);
     assert_no_error(&s.error);
     assert_int_equal(landing_count(&s), 1);
     assert_int_equal(landing_of(&s, 1).boot, 0);
     assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
     session_end(&s);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(another_board_on_serial_asks_for_a_new_log),
-        cmocka_unit_test(can_fills_what_serial_lost),
-        cmocka_unit_test(can_is_the_record_when_serial_falls_silent),
-        cmocka_unit_test(serial_denies_the_end),
-        cmocka_unit_test(what_can_tore_is_joined),
-        cmocka_unit_test(no_landing_is_armed_in_one),
-        cmocka_unit_test(another_board_on_can_is_a_stranger),
-        cmocka_unit_test(time_and_counts_of_nobody),
-        cmocka_unit_test(both_links_make_one_landing),
-        cmocka_unit_test(every_block_and_frame_is_kept),
-        cmocka_unit_test(frames_carry_board_time),
-        cmocka_unit_test(time_goes_on_over_the_wrap),
-        cmocka_unit_test(another_layout_is_refused_and_the_rest_kept),
-        cmocka_unit_test(losses_are_found_and_named),
-        cmocka_unit_test(damaged_bytes_cost_one_frame),
-        cmocka_unit_test(truncated_serial_says_so),
-        cmocka_unit_test(a_port_that_comes_back_begins_anew),
-        cmocka_unit_test(joined_late),
-        cmocka_unit_test(board_restarts_in_mid_landing),
-        cmocka_unit_test(standing_scans_are_no_restart),
-        cmocka_unit_test(one_link_silent),
-        cmocka_unit_test(one_link_cut_in_mid_landing),
-        cmocka_unit_test(two_landings_in_turn),
-        cmocka_unit_test(others_on_the_bus_are_kept_apart),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

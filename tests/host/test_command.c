@@ -61,9 +61,8 @@ static enum mr_status parse(struct given *given, const char *words[2], bool si, 
 static struct given given;
 static const char *words[2];
 
-static void every_kind_has_its_value(void **state)
+TEST(every_kind_has_its_value)
 {
-    (void)state;
     assert_int_equal(PARSE("a.db", "--db", "b.db", "--for=90", "-n4", "--run", "12", "--format",
                            "mdf4", "--loud", "3"),
                      MR_OK);
@@ -74,9 +73,8 @@ static void every_kind_has_its_value(void **state)
     assert_string_equal(given.format, "mdf4");
 }
 
-static void what_is_not_given_is_the_standard(void **state)
+TEST(what_is_not_given_is_the_standard)
 {
-    (void)state;
     words[1] = "left over";
     assert_int_equal(PARSE("a.db"), MR_OK);
     assert_null(words[1]);
@@ -86,9 +84,8 @@ static void what_is_not_given_is_the_standard(void **state)
     assert_null(given.format);
 }
 
-static void a_number_is_read_with_its_unit(void **state)
+TEST(a_number_is_read_with_its_unit)
 {
-    (void)state;
     assert_int_equal(PARSE("a.db", "--for", "2min", "--gap", "5 mm"), MR_OK);
     assert_near(given.for_s, 120.0, 1e-12);
     assert_near(given.gap_in, 5.0 / 25.4, 1e-12);
@@ -110,9 +107,8 @@ static void a_number_is_read_with_its_unit(void **state)
     assert_non_null(strstr(error.text, "allowed is 0 to 254 mm"));
 }
 
-static void nonsense_is_refused_in_a_line(void **state)
+TEST(nonsense_is_refused_in_a_line)
 {
-    (void)state;
     REFUSED("unknown option: '--bd' of try; see matrig try --help", "a.db", "--bd", "b.db");
     REFUSED("option in the wrong place: '--json' after try; put it before the command: matrig "
             "--json try",
@@ -137,9 +133,8 @@ static void nonsense_is_refused_in_a_line(void **state)
             "cs");
 }
 
-static void options_stand_before_the_command(void **state)
+TEST(options_stand_before_the_command)
 {
-    (void)state;
     const char *const line[] = {"matrig", "--json", "--si", "log", "--quiet"};
     struct command_before before = {.help = false};
     error = (struct error){0};
@@ -155,9 +150,8 @@ static void options_stand_before_the_command(void **state)
                         "unknown option: '--jsn'; did you mean --json? see matrig --help");
 }
 
-static void help_has_the_rows(void **state)
+TEST(help_has_the_rows)
 {
-    (void)state;
     char *text = help_page_text(&command);
     assert_string_equal(text, "  DB             a file\n"
                               "  --db DB        another; of 0\n"
@@ -242,9 +236,8 @@ static void speaks_of_its_own(const struct command *c, const char *text)
     }
 }
 
-static void no_text_speaks_of_an_option_that_is_not_taken(void **state)
+TEST(no_text_speaks_of_an_option_that_is_not_taken)
 {
-    (void)state;
     for (size_t i = 0; i < command_table.count; i++) {
         const struct command *c = command_table.commands[i].command;
         struct help_page page = help_page_make(c);
@@ -282,9 +275,8 @@ static void is_told(void *context, const struct command_part *part)
                  name);
 }
 
-static void no_option_is_taken_that_no_text_speaks_of(void **state)
+TEST(no_option_is_taken_that_no_text_speaks_of)
 {
-    (void)state;
     for (size_t i = 0; i < command_table.count; i++) {
         char *page = help_page_text(command_table.commands[i].command);
         struct owner owner = {command_table.commands[i].command, page};
@@ -317,9 +309,8 @@ static void sound_rows(const struct command *c)
     }
 }
 
-static void rows_are_sound(void **state)
+TEST(rows_are_sound)
 {
-    (void)state;
     for (size_t i = 0; i < command_table.count; i++) {
         const struct command *c = command_table.commands[i].command;
         char example[60], *page = help_page_text(c);
@@ -331,20 +322,4 @@ static void rows_are_sound(void **state)
             fail_msg("matrig %s has no example", c->name);
         free(page);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_kind_has_its_value),
-        cmocka_unit_test(what_is_not_given_is_the_standard),
-        cmocka_unit_test(a_number_is_read_with_its_unit),
-        cmocka_unit_test(nonsense_is_refused_in_a_line),
-        cmocka_unit_test(options_stand_before_the_command),
-        cmocka_unit_test(help_has_the_rows),
-        cmocka_unit_test(no_text_speaks_of_an_option_that_is_not_taken),
-        cmocka_unit_test(no_option_is_taken_that_no_text_speaks_of),
-        cmocka_unit_test(rows_are_sound),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -30,13 +30,12 @@ static void runway(struct sim_scene *scene)
     assert_int_equal(sim_scene_load(scene, "host/scenes/model_runway.json", &error), MR_OK);
 }
 
-static void path_and_thrust(void **state)
+TEST(path_and_thrust)
 {
     struct session s;
     struct measured m;
     struct zones_closure survey;
     struct sim_scene scene;
-    (void)state;
     load_one(&s, &m, &survey);
     runway(&scene);
     assert_int_equal(compare_scene(&m, &survey, &scene, &s.error), MR_OK);
@@ -59,13 +58,12 @@ static void path_and_thrust(void **state)
     session_end(&s);
 }
 
-static void gaps_from_the_survey(void **state)
+TEST(gaps_from_the_survey)
 {
     struct session s;
     struct measured m;
     struct zones_closure survey;
     struct sim_scene scene;
-    (void)state;
     load_one(&s, &m, &survey);
     runway(&scene);
     survey.slack_in[7] = 0.36f;  /* joints 71 to 80: 0.036 in each */
@@ -84,13 +82,12 @@ static void gaps_from_the_survey(void **state)
     session_end(&s);
 }
 
-static void motion_not_known_is_refused(void **state)
+TEST(motion_not_known_is_refused)
 {
     struct session s;
     struct measured m;
     struct zones_closure survey;
     struct sim_scene scene;
-    (void)state;
     load_one(&s, &m, &survey);
     runway(&scene);
     m.fit_status = MR_TOO_FEW;
@@ -131,7 +128,7 @@ static void measure(struct measured *m, size_t channel, const struct store_simul
 }
 
 /* What was measured is made of what was simulated: the figures are those of the copy. */
-static void differences_of_a_known_series(void **state)
+TEST(differences_of_a_known_series)
 {
     struct session s;
     struct measured m;
@@ -140,7 +137,6 @@ static void differences_of_a_known_series(void **state)
     struct compare_landing landing;
     struct compare_figures f;
     const struct compare_said nothing = {0};
-    (void)state;
     load_one(&s, &m, &survey);
     assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error),
                      MR_OK);
@@ -198,7 +194,7 @@ static void differences_of_a_known_series(void **state)
 }
 
 /* The report's table is the same from what the campaign keeps. */
-static void kept_and_made_again(void **state)
+TEST(kept_and_made_again)
 {
     struct session s;
     struct measured m;
@@ -210,7 +206,6 @@ static void kept_and_made_again(void **state)
     struct store_simulation_head head;
     const struct compare_said nothing = {0};
     size_t count;
-    (void)state;
     load_one(&s, &m, &survey);
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
     compare_landing(s.store, 1, &model, 0, &landing, &s.error);
@@ -238,14 +233,13 @@ static void kept_and_made_again(void **state)
 
 /* A sample's error: what the reading has, and how far the simulated movement changes while the
  * wheel's time is uncertain. */
-static void errors_of_a_sample(void **state)
+TEST(errors_of_a_sample)
 {
     struct session s;
     struct measured m;
     struct zones_closure survey;
     struct compare_clock clock;
     struct compare_curves series;
-    (void)state;
     load_one(&s, &m, &survey);
     float slope[1001], spread[1001];
     for (size_t i = 0; i <= 1000; i++) {
@@ -284,7 +278,7 @@ static void errors_of_a_sample(void **state)
 
 /* The simulated wheel does the same, 0.3 s later, then at half the pace: closed forms of its times
  * at the switches. */
-static void aligned_on_edges(void **state)
+TEST(aligned_on_edges)
 {
     struct session s;
     struct measured m;
@@ -292,7 +286,6 @@ static void aligned_on_edges(void **state)
     struct compare_alignment a;
     struct sim_path_row rows[2001];
     struct sim_scene scene = {.path = rows, .path_count = 2001};
-    (void)state;
     load_one(&s, &m, &survey);
     for (size_t i = 0; i <= 2000; i++) {
         double t_s = 4.375 * (double)i / 2000.0;
@@ -318,11 +311,10 @@ static void aligned_on_edges(void **state)
     session_end(&s);
 }
 
-static void zones_by_segments(void **state)
+TEST(zones_by_segments)
 {
     const double segment_ft = 20.0 / 7.0;
     float left_in[MR_SEGMENTS];
-    (void)state;
     for (unsigned k = 0; k < MR_SEGMENTS; k++)
         left_in[k] = 0.2f;
     struct compare_zone none = compare_closed_run(left_in, 50.0);
@@ -362,7 +354,7 @@ static const char campaign_text[] =
     " \"runway\": {\"gap_in\": [0, 0.03], \"closing_lb\": [0, 20]}}";
 
 /* Mean and spread of two runways are those of each of them alone. */
-static void an_ensemble_of_two(void **state)
+TEST(an_ensemble_of_two)
 {
     static const char *const seeds[] = {"[1, 1]", "[2, 2]", "[1, 2]"};
     struct session s;
@@ -372,7 +364,6 @@ static void an_ensemble_of_two(void **state)
     struct compare_simulated sim[3];
     const double station_ft[2] = {50.0, 70.0};
     char text[900];
-    (void)state;
     load_one(&s, &m, &survey);
     for (unsigned k = 0; k < MR_SEGMENTS; k++)
         survey.slack_in[k] = k == 20 ? 0.27f : MR_NAN; /* one segment is surveyed */
@@ -409,7 +400,7 @@ static void an_ensemble_of_two(void **state)
 }
 
 /* A landing between two surveys in which every mark moved by a quarter of an inch. */
-static void movement_between_surveys(void **state)
+TEST(movement_between_surveys)
 {
     struct session s;
     struct measured m;
@@ -417,7 +408,6 @@ static void movement_between_surveys(void **state)
     struct compare_model model;
     struct compare_series set;
     struct compare_landing landing;
-    (void)state;
     load_one(&s, &m, &zones);
     for (int k = 0; k < 2; k++) {
         struct store_gage_survey survey = {.made_us = k ? INT64_MAX / 2 : 1,
@@ -516,11 +506,10 @@ static struct compare_verdict verdict_of(const char *text, const struct compare_
     return verdict;
 }
 
-static void limits_decide(void **state)
+TEST(limits_decide)
 {
     struct compare_figures f = two_channels();
     struct compare_verdict v;
-    (void)state;
     v = verdict_of("{\"channels.*.rms_in\": 0.05, \"channels.*.bias_in\": 0.04, "
                    "\"channels.*.correlation\": 0.9}",
                    &f);
@@ -565,7 +554,7 @@ static void limits_decide(void **state)
     assert_true(v.failed == 0);
 }
 
-static void limits_that_are_wrong(void **state)
+TEST(limits_that_are_wrong)
 {
     static const struct {
         const char *text, *says;
@@ -578,7 +567,6 @@ static void limits_that_are_wrong(void **state)
         {"{\n \"missing_channels\": 1,}", "no JSON: "},
         {"{\"missing_channels\": 1, \"missing_channels\": 2}", "no JSON: "},
     };
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(wrong); i++) {
         struct error error = {0};
         struct compare_limits limits = limits_of(wrong[i].text, &error);
@@ -587,11 +575,10 @@ static void limits_that_are_wrong(void **state)
     }
 }
 
-static void another_scale_is_refused(void **state)
+TEST(another_scale_is_refused)
 {
     struct compare_model model;
     struct error error = {0};
-    (void)state;
     assert_int_equal(compare_model_load(&model, "host/scenes/full_width_36000.json", 0, &error),
                      MR_USAGE);
     assert_error(&error, MR_USAGE,
@@ -626,10 +613,9 @@ static void assert_sentence(const struct compare_figures *figures, bool si, cons
     assert_string_equal(sentence, expected);
 }
 
-static void a_sentence_has_the_largest_difference(void **state)
+TEST(a_sentence_has_the_largest_difference)
 {
     struct compare_figures figures = agreeing();
-    (void)state;
     assert_sentence(&figures, false,
                     "Landing 7 agrees with x.json: 0 of 6 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the arrival at transducer 3, 60.0 ft, "
@@ -645,25 +631,4 @@ static void a_sentence_has_the_largest_difference(void **state)
     figures.channel[0].compared = figures.channel[1].compared = false;
     assert_sentence(&figures, false,
                     "No peak, end or arrival of landing 7 could be compared with x.json");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(path_and_thrust),
-        cmocka_unit_test(gaps_from_the_survey),
-        cmocka_unit_test(motion_not_known_is_refused),
-        cmocka_unit_test(differences_of_a_known_series),
-        cmocka_unit_test(kept_and_made_again),
-        cmocka_unit_test(errors_of_a_sample),
-        cmocka_unit_test(aligned_on_edges),
-        cmocka_unit_test(zones_by_segments),
-        cmocka_unit_test(an_ensemble_of_two),
-        cmocka_unit_test(movement_between_surveys),
-        cmocka_unit_test(limits_decide),
-        cmocka_unit_test(limits_that_are_wrong),
-        cmocka_unit_test(another_scale_is_refused),
-        cmocka_unit_test(a_sentence_has_the_largest_difference),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

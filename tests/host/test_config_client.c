@@ -83,15 +83,13 @@ static void assert_got(unsigned commands)
     assert_int_equal(board.commands, commands);
 }
 
-static void all_words_come(void **state)
+TEST_IN(all_words_come, begin, end)
 {
-    (void)state;
     assert_got(1);
 }
 
-static void a_lost_word_is_asked_for_and_waited_for(void **state)
+TEST_IN(a_lost_word_is_asked_for_and_waited_for, begin, end)
 {
-    (void)state;
     board.board = tell_later;
     board.idle = tell_waiting;
     lost = 5;
@@ -99,18 +97,16 @@ static void a_lost_word_is_asked_for_and_waited_for(void **state)
     assert_int_equal(board.newest.argument, 5);
 }
 
-static void a_lost_last_word_is_asked_for(void **state)
+TEST_IN(a_lost_last_word_is_asked_for, begin, end)
 {
-    (void)state;
     lost = MR_CONFIG_WORDS - 1;
     assert_got(2);
     assert_int_equal(board.newest.argument, MR_CONFIG_WORDS - 1);
 }
 
-static void a_board_that_refuses_or_is_silent_is_told(void **state)
+TEST_IN(a_board_that_refuses_or_is_silent_is_told, begin, end)
 {
     struct error error = {0};
-    (void)state;
     board.board = tell_nothing;
     assert_int_equal(config_client_get(&talk, &got, &got_crc, &error), MR_NOT_NOW);
     assert_error(&error, MR_NOT_NOW, "the configuration is locked");
@@ -119,15 +115,4 @@ static void a_board_that_refuses_or_is_silent_is_told(void **state)
     assert_int_equal(config_client_get(&talk, &got, &got_crc, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT,
                  "the board does not answer `config-read`: scripted; is it running and connected?");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(all_words_come, begin, end),
-        cmocka_unit_test_setup_teardown(a_lost_word_is_asked_for_and_waited_for, begin, end),
-        cmocka_unit_test_setup_teardown(a_lost_last_word_is_asked_for, begin, end),
-        cmocka_unit_test_setup_teardown(a_board_that_refuses_or_is_silent_is_told, begin, end),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -42,9 +42,8 @@ static float draw_real(float low, float high)
     }
 }
 
-static void reals_come_back_bit_for_bit(void **state)
+TEST(reals_come_back_bit_for_bit)
 {
-    (void)state;
     struct mr_config c = sound_config();
     comes_back(&c);
     for (int round = 0; round < 200; round++) {
@@ -69,9 +68,8 @@ static void reals_come_back_bit_for_bit(void **state)
     comes_back(&c);
 }
 
-static void texts_come_back(void **state)
+TEST(texts_come_back)
 {
-    (void)state;
     struct mr_config c = sound_config();
     for (int first = ' '; first <= '~'; first++) {
         memset(c.site[0].name, 0, sizeof c.site[0].name);
@@ -87,9 +85,8 @@ static void texts_come_back(void **state)
 }
 
 /* Every day up to the limit is written as the C library has it. */
-static void days_are_those_of_the_calendar(void **state)
+TEST(days_are_those_of_the_calendar)
 {
-    (void)state;
     struct mr_config c = sound_config();
     for (unsigned i = 0; i < MR_CHANNELS; i++)
         c.channel[i].expires_day = 0;
@@ -113,9 +110,8 @@ static void days_are_those_of_the_calendar(void **state)
     }
 }
 
-static void order_and_blanks_do_not_matter(void **state)
+TEST(order_and_blanks_do_not_matter)
 {
-    (void)state;
     struct mr_config c = sound_config(), back;
     struct error error = {0};
     char *text = config_text_write(&c), *turned = NULL, *line[2000], *rest = NULL;
@@ -142,9 +138,8 @@ static void is_said(struct mr_config_reason reason, const char *expected)
 }
 
 /* What a board refuses, in words; also what it has no words for. */
-static void a_reason_is_said_in_words(void **state)
+TEST(a_reason_is_said_in_words)
 {
-    (void)state;
     is_said((struct mr_config_reason){.group = MR_GROUP_gate,
                                       .index = 7,
                                       .field = MR_FIELD_gate_station_ft,
@@ -187,25 +182,11 @@ static void count_change(void *context, const char *field, const char *old, cons
     assert_string_equal(new, "12.5");
 }
 
-static void differences_are_named(void **state)
+TEST(differences_are_named)
 {
-    (void)state;
     struct mr_config a = sound_config(), b = a;
     b.band[3].yield_lb = 12.5f;
     assert_int_equal(config_text_compare(&a, &a, count_change, NULL), 0);
     assert_int_equal(config_text_compare(&a, &b, count_change, NULL), 1);
     assert_int_equal(changes, 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reals_come_back_bit_for_bit),
-        cmocka_unit_test(texts_come_back),
-        cmocka_unit_test(days_are_those_of_the_calendar),
-        cmocka_unit_test(order_and_blanks_do_not_matter),
-        cmocka_unit_test(a_reason_is_said_in_words),
-        cmocka_unit_test(differences_are_named),
-    };
-    return cmocka_run_group_tests_name("host/config_text", tests, NULL, NULL);
 }

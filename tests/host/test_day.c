@@ -1,14 +1,10 @@
 /* The steps of a day: what is next, for facts made by hand; the expectation is what a person at the
  * runway would answer. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 #include <string.h>
 
 #include "common/catalogue.h"
 #include "host/day/day.h"
+#include "tests/cmocka_all.h"
 
 #define MINUTE_US ((int64_t)60000000)
 #define NOON_US   ((int64_t)1790000000000000)
@@ -50,9 +46,8 @@ static enum day_step next(const struct day_facts *facts)
     return plan.next;
 }
 
-static void an_empty_campaign_begins_with_a_series(void **state)
+TEST(an_empty_campaign_begins_with_a_series)
 {
-    (void)state;
     const struct day_facts nothing = {.now_us = NOON_US, .survey_ended_us = STORE_NONE};
     struct day_plan plan;
     day_plan_make(&nothing, &plan);
@@ -62,9 +57,8 @@ static void an_empty_campaign_begins_with_a_series(void **state)
     assert_int_equal(plan.state[DAY_SURVEY], DAY_LATER);
 }
 
-static void each_step_follows_from_what_is_missing(void **state)
+TEST(each_step_follows_from_what_is_missing)
 {
-    (void)state;
     struct day_facts f = all_ready();
     assert_int_equal(next(&f), DAY_LAND);
     f.ready_us = 0;
@@ -79,9 +73,8 @@ static void each_step_follows_from_what_is_missing(void **state)
     assert_int_equal(next(&f), DAY_LOOK);
 }
 
-static void a_check_that_predates_a_change_does_not_hold(void **state)
+TEST(a_check_that_predates_a_change_does_not_hold)
 {
-    (void)state;
     struct day_facts f = all_ready();
     f.ready_us = f.loaded_us - 1; /* the board had another runway then */
     assert_int_equal(next(&f), DAY_READY);
@@ -100,9 +93,8 @@ static void a_check_that_predates_a_change_does_not_hold(void **state)
     assert_int_equal(next(&f), DAY_READY);
 }
 
-static void a_survey_that_is_not_finished_goes_on(void **state)
+TEST(a_survey_that_is_not_finished_goes_on)
 {
-    (void)state;
     struct day_facts f = all_ready();
     f.survey_ended_us = STORE_NONE;
     f.survey_read = 50;
@@ -112,9 +104,8 @@ static void a_survey_that_is_not_finished_goes_on(void **state)
     assert_non_null(strstr(plan.reason[DAY_SURVEY], "50 of 168"));
 }
 
-static void a_skipped_step_is_passed_and_the_rest_is_not(void **state)
+TEST(a_skipped_step_is_passed_and_the_rest_is_not)
 {
-    (void)state;
     struct day_facts f = all_ready();
     f.survey_us = NOON_US - 1;
     f.skipped[DAY_SURVEY] = true;
@@ -124,9 +115,8 @@ static void a_skipped_step_is_passed_and_the_rest_is_not(void **state)
     assert_int_equal(next(&f), DAY_READY);
 }
 
-static void while_a_log_runs_the_landing_is_next(void **state)
+TEST(while_a_log_runs_the_landing_is_next)
 {
-    (void)state;
     struct day_facts f = all_ready();
     struct day_plan plan;
     f.logging = true;
@@ -148,17 +138,4 @@ static void while_a_log_runs_the_landing_is_next(void **state)
     assert_int_equal(next(&f), DAY_LOOK);
     f.state = MR_LANDING_LANDING; /* the log was killed in the landing */
     assert_int_equal(next(&f), DAY_LOOK);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_empty_campaign_begins_with_a_series),
-        cmocka_unit_test(each_step_follows_from_what_is_missing),
-        cmocka_unit_test(a_check_that_predates_a_change_does_not_hold),
-        cmocka_unit_test(a_survey_that_is_not_finished_goes_on),
-        cmocka_unit_test(a_skipped_step_is_passed_and_the_rest_is_not),
-        cmocka_unit_test(while_a_log_runs_the_landing_is_next),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -66,7 +66,7 @@ static double decode(const struct signal *s, const uint8_t *payload)
     return s->offset + s->factor * (double)value;
 }
 
-static void displacement(void **state)
+TEST(displacement)
 {
     /* d1 = 1 in = 10000 counts = 0x2710, d2 = -0.5 in = -5000 = 0xEC78, d3 = 0.0001 in, block16 =
      * 0x1234 */
@@ -75,7 +75,6 @@ static void displacement(void **state)
                   d2 = find(0x100, "displacement_1_3", "d2_in");
     struct signal d3 = find(0x100, "displacement_1_3", "d3_in"),
                   block = find(0x100, "displacement_1_3", "block16");
-    (void)state;
     assert_near(decode(&d1, payload), 1.0, 1e-12);
     assert_near(decode(&d2, payload), -0.5, 1e-12);
     assert_near(decode(&d3, payload), 0.0001, 1e-12);
@@ -85,7 +84,7 @@ static void displacement(void **state)
     assert_non_null(strstr(text, "\nVAL_ 256 d1_in -32768 \"missing\" ;\n"));
 }
 
-static void motion_and_command(void **state)
+TEST(motion_and_command)
 {
     /* 12.5 ft of 500 counts = 6250 = 0x186A; 30.123 ft/s = 30123 = 0x75AB; -2 ft/s2 = -1000 =
      * 0xFC18 */
@@ -96,7 +95,6 @@ static void motion_and_command(void **state)
     struct signal a = find(0x91, "motion", "deceleration_ft_s2"),
                   argument = find(0x400, "command", "argument");
     struct signal index = find(0x400, "command", "index"), tag = find(0x400, "command", "tag");
-    (void)state;
     assert_near(decode(&x, motion), 12.5, 1e-9);
     assert_near(decode(&v, motion), 30.123, 1e-9);
     assert_near(decode(&a, motion), -2.0, 1e-9);
@@ -107,9 +105,8 @@ static void motion_and_command(void **state)
     assert_non_null(strstr(text, "\nBO_ 1024 command: 8 HOST\n"));
 }
 
-static void floats_and_names(void **state)
+TEST(floats_and_names)
 {
-    (void)state;
     struct signal station = find(0x1f7, "switch_place", "station_ft");
     assert_int_equal(station.start, 32);
     assert_int_equal(station.length, 32);
@@ -134,11 +131,10 @@ static void floats_and_names(void **state)
 }
 
 /* No signal reaches beyond its message, and none lies on another. */
-static void signals_do_not_overlap(void **state)
+TEST(signals_do_not_overlap)
 {
     unsigned length = 0, messages = 0;
     uint64_t used = 0;
-    (void)state;
     for (char *line = text; line; line = strchr(line, '\n') ? strchr(line, '\n') + 1 : NULL) {
         unsigned id, start, bits;
         char name[64];
@@ -156,13 +152,4 @@ static void signals_do_not_overlap(void **state)
     assert_true(messages > 25);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(displacement),
-        cmocka_unit_test(motion_and_command),
-        cmocka_unit_test(floats_and_names),
-        cmocka_unit_test(signals_do_not_overlap),
-    };
-    return cmocka_run_group_tests(tests, write_text, free_text);
-}
+TESTS_BETWEEN(write_text, free_text);

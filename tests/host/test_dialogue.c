@@ -122,11 +122,10 @@ static void assert_took(double begun_s, double s)
         fail_msg("it took %.3f s, not %.3f", scripted_now_s - begun_s, s);
 }
 
-static void an_order_is_answered(void **state)
+TEST_IN(an_order_is_answered, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.board = obedient;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
     assert_int_equal(answer.status, MR_OK);
@@ -135,22 +134,20 @@ static void an_order_is_answered(void **state)
     assert_int_equal(board.newest.tag, dialogue_tag(&dialogue));
 }
 
-static void over_can_too(void **state)
+TEST_IN(over_can_too, begin_can, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     can_end.board = obedient;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
     assert_int_equal(can_end.newest.argument, 5);
 }
 
-static void a_lost_order_that_repeats_is_sent_again(void **state)
+TEST_IN(a_lost_order_that_repeats_is_sent_again, begin, end)
 {
     struct mr_ack answer;
     struct error error;
     double begun_s = scripted_now_s;
-    (void)state;
     board.board = loses_first;
     assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_OK);
     assert_int_equal(board.commands, 2);
@@ -158,12 +155,11 @@ static void a_lost_order_that_repeats_is_sent_again(void **state)
     assert_took(begun_s, ANSWER_S);
 }
 
-static void a_lost_order_that_does_not_repeat_is_sent_once(void **state)
+TEST_IN(a_lost_order_that_does_not_repeat_is_sent_once, begin, end)
 {
     struct mr_ack answer;
     struct error error;
     double begun_s = scripted_now_s;
-    (void)state;
     board.board = loses_first;
     assert_int_equal(order(MR_COMMAND_ARM, 3, &answer, &error), MR_TIMEOUT);
     assert_int_equal(board.commands, 1);
@@ -182,14 +178,13 @@ static enum mr_status take_landing(void *context, const struct dialogue_message 
     return MR_OK;
 }
 
-static void a_lost_answer_is_read_from_the_state(void **state)
+TEST_IN(a_lost_answer_is_read_from_the_state, begin, end)
 {
     struct mr_ack answer = {.status = MR_LIMIT};
     struct error error = {0};
     bool armed = false;
     struct dialogue_order arm = {
         .code = MR_COMMAND_ARM, .answer_s = ANSWER_S, .taken = dialogue_flag, .context = &armed};
-    (void)state;
     dialogue_subscribe(&dialogue, take_landing, &armed);
     /* silent: the order was lost */
     assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_TIMEOUT);
@@ -199,11 +194,10 @@ static void a_lost_answer_is_read_from_the_state(void **state)
     assert_int_equal(board.commands, 2);
 }
 
-static void of_two_answers_the_first_counts(void **state)
+TEST_IN(of_two_answers_the_first_counts, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.board = answers_twice;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
     assert_int_equal(answer.status, MR_OK);
@@ -211,11 +205,10 @@ static void of_two_answers_the_first_counts(void **state)
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
 }
 
-static void a_late_answer_is_not_the_next_orders(void **state)
+TEST_IN(a_late_answer_is_not_the_next_orders, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.board = answers_late;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
     /* hears that of the first */
@@ -223,34 +216,31 @@ static void a_late_answer_is_not_the_next_orders(void **state)
     assert_int_equal(board.commands, 2);
 }
 
-static void a_late_answer_is_that_of_the_order_sent_again(void **state)
+TEST_IN(a_late_answer_is_that_of_the_order_sent_again, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.board = answers_late;
     assert_int_equal(order(MR_COMMAND_SURVEY, 3, &answer, &error), MR_OK);
     assert_int_equal(answer.status, MR_LIMIT);
     assert_int_equal(board.commands, 2);
 }
 
-static void another_tag_is_another_programs(void **state)
+TEST_IN(another_tag_is_another_programs, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.board = answers_another_tag;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
     board.board = answers_another_order;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
 }
 
-static void a_silent_board_is_given_up_in_time(void **state)
+TEST_IN(a_silent_board_is_given_up_in_time, begin, end)
 {
     struct mr_ack answer;
     struct error error = {0};
     double begun_s = scripted_now_s;
-    (void)state;
     assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_TIMEOUT);
     assert_int_equal(board.commands, 3);
     assert_took(begun_s, 3 * ANSWER_S);
@@ -263,11 +253,10 @@ static void a_silent_board_is_given_up_in_time(void **state)
     assert_error(&error, MR_TIMEOUT, "the board does not answer `state`: scripted;");
 }
 
-static void a_refusal_says_why(void **state)
+TEST_IN(a_refusal_says_why, begin, end)
 {
     struct mr_ack answer = {.code = MR_COMMAND_BOX_FREE, .status = MR_NOT_NOW};
     struct error error = {0};
-    (void)state;
     assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_NOT_NOW);
     assert_error(&error, MR_NOT_NOW, "the board refuses `box-free` now: scripted; it is armed");
     error = (struct error){0};
@@ -278,10 +267,9 @@ static void a_refusal_says_why(void **state)
 
 /* ---- whom it speaks with ---- */
 
-static void a_board_of_another_layout_is_refused(void **state)
+TEST_IN(a_board_of_another_layout_is_refused, begin, end)
 {
     struct error error = {0};
-    (void)state;
     say_hello(&board, MR_LAYOUT + 1u);
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_VERSION);
     assert_error(&error, MR_VERSION, "this matrig layout");
@@ -293,21 +281,19 @@ static void a_board_of_another_layout_is_refused(void **state)
     assert_int_equal(dialogue.identity.hello.layout, MR_LAYOUT + 1u);
 }
 
-static void strangers_are_no_board(void **state)
+TEST_IN(strangers_are_no_board, begin, end)
 {
     struct error error = {0};
-    (void)state;
     for (unsigned i = 0; i < 3000; i++)
         board.bytes[board.end++] = (uint8_t)(i % 7);
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_IO);
     assert_error(&error, MR_IO, "no hello from a board: scripted; ");
 }
 
-static void a_strangers_frames_on_can_are_no_board(void **state)
+TEST_IN(a_strangers_frames_on_can_are_no_board, begin_can, end)
 {
     static bool heard;
     struct error error = {0};
-    (void)state;
     say_hello(&can_end, MR_LAYOUT);
     can_end.frames[0].id |= LINK_ID_EXTENDED; /* somebody else's, of the same lower bits */
     dialogue_subscribe(&dialogue, take_landing, &heard);
@@ -325,11 +311,10 @@ static void says_who_it_is(struct scripted *s)
     SCRIPTED_SAY(s, board_image, BOARD_IMAGE, .uid2 = 0x33, .image_crc = 0x44);
 }
 
-static void who_speaks_is_known_until_forgotten(void **state)
+TEST_IN(who_speaks_is_known_until_forgotten, begin, end)
 {
     struct error error = {0};
     char uid[IDENTITY_UID_TEXT];
-    (void)state;
     says_who_it_is(&board);
     assert_int_equal(
         dialogue_hello(&dialogue, dialogue_flag, &dialogue.identity.image_known, &error), MR_OK);
@@ -339,12 +324,11 @@ static void who_speaks_is_known_until_forgotten(void **state)
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
 }
 
-static void answers_count_on_the_link_of_the_orders(void **state)
+TEST_IN(answers_count_on_the_link_of_the_orders, begin_both, end)
 {
     bool armed = false;
     struct mr_ack answer;
     struct error error;
-    (void)state;
     dialogue_subscribe(&dialogue, take_landing, &armed);
     SCRIPTED_SAY(&can_end, landing, LANDING, .state = 1);
     say_ack(&can_end, MR_COMMAND_ARM, dialogue_tag(&dialogue) + 1u, MR_LIMIT);
@@ -367,11 +351,10 @@ static void stands_still(struct scripted *s)
         say_ack(s, s->newest.code, s->newest.tag, MR_OK);
 }
 
-static void a_computer_that_stood_still_hears_the_answer(void **state)
+TEST_IN(a_computer_that_stood_still_hears_the_answer, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.idle = stands_still;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
 }
@@ -382,12 +365,11 @@ static void chatters(struct scripted *s)
     SCRIPTED_SAY(s, clock, CLOCK, .block = 1);
 }
 
-static void a_board_that_chatters_and_does_not_answer_is_given_up(void **state)
+TEST_IN(a_board_that_chatters_and_does_not_answer_is_given_up, begin, end)
 {
     struct mr_ack answer;
     struct error error;
     double begun_s = scripted_now_s;
-    (void)state;
     board.idle = chatters;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
     assert_took(begun_s, ANSWER_S);
@@ -418,12 +400,11 @@ static void tells_slowly(struct scripted *s)
     SCRIPTED_SAY(s, clock, CLOCK, .block = 1);
 }
 
-static void an_answer_of_many_messages_may_take_its_time(void **state)
+TEST_IN(an_answer_of_many_messages_may_take_its_time, begin, end)
 {
     struct counted counted = {0};
     struct error error = {0};
     double begun_s = scripted_now_s;
-    (void)state;
     dialogue_subscribe(&dialogue, count_clocks, &counted);
     board.idle = tells_slowly;
     assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error),
@@ -451,11 +432,10 @@ static enum mr_status refuse(void *context, const struct dialogue_message *messa
              : MR_OK;
 }
 
-static void a_subscriber_ends_the_wait(void **state)
+TEST_IN(a_subscriber_ends_the_wait, begin, end)
 {
     struct counted counted = {0};
     struct error error = {0};
-    (void)state;
     dialogue_subscribe(&dialogue, refuse, NULL);
     dialogue_subscribe(&dialogue, count_clocks, &counted);
     SCRIPTED_SAY(&board, clock, CLOCK, .block = 1);
@@ -464,11 +444,10 @@ static void a_subscriber_ends_the_wait(void **state)
     assert_int_equal(counted.clocks, 0); /* in the order in which they subscribed */
 }
 
-static void the_end_of_the_link_is_an_error(void **state)
+TEST_IN(the_end_of_the_link_is_an_error, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    (void)state;
     board.closed = true;
     assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_CLOSED);
     assert_error(&error, MR_CLOSED, "the board closed the link: scripted");
@@ -477,7 +456,7 @@ static void the_end_of_the_link_is_an_error(void **state)
 
 /* Of the firmware (firmware/app.c): what is begun by an order, counted, or taken away by one is not
  * the same done twice. */
-static void what_repeats(void **state)
+TEST(what_repeats)
 {
     static const unsigned once[] = {
         MR_COMMAND_ARM,          MR_COMMAND_DISARM,    MR_COMMAND_MARK,    MR_COMMAND_BOOTROM,
@@ -485,42 +464,9 @@ static void what_repeats(void **state)
         MR_COMMAND_CONFIG_APPLY, MR_COMMAND_CAMERA,    MR_COMMAND_BACKLOG, MR_COMMAND_BOX_FREE,
         MR_COMMAND_RUNWAY_TAKE};
     unsigned repeat = 0;
-    (void)state;
     for (size_t i = 0; i < sizeof once / sizeof once[0]; i++)
         assert_false(dialogue_repeats(once[i]));
     for (unsigned code = 0; code < 256; code++)
         repeat += dialogue_repeats(code);
     assert_int_equal(repeat, 24 - sizeof once / sizeof once[0]);
-}
-
-#define TEST(name)     cmocka_unit_test_setup_teardown(name, begin, end)
-#define TEST_CAN(name) cmocka_unit_test_setup_teardown(name, begin_can, end)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(an_order_is_answered),
-        TEST_CAN(over_can_too),
-        TEST(a_lost_order_that_repeats_is_sent_again),
-        TEST(a_lost_order_that_does_not_repeat_is_sent_once),
-        TEST(a_lost_answer_is_read_from_the_state),
-        TEST(of_two_answers_the_first_counts),
-        TEST(a_late_answer_is_not_the_next_orders),
-        TEST(a_late_answer_is_that_of_the_order_sent_again),
-        TEST(another_tag_is_another_programs),
-        TEST(a_silent_board_is_given_up_in_time),
-        TEST(a_refusal_says_why),
-        TEST(a_board_of_another_layout_is_refused),
-        TEST(strangers_are_no_board),
-        TEST_CAN(a_strangers_frames_on_can_are_no_board),
-        TEST(who_speaks_is_known_until_forgotten),
-        cmocka_unit_test_setup_teardown(answers_count_on_the_link_of_the_orders, begin_both, end),
-        TEST(a_computer_that_stood_still_hears_the_answer),
-        TEST(a_board_that_chatters_and_does_not_answer_is_given_up),
-        TEST(an_answer_of_many_messages_may_take_its_time),
-        TEST(a_subscriber_ends_the_wait),
-        TEST(the_end_of_the_link_is_an_error),
-        cmocka_unit_test(what_repeats),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

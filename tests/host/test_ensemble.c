@@ -90,10 +90,9 @@ static void agree(struct mr_chain *const one[CHAINS_LANES], const struct chains 
     }
 }
 
-static void eight_are_as_each_alone(void **state)
+TEST(eight_are_as_each_alone)
 {
     static struct members m;
-    (void)state;
     for (uint64_t seed = 1; seed <= 3; seed++) {
         struct mr_chain *one[CHAINS_LANES];
         struct chains *eight;
@@ -126,14 +125,13 @@ static void eight_are_as_each_alone(void **state)
     }
 }
 
-static void what_runs_away_is_named(void **state)
+TEST(what_runs_away_is_named)
 {
     static struct members m;
     struct mr_chain *one[CHAINS_LANES];
     struct chains *eight;
     const unsigned mat[CHAINS_LANES] = {9, 9, 9, 9, 9, 9, 9, 9};
     float thrust_lb[CHAINS_LANES] = {0};
-    (void)state;
     draw(&m, 4);
     start(&m, one, &eight);
     thrust_lb[3] = 1e6f;
@@ -145,12 +143,11 @@ static void what_runs_away_is_named(void **state)
     chains_free(eight);
 }
 
-static void nonsense_is_refused(void **state)
+TEST(nonsense_is_refused)
 {
     static struct members m;
     const float *gap_ft[CHAINS_LANES], *grit_lb[CHAINS_LANES];
     enum mr_status status;
-    (void)state;
     draw(&m, 5);
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         gap_ft[k] = m.gap_ft[k];
@@ -159,14 +156,4 @@ static void nonsense_is_refused(void **state)
     m.params[6].kl_lb_ft = 2.9e8f;
     assert_null(chains_new(m.params, gap_ft, grit_lb, &status));
     assert_int_equal(status, MR_NUMERICS);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(eight_are_as_each_alone),
-        cmocka_unit_test(what_runs_away_is_named),
-        cmocka_unit_test(nonsense_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -77,9 +77,8 @@ static double lift_error_ft(const struct pass_outcome *a, const struct pass_outc
 }
 
 /* A short fig 3.7: contact, torsion, lift shear and smooth friction. */
-static void references_agree_and_errors_fall(void **state)
+TEST(references_agree_and_errors_fall)
 {
-    (void)state;
     const double bump[] = {0.0099, 0.0200, 0.0099};
     static const char *const solvers[] = {"event", "implicit", "cvode", "rkgs", "hamming"};
     struct sim_scene scene = plain(SIM_REPORT, 8);
@@ -151,9 +150,8 @@ static double exact_ft(const struct sim_scene *scene, double t_s)
     return OSCILLATOR_V0 / w * exp(-damping * t_s) * sin(w * t_s);
 }
 
-static void an_error_is_the_true_error(void **state)
+TEST(an_error_is_the_true_error)
 {
-    (void)state;
     struct sim_scene scene = oscillator(SIM_REPORT, 5.0);
     double floor_ft;
     run(&scene);
@@ -176,9 +174,8 @@ static void an_error_is_the_true_error(void **state)
 }
 
 /* Classical Runge-Kutta is of order 4 and the leapfrog of order 2 where nothing switches. */
-static void smooth_scenes_show_the_order(void **state)
+TEST(smooth_scenes_show_the_order)
 {
-    (void)state;
     struct sim_scene scene = plain(SIM_REPORT, 10);
     scene.friction_law = SIM_NONE;
     scene.shear_lb = 0.0;
@@ -208,9 +205,8 @@ static void smooth_scenes_show_the_order(void **state)
     sim_scene_free(&scene);
 }
 
-static void chain_errors_are_the_true_ones(void **state)
+TEST(chain_errors_are_the_true_ones)
 {
-    (void)state;
     struct sim_scene scene = oscillator(SIM_CHAIN, 5.0);
     double times_s[64];
     run(&scene);
@@ -236,9 +232,8 @@ static void chain_errors_are_the_true_ones(void **state)
 
 /* The second method for chains with grit, against the planar models' on a chain whose joints have
  * slack but no grit: sticking, hooking and pressing together in both. */
-static void the_march_is_right_where_another_method_can_say(void **state)
+TEST(the_march_is_right_where_another_method_can_say)
 {
-    (void)state;
     const double gap_ft = 0.002;
     struct sim_scene scene = plain(SIM_CHAIN, 8), flat;
     struct sim_record record;
@@ -266,9 +261,8 @@ static void the_march_is_right_where_another_method_can_say(void **state)
 /* Grit on one mat that is pushed against the fixed end, closed form: it feels nothing below the
  * grit's strength (12 lb against 30 lb of grit: F/KL/2 as on a closed joint), and above it moves
  * until the joint is closed. */
-static void the_march_holds_grit(void **state)
+TEST(the_march_holds_grit)
 {
-    (void)state;
     const double gap_ft = 0.01, grit_lb = 30.0;
     for (int strong = 0; strong < 2; strong++) {
         struct sim_scene scene = plain(SIM_CHAIN, 1);
@@ -300,9 +294,8 @@ static void the_march_holds_grit(void **state)
 /* A mat thrown at an open joint with grit, without damping, closed form: spring up to the grit's
  * strength, then that force until it stops, then the spring's quarter swing back, then free
  * flight. */
-static void the_march_gives_way_and_springs_back(void **state)
+TEST(the_march_gives_way_and_springs_back)
 {
-    (void)state;
     const double gap_ft = 0.01, grit_lb = 2000.0, kl = 4e6, v0 = 1.0;
     struct sim_scene scene = plain(SIM_CHAIN, 1);
     struct sim_record record;
@@ -344,9 +337,8 @@ static void the_march_gives_way_and_springs_back(void **state)
 /* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed
  * again, with dampers. The march and `staggered` share no code; the answers differ by less with every
  * finer step. */
-static void two_methods_agree_on_grit(void **state)
+TEST(two_methods_agree_on_grit)
 {
-    (void)state;
     const double gap_ft = 0.0015, grit_lb = 10.0;
     struct sim_scene scene = plain(SIM_CHAIN, 20);
     scene.length_ft = 2.0 / 7.0;
@@ -370,9 +362,8 @@ static void two_methods_agree_on_grit(void **state)
     sim_scene_free(&scene);
 }
 
-static void without_a_reference_there_is_no_table(void **state)
+TEST(without_a_reference_there_is_no_table)
 {
-    (void)state;
     const double bump[] = {0.0099, 0.0200, 0.0099}, high = 0.3;
     struct sim_scene scene = plain(SIM_REPORT, 8);
     scene.friction_law = SIM_SIGN;
@@ -400,9 +391,8 @@ static void without_a_reference_there_is_no_table(void **state)
 }
 
 /* error = 3 dt^1.5 except at one lucky step. */
-static void slopes_and_cheapest_of_a_known_study(void **state)
+TEST(slopes_and_cheapest_of_a_known_study)
 {
-    (void)state;
     study = (struct error_study){.lifts = true,
                                  .agreement_lift_ft = 1e-9,
                                  .agreement_u_ft = 1e-9,
@@ -447,9 +437,8 @@ static void slopes_and_cheapest_of_a_known_study(void **state)
 
 /* The second method has no elements of the table: a chain with one and with grit has no reference,
  * and the key is named. */
-static void a_force_that_it_lacks_is_refused(void **state)
+TEST(a_force_that_it_lacks_is_refused)
 {
-    (void)state;
     struct sim_scene scene;
     struct sim_record record;
     struct march_cost cost;
@@ -462,22 +451,4 @@ static void a_force_that_it_lacks_is_refused(void **state)
     sim_record_free(&record);
     sim_scene_free(&scene);
     memset(&error, 0, sizeof error);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(references_agree_and_errors_fall),
-        cmocka_unit_test(an_error_is_the_true_error),
-        cmocka_unit_test(smooth_scenes_show_the_order),
-        cmocka_unit_test(chain_errors_are_the_true_ones),
-        cmocka_unit_test(the_march_is_right_where_another_method_can_say),
-        cmocka_unit_test(the_march_holds_grit),
-        cmocka_unit_test(the_march_gives_way_and_springs_back),
-        cmocka_unit_test(two_methods_agree_on_grit),
-        cmocka_unit_test(without_a_reference_there_is_no_table),
-        cmocka_unit_test(slopes_and_cheapest_of_a_known_study),
-        cmocka_unit_test(a_force_that_it_lacks_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

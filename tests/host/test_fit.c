@@ -86,12 +86,11 @@ static void closed_form(const struct linear *linear, const double *measured,
     }
 }
 
-static void linear_is_the_closed_form(void **state)
+TEST(linear_is_the_closed_form)
 {
     const double measured[LINEAR_STATISTICS] = {0.9, -0.4, 0.2, -0.8};
     double f[2][2], side[2];
     struct fit_answer answer;
-    (void)state;
     closed_form(&plain, measured, f, side);
     double a = f[0][0] + 1.0, b = f[0][1], d = f[1][1] + 1.0, det = a * d - b * b;
     fit_linear(&plain, measured, 4000, 0, &answer);
@@ -112,11 +111,10 @@ static void linear_is_the_closed_form(void **state)
     fit_free(&answer);
 }
 
-static void threads_change_nothing(void **state)
+TEST(threads_change_nothing)
 {
     const double measured[LINEAR_STATISTICS] = {0.9, -0.4, 0.2, -0.8};
     struct fit_answer one, three;
-    (void)state;
     fit_linear(&plain, measured, 100, 1, &one);
     fit_linear(&plain, measured, 100, 3, &three);
     assert_memory_equal(one.z, three.z, sizeof one.z);
@@ -128,7 +126,7 @@ static void threads_change_nothing(void **state)
 
 /* ---- derivatives ---- */
 
-static void slopes_are_those_of_the_misfit(void **state)
+TEST(slopes_are_those_of_the_misfit)
 {
     struct linear curved = plain;
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved, NULL};
@@ -141,7 +139,6 @@ static void slopes_are_those_of_the_misfit(void **state)
     struct error error = {0};
     /* inside, and where the surface goes on straight */
     const double at[][2] = {{0.3, -0.7}, {2.9, 0.1}, {-3.0, 3.5}};
-    (void)state;
     curved.curve = 0.4;
     for (int i = 2; i < LINEAR_STATISTICS; i++) /* scores here are the first two statistics */
         curved.slope[i][0] = curved.slope[i][1] = 0.0;
@@ -178,7 +175,7 @@ static void slopes_are_those_of_the_misfit(void **state)
 /* The chain sticks and closes, so one landing has no derivative; the mean over many draws has. The
  * surface's slope, from 400 draws spread about, against central differences of means over 400 draws
  * at either end. */
-static void surface_slopes_are_those_of_means(void **state)
+TEST(surface_slopes_are_those_of_means)
 {
     enum { DRAWS = 400, STATISTICS = 64 };
     const double truth[FIT_KEYS] = {0.0};
@@ -191,7 +188,6 @@ static void surface_slopes_are_those_of_means(void **state)
     double middle[FIT_KEYS] = {0.0}, expected[STATISTICS], slope[STATISTICS * FIT_KEYS],
            one[STATISTICS];
     const double step = 0.6;
-    (void)state;
     assert_true(cheap_landing(truth, 4, false, &list, &error));
     struct fit_model model = fit_landings_model(&list);
     assert_true(list.statistics <= STATISTICS && list.statistics > 8);
@@ -234,12 +230,11 @@ static void surface_slopes_are_those_of_means(void **state)
 
 /* ---- confounded ---- */
 
-static void sum_alone_cannot_be_told_apart(void **state)
+TEST(sum_alone_cannot_be_told_apart)
 {
     struct linear sum = plain;
     const double measured[LINEAR_STATISTICS] = {0.5, 1.0, -0.5, 0.2};
     struct fit_answer answer;
-    (void)state;
     for (int i = 0; i < LINEAR_STATISTICS; i++)
         sum.slope[i][1] = sum.slope[i][0] = 1.0 + i;
     fit_linear(&sum, measured, 300, 0, &answer);
@@ -248,12 +243,11 @@ static void sum_alone_cannot_be_told_apart(void **state)
     fit_free(&answer);
 }
 
-static void what_changes_nothing_keeps_its_prior(void **state)
+TEST(what_changes_nothing_keeps_its_prior)
 {
     struct linear one = plain;
     const double measured[LINEAR_STATISTICS] = {0.5, 1.0, -0.5, 0.2};
     struct fit_answer answer;
-    (void)state;
     for (int i = 0; i < LINEAR_STATISTICS; i++)
         one.slope[i][1] = 0.0;
     fit_linear(&one, measured, 300, 0, &answer);
@@ -278,11 +272,10 @@ static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, 
 
 /* ---- known parameters found again ---- */
 
-static void known_parameters_are_found(void **state)
+TEST(known_parameters_are_found)
 {
     static const double truth[3][FIT_KEYS] = {
         {0.0}, {0.5, -0.8, 1.0, 0.3, -0.5}, {-0.6, 0.7, -1.2, -0.4, 0.8}};
-    (void)state;
     for (uint64_t n = 0; n < 3; n++) {
         struct fit_landings list;
         struct fit_answer answer;
@@ -304,7 +297,7 @@ static void known_parameters_are_found(void **state)
 
 /* A transducer that moves an inch a second: a window's mean is its middle's time. The wheel runs at
  * 10 ft/s from 0 and stops at 4 s; the transducer stands at 30 ft. */
-static void windows_follow_the_wheel(void **state)
+TEST(windows_follow_the_wheel)
 {
     enum { COUNT = 5000 };
     static const double middle_s[] = {1.8, 2.4, 2.7, 2.9, 3.2, 4.4};
@@ -316,7 +309,6 @@ static void windows_follow_the_wheel(void **state)
     struct error error = {0};
     double *value = calloc(COUNT, sizeof *value);
     struct fit_series series = {1, 30.0, 0.0, 0.001, value, COUNT, 0.0, 0.0, 0.0};
-    (void)state;
     assert_non_null(value);
     for (int i = 0; i < COUNT; i++)
         value[i] = 0.001 * i;
@@ -345,7 +337,7 @@ static void windows_follow_the_wheel(void **state)
 /* Ten gaps that are uniform over 0 to 0.036 in and sum up to 0.03 in lie evenly on a simplex: no
  * cap binds, so E[g^2] = 2 S^2/(n (n + 1)) (Dirichlet's distribution). Uniform ones scaled to that
  * sum would have 0.0129 instead of 0.0182. */
-static void gaps_given_their_sum(void **state)
+TEST(gaps_given_their_sum)
 {
     enum { DRAWS = 3000 };
     const double z[FIT_KEYS] = {0.0};
@@ -353,7 +345,6 @@ static void gaps_given_their_sum(void **state)
     struct sim_scene scene;
     struct error error = {0};
     double squares = 0.0, hooked = 0.0, mean_in = 0.0, share;
-    (void)state;
     assert_true(cheap_landing(z, 4, false, &list, &error));
     sim_scene_defaults(&scene);
     scene.mats = list.landing[0].scene.mats;
@@ -401,14 +392,13 @@ static bool fail_always(const void *context, const double *z, uint64_t draw, dou
     return false;
 }
 
-static void bad_input_is_refused(void **state)
+TEST(bad_input_is_refused)
 {
     const double measured[LINEAR_STATISTICS] = {0.0};
     struct fit_model model = {2, 1, simulate_linear, &plain, NULL};
     struct fit_options options = {.draws = 100, .threads = 1};
     struct fit_answer answer;
     struct error few = {0}, draws = {0}, stopped = {0}, failed = {0};
-    (void)state;
     fit_run(&model, measured, &options, &answer, &few);
     assert_error(&few, MR_TOO_FEW, "1 measured statistics for 2 parameters");
     fit_free(&answer);
@@ -491,11 +481,10 @@ static void board(struct store *store, int64_t run, double slack_in)
     }
 }
 
-static void nothing_is_known(void **state)
+TEST(nothing_is_known)
 {
     struct store *store = fresh("surveyed0.db");
     struct fit_surveyed found;
-    (void)state;
     int64_t run = land(store, 1);
     assert_int_equal(fit_surveyed_before(store, run, &found, &failure), MR_OK);
     assert_int_equal(found.segments, 0);
@@ -507,11 +496,10 @@ static void nothing_is_known(void **state)
 
 /* Survey, landing 1, an old and a new survey of ten segments, landing 2, a survey of all. The board
  * knew 0.20 in, then 0.18. */
-static void the_newest_between_two_landings(void **state)
+TEST(the_newest_between_two_landings)
 {
     struct store *store = fresh("surveyed1.db");
     struct fit_surveyed found;
-    (void)state;
     survey(store, 500, 42, 0.25, 0.004);
     int64_t first = land(store, 1);
     board(store, first, 0.20);
@@ -587,11 +575,10 @@ static struct misfit check(const struct rows *rows)
 }
 
 /* The measured row is one of a hundred: five of them are said to be odd, whichever it is. */
-static void one_among_equals(void **state)
+TEST(one_among_equals)
 {
     struct rows rows;
     unsigned cannot = 0;
-    (void)state;
     begin(&rows, 11);
     size_t p = rows.list.statistics;
     double *first = calloc(p, sizeof *first);
@@ -621,10 +608,9 @@ static double station(const struct rows *rows, size_t s)
 }
 
 /* Four standard deviations on the second half alone; one residual of 9. */
-static void what_is_odd_is_found(void **state)
+TEST(what_is_odd_is_found)
 {
     struct rows rows;
-    (void)state;
     begin(&rows, 12);
     for (size_t s = 0; s < rows.list.statistics; s++)
         rows.answer.residual[s] += station(&rows, s) > 50.0 / 3.5 ? 4.0 : 0.0;
@@ -637,10 +623,9 @@ static void what_is_odd_is_found(void **state)
     end(&rows);
 }
 
-static void too_few_are_not_checked(void **state)
+TEST(too_few_are_not_checked)
 {
     struct rows rows;
-    (void)state;
     begin(&rows, 15);
     rows.answer.replicas = MISFIT_LEAST - 1;
     struct misfit misfit = check(&rows);
@@ -649,9 +634,8 @@ static void too_few_are_not_checked(void **state)
 }
 
 /* From the landing to the check: gaps laid in stretches, and gaps that were not. */
-static void gaps_in_stretches(void **state)
+TEST(gaps_in_stretches)
 {
-    (void)state;
     for (int patchy = 0; patchy < 2; patchy++) {
         const struct runway_wanted wanted = {.kind = patchy ? RUNWAY_PATCHY : RUNWAY_MODEL,
                                              .surveyed = true,
@@ -699,13 +683,12 @@ static double *simulated(struct fit_landings *list)
     return statistic;
 }
 
-static void as_host_sim(void **state)
+TEST(as_host_sim)
 {
     const struct runway_wanted wanted = {.surveyed = true, .landings = 2};
     struct fit_landings list;
     struct error error = {0};
     double z[FIT_KEYS], squares = 0.0, offset = 0.0, worst = 0.0;
-    (void)state;
     assert_true(runway_campaign(&wanted, 7, z, &list, &error));
     assert_true(beside_can(&list.landing[0].scene));
     size_t p = list.statistics;
@@ -736,28 +719,4 @@ static void as_host_sim(void **state)
     free(beside);
     free(alone);
     fit_landings_free(&list);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(linear_is_the_closed_form),
-        cmocka_unit_test(threads_change_nothing),
-        cmocka_unit_test(slopes_are_those_of_the_misfit),
-        cmocka_unit_test(surface_slopes_are_those_of_means),
-        cmocka_unit_test(sum_alone_cannot_be_told_apart),
-        cmocka_unit_test(what_changes_nothing_keeps_its_prior),
-        cmocka_unit_test(known_parameters_are_found),
-        cmocka_unit_test(windows_follow_the_wheel),
-        cmocka_unit_test(gaps_given_their_sum),
-        cmocka_unit_test(bad_input_is_refused),
-        cmocka_unit_test(nothing_is_known),
-        cmocka_unit_test(the_newest_between_two_landings),
-        cmocka_unit_test(one_among_equals),
-        cmocka_unit_test(what_is_odd_is_found),
-        cmocka_unit_test(too_few_are_not_checked),
-        cmocka_unit_test(gaps_in_stretches),
-        cmocka_unit_test(as_host_sim),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,11 +18,10 @@ static double signal_of(const struct import_signal *signal, const uint8_t *data,
 
 /* Bytes 12 34 56 78: little-endian 12 bits from bit 4 are 341 hex; big-endian 12 bits from bit 3
  * are 234 hex. */
-static void bits_lie_as_dbc_says(void **state)
+TEST(bits_lie_as_dbc_says)
 {
     const uint8_t data[] = {0x12, 0x34, 0x56, 0x78}, minus[] = {0xff, 0xfe};
     const uint8_t single[] = {0x00, 0x00, 0x20, 0xc0}; /* -2.5 */
-    (void)state;
     assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 4, .bits = 12}, data, 4),
                 0x341, 0);
     assert_near(
@@ -46,11 +45,10 @@ static void bits_lie_as_dbc_says(void **state)
 
 /* From 5 kHz the mean of each block, from 250 Hz straight lines, and nothing where samples are
  * missing. */
-static void samples_become_blocks(void **state)
+TEST(samples_become_blocks)
 {
     struct series fast = {0}, slow = {0};
     float reading[100];
-    (void)state;
     /* five in a block: 0.1, 0.3 ... 0.9 ms: their mean is the middle's, at 0.5 ms */
     for (int i = 0; i < 500; i++)
         series_add(&fast, (i + 0.5) * 2e-4, 10.0 * (i + 0.5) * 2e-4);
@@ -77,7 +75,7 @@ static void samples_become_blocks(void **state)
     free(slow.value);
 }
 
-static void damage_in_a_log(void **state)
+TEST(damage_in_a_log)
 {
     static const char text[] = "(1.000001) can0 123#00\r\n\n(1.000002) can1 123#01\n(1.0 can0 "
                                "123#02\n(1.000004) can0 123##0011\n"
@@ -86,7 +84,6 @@ static void damage_in_a_log(void **state)
     struct candump_line line;
     char verdict[300];
     unsigned sum = 0;
-    (void)state;
     candump_log_start(&log, text, sizeof text - 1, "can0");
     while (candump_log_next(&log, &line))
         sum += line.frame.data[0] + 16;
@@ -105,13 +102,12 @@ static enum mr_status count_up(void *context, const struct store_frame *frame)
     int64_t *next = context;
     return frame->seq == (*next)++ && frame->data[0] == (uint8_t)frame->seq ? MR_OK : MR_LIMIT;
 }
-static void frames_that_wait_are_read(void **state)
+TEST(frames_that_wait_are_read)
 {
     struct store *store = NULL;
     struct error error = {0};
     char path[200];
     int64_t next = 0, count = 0;
-    (void)state;
     scratch_path(path, sizeof path, "wait.db");
     for (int round = 0; round < 2; round++) {
         assert_int_equal(store_open(path, STORE_CREATE, &store, &error), MR_OK);
@@ -143,15 +139,4 @@ static void frames_that_wait_are_read(void **state)
     assert_int_equal(store_frames_count(store, 1, 0, &count, &error), MR_OK);
     assert_int_equal(count, 150);
     store_close(store);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bits_lie_as_dbc_says),
-        cmocka_unit_test(samples_become_blocks),
-        cmocka_unit_test(damage_in_a_log),
-        cmocka_unit_test(frames_that_wait_are_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

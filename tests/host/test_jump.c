@@ -32,9 +32,8 @@ static struct jump by_gain(struct mr_channel_config old, double factor, const ch
     return jump;
 }
 
-static void of_the_same_sensor(void **state)
+TEST(of_the_same_sensor)
 {
-    (void)state;
     static const double units[] = {25.4,   2.54,   12.0, 0.0254, 4.448,
                                    2.2046, 0.4536, 1.12, 0.89,   -1.0};
     for (unsigned i = 0; i < sizeof units / sizeof units[0]; i++) {
@@ -47,9 +46,8 @@ static void of_the_same_sensor(void **state)
     assert_false(by_gain(transducer, 1.0, "ET-17").gain);
 }
 
-static void of_another_and_of_the_first_calibration(void **state)
+TEST(of_another_and_of_the_first_calibration)
 {
-    (void)state;
     struct mr_channel_config never = transducer, never_gage = gage;
     never.calibrated_day = never_gage.calibrated_day = 0;
     assert_false(by_gain(transducer, 1.4, "ET-18").gain || by_gain(never, 1.4, "ET-17").gain ||
@@ -60,9 +58,8 @@ static void of_another_and_of_the_first_calibration(void **state)
     assert_true(by_gain(gage, 9.8, "SG-2").gain && by_gain(never_gage, 0.19, "SG-1").gain);
 }
 
-static void of_the_zero(void **state)
+TEST(of_the_zero)
 {
-    (void)state;
     struct jump jump;
     struct mr_channel_config moved = transducer;
     moved.zero_code += 160.0f; /* 0.256 in */
@@ -81,9 +78,8 @@ static void of_the_zero(void **state)
     assert_false(jump_find(&unknown, &moved, &jump));
 }
 
-static void a_table_counts(void **state)
+TEST(a_table_counts)
 {
-    (void)state;
     struct jump jump;
     struct mr_channel_config table = transducer;
     table.points = 2;
@@ -93,9 +89,8 @@ static void a_table_counts(void **state)
                 fabs(jump.ratio - 25.4) < 1e-4);
 }
 
-static void what_is_said(void **state)
+TEST(what_is_said)
 {
-    (void)state;
     char text[160], name[8];
     struct jump jump = by_gain(transducer, 2.54, "ET-17");
     jump_text(&jump, &transducer, text, sizeof text);
@@ -106,26 +101,12 @@ static void what_is_said(void **state)
     assert_string_equal(name, "t14");
 }
 
-static void what_cannot_be_compared(void **state)
+TEST(what_cannot_be_compared)
 {
-    (void)state;
     struct jump jump;
     struct mr_channel_config none = {0}, other = transducer;
     assert_false(jump_find(&none, &transducer, &jump) || jump_find(&transducer, &none, &jump));
     other.number = 4;
     other.unit_per_code = 1.0f;
     assert_false(jump_find(&transducer, &other, &jump));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(of_the_same_sensor),
-        cmocka_unit_test(of_another_and_of_the_first_calibration),
-        cmocka_unit_test(of_the_zero),
-        cmocka_unit_test(a_table_counts),
-        cmocka_unit_test(what_is_said),
-        cmocka_unit_test(what_cannot_be_compared),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -19,10 +19,9 @@ static enum landing_belief hear(struct landing_story *story, struct mr_landing m
 
 /* As common/onboard/landing.c goes: armed, edge, stopped, settled, each repeated once a second;
  * disarmed; armed again. */
-static void a_landing_is_believed(void **unused)
+TEST(a_landing_is_believed)
 {
     struct landing_story story;
-    (void)unused;
     landing_story_start(&story);
     assert_int_equal(hear(&story, state(0, 0, 0, 0), 10), LANDING_GOES_ON);
     assert_int_equal(hear(&story, state(1, 1, 7, 500), 500), LANDING_GOES_ON);
@@ -34,13 +33,12 @@ static void a_landing_is_believed(void **unused)
     assert_int_equal(hear(&story, state(1, 1, 8, 9500), 9501), LANDING_GOES_ON);
 }
 
-static void strangers_are_dismissed(void **unused)
+TEST(strangers_are_dismissed)
 {
     const struct mr_landing strange[] = {state(0, 0, 0, 0),     state(255, 255, 65535, UINT32_MAX),
                                          state(1, 1, 8, 2500),  state(4, 4, 8, 2500),
                                          state(2, 2, 7, 90000), state(3, 3, 7, 1000),
                                          state(1, 1, 7, 500)};
-    (void)unused;
     for (size_t i = 0; i < sizeof strange / sizeof strange[0]; i++) {
         struct landing_story story;
         landing_story_start(&story);
@@ -58,10 +56,9 @@ static void strangers_are_dismissed(void **unused)
     }
 }
 
-static void an_end_is_taken_back(void **unused)
+TEST(an_end_is_taken_back)
 {
     struct landing_story story;
-    (void)unused;
     landing_story_start(&story);
     hear(&story, state(1, 1, 7, 500), 500);
     hear(&story, state(2, 2, 7, 2000), 2001);
@@ -71,10 +68,9 @@ static void an_end_is_taken_back(void **unused)
 }
 
 /* Several changes that were not the board's: its own state, said twice. */
-static void several_changes_are_taken_back(void **unused)
+TEST(several_changes_are_taken_back)
 {
     struct landing_story story;
-    (void)unused;
     landing_story_start(&story);
     hear(&story, state(1, 1, 7, 500), 500);
     hear(&story, state(2, 2, 7, 2000), 2001);
@@ -89,24 +85,11 @@ static void several_changes_are_taken_back(void **unused)
 
 /* What cannot follow may be true when messages were lost: the board says it again after a
  * second. */
-static void what_is_said_again_is_believed(void **unused)
+TEST(what_is_said_again_is_believed)
 {
     struct landing_story story;
-    (void)unused;
     landing_story_start(&story);
     hear(&story, state(1, 1, 7, 500), 500);
     assert_int_equal(hear(&story, state(2, 2, 8, 20000), 30000), LANDING_DOUBTED);
     assert_int_equal(hear(&story, state(2, 2, 8, 20000), 31000), LANDING_GOES_ON);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_landing_is_believed),
-        cmocka_unit_test(strangers_are_dismissed),
-        cmocka_unit_test(an_end_is_taken_back),
-        cmocka_unit_test(several_changes_are_taken_back),
-        cmocka_unit_test(what_is_said_again_is_believed),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

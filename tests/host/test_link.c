@@ -11,7 +11,7 @@
 #include "host/link/tty.h"
 #include "tests/host/scratch.h"
 
-static void refused_specs(void **state)
+TEST(refused_specs)
 {
     static const struct {
         const char *spec;
@@ -36,7 +36,6 @@ static void refused_specs(void **state)
         {"file:build/test-tmp/no/such/file", MR_IO, "no/such/file"},
         {"file:build", MR_IO, "directory"},
     };
-    (void)state;
     scratch_begin();
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         struct link *link = NULL;
@@ -48,7 +47,7 @@ static void refused_specs(void **state)
 }
 
 /* What is written for a serial port, and its parts. */
-static void serial_ports_and_rates(void **state)
+TEST(serial_ports_and_rates)
 {
     static const struct {
         const char *text, *path;
@@ -61,7 +60,6 @@ static void serial_ports_and_rates(void **state)
         {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:921600",
          "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 921600},
     };
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         char path[TTY_PATH_MAX];
         int baud;
@@ -72,22 +70,20 @@ static void serial_ports_and_rates(void **state)
     }
 }
 
-static void bytes_are_no_frames(void **state)
+TEST(bytes_are_no_frames)
 {
     struct link *link = NULL;
     struct error error = {0};
-    (void)state;
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
     assert_error(&error, MR_USAGE,
                  "can:IFACE[:board] carries no serial bytes: can:can0; give it as --can");
 }
 
-static void socket_path_too_long(void **state)
+TEST(socket_path_too_long)
 {
     char spec[200] = "unix:/tmp/";
     struct link *link = NULL;
     struct error error = {0};
-    (void)state;
     memset(spec + 10, 'x', 150);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_USAGE);
     assert_error(&error, MR_USAGE, "too long");
@@ -100,10 +96,9 @@ static void parse(const char *line, enum mr_status status, struct link_frame *fr
 }
 
 /* The lines of candump's documentation and their meaning, by hand. */
-static void candump_lines(void **state)
+TEST(candump_lines)
 {
     struct link_frame f;
-    (void)state;
     parse("(1436509053.850870) vcan0 044#DEADBEEF", MR_OK, &f);
     assert_int_equal(f.host_us, 1436509053850870u);
     assert_int_equal(f.id, 0x44);
@@ -123,7 +118,7 @@ static void candump_lines(void **state)
     assert_true(f.id & LINK_ID_ERROR);
 }
 
-static void refused_candump_lines(void **state)
+TEST(refused_candump_lines)
 {
     static const char *const lines[] = {
         "",
@@ -143,12 +138,11 @@ static void refused_candump_lines(void **state)
         "(1.0) can0 123#GG",
     };
     struct link_frame f;
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(lines); i++)
         parse(lines[i], MR_MALFORMED, &f);
 }
 
-static void candump_there_and_back(void **state)
+TEST(candump_there_and_back)
 {
     static const struct link_frame frames[] = {
         {.host_us = 11203000, .id = 0x0A0, .length = 8, .data = {1, 1, 5, 0, 0xee, 0x2b, 0, 0}},
@@ -159,7 +153,6 @@ static void candump_there_and_back(void **state)
          .data = {0xff}},
         {.host_us = 2, .id = 0x123u | LINK_ID_REMOTE, .length = 3},
     };
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(frames); i++) {
         char line[CANDUMP_LINE_MAX];
         struct link_frame back;
@@ -189,11 +182,10 @@ static struct link *open_text(const char *text)
     return link;
 }
 
-static void file_ends_well(void **state)
+TEST(file_ends_well)
 {
     struct link_frame frame;
     struct error error = {0};
-    (void)state;
     struct link *link = open_text("(1.0) can0 001#11\n\n(2.0) can0 002#22\n");
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
     assert_int_equal(frame.id, 1);
@@ -206,11 +198,10 @@ static void file_ends_well(void **state)
     link_close(link);
 }
 
-static void file_ends_inside_a_line(void **state)
+TEST(file_ends_inside_a_line)
 {
     struct link_frame frame;
     struct error error = {0};
-    (void)state;
     struct link *link = open_text("(1.0) can0 001#11\n(2.0) can0 002#2");
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_TRUNCATED);
@@ -218,11 +209,10 @@ static void file_ends_inside_a_line(void **state)
     link_close(link);
 }
 
-static void foreign_file_names_its_line(void **state)
+TEST(foreign_file_names_its_line)
 {
     struct link_frame frame;
     struct error error = {0};
-    (void)state;
     struct link *link = open_text("(1.0) can0 001#11\nsome other file\n");
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
@@ -263,13 +253,12 @@ static struct link *open_socket(enum link_kind kind, int *far)
 static const uint8_t raw_frame[16] = {0x23, 0x01, 0,    0, 3, 0, 0, 0,
                                       0xa1, 0xb2, 0xc3, 0, 0, 0, 0, 0};
 
-static void socket_carries_can_frames(void **state)
+TEST(socket_carries_can_frames)
 {
     int far;
     struct link_frame frame;
     struct error error = {0};
     uint8_t back[16];
-    (void)state;
     struct link *link = open_socket(LINK_CAN, &far);
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_TOO_FEW);
     assert_int_equal(write(far, raw_frame, 10), 10);
@@ -289,12 +278,11 @@ static void socket_carries_can_frames(void **state)
     link_close(link);
 }
 
-static void socket_ends_inside_a_frame(void **state)
+TEST(socket_ends_inside_a_frame)
 {
     int far;
     struct link_frame frame;
     struct error error = {0};
-    (void)state;
     struct link *link = open_socket(LINK_CAN, &far);
     assert_int_equal(write(far, raw_frame, 15), 15);
     close(far);
@@ -303,13 +291,12 @@ static void socket_ends_inside_a_frame(void **state)
     link_close(link);
 }
 
-static void socket_with_an_impossible_length(void **state)
+TEST(socket_with_an_impossible_length)
 {
     int far;
     struct link_frame frame;
     struct error error = {0};
     uint8_t wrong[16] = {1, 0, 0, 0, 9};
-    (void)state;
     struct link *link = open_socket(LINK_CAN, &far);
     assert_int_equal(write(far, wrong, 16), 16);
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
@@ -317,14 +304,13 @@ static void socket_with_an_impossible_length(void **state)
     link_close(link);
 }
 
-static void socket_carries_bytes(void **state)
+TEST(socket_carries_bytes)
 {
     int far;
     uint8_t bytes[8];
     size_t length;
     uint64_t host_us;
     struct error error = {0};
-    (void)state;
     struct link *link = open_socket(LINK_SERIAL, &far);
     assert_int_equal(link_receive_bytes(link, bytes, 8, &length, &host_us, &error), MR_TOO_FEW);
     assert_int_equal(write(far, "abcdefghij", 10), 10);
@@ -340,9 +326,8 @@ static void socket_carries_bytes(void **state)
 }
 
 /* Two that read one terminal take bytes from each other. */
-static void a_terminal_is_for_one_alone(void **state)
+TEST(a_terminal_is_for_one_alone)
 {
-    (void)state;
     struct error error = {0};
     struct link *first = NULL, *second = NULL;
     char spec[80];
@@ -356,26 +341,4 @@ static void a_terminal_is_for_one_alone(void **state)
     assert_int_equal(link_open(spec, LINK_SERIAL, &second, &error), MR_OK);
     link_close(second);
     close(board);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(refused_specs),
-        cmocka_unit_test(a_terminal_is_for_one_alone),
-        cmocka_unit_test(serial_ports_and_rates),
-        cmocka_unit_test(bytes_are_no_frames),
-        cmocka_unit_test(socket_path_too_long),
-        cmocka_unit_test(candump_lines),
-        cmocka_unit_test(refused_candump_lines),
-        cmocka_unit_test(candump_there_and_back),
-        cmocka_unit_test(file_ends_well),
-        cmocka_unit_test(file_ends_inside_a_line),
-        cmocka_unit_test(foreign_file_names_its_line),
-        cmocka_unit_test(socket_carries_can_frames),
-        cmocka_unit_test(socket_ends_inside_a_frame),
-        cmocka_unit_test(socket_with_an_impossible_length),
-        cmocka_unit_test(socket_carries_bytes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

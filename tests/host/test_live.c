@@ -97,9 +97,8 @@ static double inches_at(uint32_t block)
     return block == 517 ? 2.0 : 0.001 * (double)block;
 }
 
-static void one_block_of_a_thousand_is_not_lost(void **state)
+TEST(one_block_of_a_thousand_is_not_lost)
 {
-    (void)state;
     static struct live_bucket buckets[100];
     struct live_buckets *model = model_made();
     for (uint32_t block = 0; block < 1000; block++)
@@ -129,9 +128,8 @@ static void one_block_of_a_thousand_is_not_lost(void **state)
     free(model);
 }
 
-static void can_fills_what_serial_does_not_bring(void **state)
+TEST(can_fills_what_serial_does_not_bring)
 {
-    (void)state;
     struct live_bucket buckets[200];
     struct live_buckets *model = model_made();
     for (uint32_t block = 0; block < 1000; block++) {
@@ -155,9 +153,8 @@ static void can_fills_what_serial_does_not_bring(void **state)
     free(model);
 }
 
-static void links_out_of_step_lose_nothing(void **state)
+TEST(links_out_of_step_lose_nothing)
 {
-    (void)state;
     static struct live_bucket buckets[200];
     struct live_buckets *model = model_made();
     unsigned count = 0;
@@ -175,9 +172,8 @@ static void links_out_of_step_lose_nothing(void **state)
     free(model);
 }
 
-static void a_restart_begins_anew(void **state)
+TEST(a_restart_begins_anew)
 {
-    (void)state;
     struct live_buckets *model = model_made();
     for (uint32_t block = 0; block < 3000; block++)
         put_record(model, block, 0.5, 100.0);
@@ -190,9 +186,8 @@ static void a_restart_begins_anew(void **state)
 
 /* The board tells a channel in parts. Before the last of them its codes make no number, and why is
  * said. */
-static void what_is_not_calibrated_is_not_read(void **state)
+TEST(what_is_not_calibrated_is_not_read)
 {
-    (void)state;
     struct live_buckets *model = model_made(), *joined = malloc(sizeof *joined);
     struct mr_channel_config c = stream_channel(0);
     assert_non_null(joined);
@@ -223,9 +218,8 @@ static void what_is_not_calibrated_is_not_read(void **state)
     free(model);
 }
 
-static void memory_is_bounded(void **state)
+TEST(memory_is_bounded)
 {
-    (void)state;
     struct live_buckets *model = model_made();
     for (uint32_t block = 0; block < 60000; block++)
         put_record(model, block, 0.5, 100.0); /* and nobody takes a bucket for a minute */
@@ -275,9 +269,8 @@ static char *next_with(struct live_hub *hub, struct live_viewer *viewer, const c
     return text;
 }
 
-static void a_warning_is_an_event_at_once(void **state)
+TEST(a_warning_is_an_event_at_once)
 {
-    (void)state;
     struct live_hub *hub;
     struct error error = {0};
     struct live_viewer viewer;
@@ -302,9 +295,8 @@ static void a_warning_is_an_event_at_once(void **state)
 
 /* The newest of each message, and with what the newest warning began; nothing of a landing before
  * the one that is armed, and nothing of a board with another layout. */
-static void a_snapshot_is_for_who_joins_late(void **state)
+TEST(a_snapshot_is_for_who_joins_late)
 {
-    (void)state;
     struct live_hub *hub;
     struct error error = {0};
     uint8_t payload[MR_MESSAGE_MAX];
@@ -341,9 +333,8 @@ static void a_snapshot_is_for_who_joins_late(void **state)
     live_hub_close(hub);
 }
 
-static void who_comes_back_goes_on_where_it_was(void **state)
+TEST(who_comes_back_goes_on_where_it_was)
 {
-    (void)state;
     struct live_hub *hub;
     struct error error = {0};
     struct live_viewer viewer, back;
@@ -376,9 +367,8 @@ static void who_comes_back_goes_on_where_it_was(void **state)
     live_hub_close(hub);
 }
 
-static void who_does_not_read_is_told_anew(void **state)
+TEST(who_does_not_read_is_told_anew)
 {
-    (void)state;
     struct live_hub *hub;
     struct error error = {0};
     struct live_viewer viewer;
@@ -411,9 +401,8 @@ static void *ask(void *context)
     return NULL;
 }
 
-static void an_order_waits_for_its_own_answer(void **state)
+TEST(an_order_waits_for_its_own_answer)
 {
-    (void)state;
     struct asking asking = {0};
     struct error error = {0};
     struct mr_command command = {0};
@@ -439,9 +428,8 @@ static void an_order_waits_for_its_own_answer(void **state)
     live_hub_close(asking.hub);
 }
 
-static void who_only_watches_gives_no_order(void **state)
+TEST(who_only_watches_gives_no_order)
 {
-    (void)state;
     const struct live_source watching = {.db = "campaign.db"};
     struct live_hub *hub;
     struct error error = {0};
@@ -451,9 +439,8 @@ static void who_only_watches_gives_no_order(void **state)
     live_hub_close(hub);
 }
 
-static void an_order_that_is_too_old_is_refused(void **state)
+TEST(an_order_that_is_too_old_is_refused)
 {
-    (void)state;
     struct live_hub *hub;
     struct error error = {0};
     enum mr_status answer;
@@ -467,9 +454,8 @@ static void an_order_that_is_too_old_is_refused(void **state)
 
 /* ---- where it is served ---- */
 
-static void other_addresses_are_refused(void **state)
+TEST(other_addresses_are_refused)
 {
-    (void)state;
     const char *const refused[] = {"0.0.0.0:8473",
                                    "192.168.1.5:8473",
                                    "[::]:8473",
@@ -491,25 +477,4 @@ static void other_addresses_are_refused(void **state)
         error = (struct error){0};
     }
     live_hub_close(hub);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_block_of_a_thousand_is_not_lost),
-        cmocka_unit_test(can_fills_what_serial_does_not_bring),
-        cmocka_unit_test(links_out_of_step_lose_nothing),
-        cmocka_unit_test(a_restart_begins_anew),
-        cmocka_unit_test(what_is_not_calibrated_is_not_read),
-        cmocka_unit_test(memory_is_bounded),
-        cmocka_unit_test(a_warning_is_an_event_at_once),
-        cmocka_unit_test(a_snapshot_is_for_who_joins_late),
-        cmocka_unit_test(who_comes_back_goes_on_where_it_was),
-        cmocka_unit_test(who_does_not_read_is_told_anew),
-        cmocka_unit_test(an_order_waits_for_its_own_answer),
-        cmocka_unit_test(an_order_that_is_too_old_is_refused),
-        cmocka_unit_test(who_only_watches_gives_no_order),
-        cmocka_unit_test(other_addresses_are_refused),
-    };
-    return cmocka_run_group_tests_name("host/live", tests, NULL, NULL);
 }

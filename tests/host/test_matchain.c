@@ -1,10 +1,5 @@
 /* The small single-precision chain of common/ against the host's chain in double precision at a
  * quarter of the step. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,6 +7,7 @@
 
 #include "common/matchain.h"
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 #define MATS         420
 #define STATIONS     8
@@ -134,14 +130,13 @@ static double rms_in(unsigned group, const struct sim_result *truth, double *upd
     return sqrt(sum / (double)count);
 }
 
-static void agrees_with_the_hosts_chain(void **state)
+TEST(agrees_with_the_hosts_chain)
 {
     static const struct {
         uint64_t seed;
         double speed_ft_s, from_ft_s2, to_ft_s2;
     } landings[] = {
         {1, 28.0, 4.0, 4.0}, {2, 35.5, 6.6, 9.2}, {3, 35.5, 6.6, 9.2}, {4, 40.0, 12.0, 20.0}};
-    (void)state;
     for (size_t i = 0; i < sizeof landings / sizeof landings[0]; i++) {
         struct sim_scene scene;
         struct sim_result truth;
@@ -158,10 +153,4 @@ static void agrees_with_the_hosts_chain(void **state)
         sim_result_free(&truth);
         sim_scene_free(&scene);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(agrees_with_the_hosts_chain)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -70,12 +70,11 @@ static void check_channels(const struct measured *m, double digit_in, double dig
     }
 }
 
-static void from_block_records(void **state)
+TEST(from_block_records)
 {
     struct session s;
     struct stream_truth truth;
     struct measured m;
-    (void)state;
     log_one(&s, true, true, &truth);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.source, MEASURED_SERIAL);
@@ -90,12 +89,11 @@ static void from_block_records(void **state)
     session_end(&s);
 }
 
-static void from_can_alone(void **state)
+TEST(from_can_alone)
 {
     struct session s;
     struct stream_truth truth;
     struct measured m;
-    (void)state;
     log_one(&s, true, false, &truth);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.source, MEASURED_CAN);
@@ -110,12 +108,11 @@ static void from_can_alone(void **state)
 }
 
 /* One CAN value is changed in the database: the cross-check has to see exactly that one. */
-static void a_wrong_can_value_is_found(void **state)
+TEST(a_wrong_can_value_is_found)
 {
     struct session s;
     struct stream_truth truth;
     struct measured m;
-    (void)state;
     log_one(&s, true, true, &truth);
     store_close(s.store);
     s.store = NULL;
@@ -136,12 +133,11 @@ static bool lose_a_second(const struct stream *stream, uint16_t type)
     return type == MR_ID_BLOCK && stream->block >= 2000 && stream->block < 3000;
 }
 
-static void lost_blocks_stay_missing(void **state)
+TEST(lost_blocks_stay_missing)
 {
     struct session s;
     struct measured m;
     struct stream_truth truth = brisk;
-    (void)state;
     session_begin(&s, false, true);
     s.stream.drop_serial = lose_a_second;
     stream_hello(&s.stream, MR_LAYOUT);
@@ -161,12 +157,11 @@ static void lost_blocks_stay_missing(void **state)
 
 /* Armed for longer than is held in memory: the minute before the first edge is there, and what
  * comes of it is the same. */
-static void armed_long_before(void **state)
+TEST(armed_long_before)
 {
     struct session s;
     struct measured m;
     struct stream_truth truth = brisk;
-    (void)state;
     session_begin(&s, false, true);
     s.stream.armed_s = 130.0;
     stream_hello(&s.stream, MR_LAYOUT);
@@ -188,12 +183,11 @@ static void armed_long_before(void **state)
     session_end(&s);
 }
 
-static void warning_and_wheel(void **state)
+TEST(warning_and_wheel)
 {
     struct session s;
     struct stream_truth truth;
     struct summary summary;
-    (void)state;
     log_one(&s, true, true, &truth);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
     const struct zone_warning *w = &summary.zones.warning;
@@ -220,12 +214,11 @@ static void warning_and_wheel(void **state)
     session_end(&s);
 }
 
-static void units_of_json(void **state)
+TEST(units_of_json)
 {
     struct session s;
     struct stream_truth truth;
     struct summary summary;
-    (void)state;
     log_one(&s, true, true, &truth);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
     json_t *report = summary_json(&summary, false);
@@ -241,18 +234,4 @@ static void units_of_json(void **state)
     json_decref(si);
     summary_free(&summary);
     session_end(&s);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(from_block_records),
-        cmocka_unit_test(from_can_alone),
-        cmocka_unit_test(a_wrong_can_value_is_found),
-        cmocka_unit_test(armed_long_before),
-        cmocka_unit_test(lost_blocks_stay_missing),
-        cmocka_unit_test(warning_and_wheel),
-        cmocka_unit_test(units_of_json),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

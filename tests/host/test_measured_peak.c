@@ -69,12 +69,11 @@ static void series(int kind, float *raw, size_t stride)
     }
 }
 
-static void found_as_by_the_definition(void **state)
+TEST(found_as_by_the_definition)
 {
     static float raw[SAMPLES];
     static double value[SAMPLES];
     const size_t strides[] = {1, 2, 4};
-    (void)state;
     srand(11);
     for (int kind = 0; kind < 4; kind++) {
         for (size_t s = 0; s < 3; s++) {
@@ -96,13 +95,12 @@ static void found_as_by_the_definition(void **state)
     }
 }
 
-static void nothing_valid_is_nan(void **state)
+TEST(nothing_valid_is_nan)
 {
     static float raw[SAMPLES];
     struct measured measured = {.samples = SAMPLES};
     struct measured_channel channel = {.config.kind = MR_KIND_TENSION, .raw = raw, .stride = 1};
     double high, low;
-    (void)state;
     for (size_t i = 0; i < SAMPLES; i++)
         raw[i] = NAN;
     measured_peaks(&measured, &channel, 0, &high, &low);
@@ -114,23 +112,14 @@ static void nothing_valid_is_nan(void **state)
 }
 
 /* What no sum can hold is found all the same. */
-static void an_infinite_reading(void **state)
+TEST(an_infinite_reading)
 {
     static float raw[SAMPLES];
     struct measured measured = {.samples = SAMPLES};
     struct measured_channel channel = {.config.kind = MR_KIND_TENSION, .raw = raw, .stride = 1};
     double high, low;
-    (void)state;
     raw[100] = raw[101] = INFINITY;
     raw[2000] = raw[2001] = raw[2002] = raw[2003] = -6.0f;
     measured_peaks(&measured, &channel, 0, &high, &low);
     assert_true(isinf(high) && low < 0.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(found_as_by_the_definition),
-                                       cmocka_unit_test(nothing_valid_is_nan),
-                                       cmocka_unit_test(an_infinite_reading)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,20 +9,18 @@ static void stretch(struct moments *moments, int64_t from_block, int64_t blocks)
         moments_add(moments, from_block + i);
 }
 
-static void nothing_is_far_from_nothing(void **state)
+TEST(nothing_is_far_from_nothing)
 {
     struct moments moments = {0};
-    (void)state;
     assert_int_equal(moments_judge(&moments), MR_OK);
     assert_true(moments_hold(&moments, INT64_MIN));
     assert_true(moments_hold_edge(&moments, 1e300));
     moments_free(&moments);
 }
 
-static void one_far_time_is_set_aside(void **state)
+TEST(one_far_time_is_set_aside)
 {
     static const int64_t far[] = {8000 + 40000, 3508744, INT64_MAX, INT64_MIN, -3500000};
-    (void)state;
     for (size_t i = 0; i < sizeof far / sizeof far[0]; i++) {
         struct moments moments = {0};
         moments_add(&moments, far[i]); /* in whatever order */
@@ -38,10 +36,9 @@ static void one_far_time_is_set_aside(void **state)
 
 /* 20 s later is no pause; a minute with the link down is one, but a tenth of the landing stays, and
  * so does what has the edges. */
-static void what_is_much_stays(void **state)
+TEST(what_is_much_stays)
 {
     struct moments moments = {0};
-    (void)state;
     stretch(&moments, 0, 10000);
     stretch(&moments, 29000, 5);
     stretch(&moments, 120000, 1000);
@@ -57,11 +54,10 @@ static void what_is_much_stays(void **state)
     moments_free(&moments);
 }
 
-static void edges_alone_hold_nothing(void **state)
+TEST(edges_alone_hold_nothing)
 {
     static const double far_s[] = {3500.0, -1.0, 1e300, -1e300, 5e6};
     struct moments moments = {0};
-    (void)state;
     stretch(&moments, 787, 8000);
     moments_add_edge(&moments, 1.45);
     for (size_t i = 0; i < sizeof far_s / sizeof far_s[0]; i++)
@@ -71,15 +67,4 @@ static void edges_alone_hold_nothing(void **state)
     for (size_t i = 0; i < sizeof far_s / sizeof far_s[0]; i++)
         assert_false(moments_hold_edge(&moments, far_s[i]));
     moments_free(&moments);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_is_far_from_nothing),
-        cmocka_unit_test(one_far_time_is_set_aside),
-        cmocka_unit_test(what_is_much_stays),
-        cmocka_unit_test(edges_alone_hold_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,9 +12,8 @@ static struct estimate exact(double value)
 
 /* A uniform plank hung on cords at its ends: I = W l^2/(12 g) gives T = 2 pi sqrt(cord/(3 g)),
  * whatever its length. */
-static void inertia_of_a_plank(void **state)
+TEST(inertia_of_a_plank)
 {
-    (void)state;
     double g = 32.174, cord = 4, period = 2 * M_PI * sqrt(cord / (3 * g));
     struct estimate inertia = params_inertia(exact(140), exact(2), exact(cord), exact(period));
     assert_near(inertia.value, 140.0 / 32.174 * 4 / 12, 1e-12);
@@ -26,17 +25,15 @@ static void inertia_of_a_plank(void **state)
 }
 
 /* 3.4: 9500 lb/in per in, a joint of 12 ft: 1.6e7 lb/ft. */
-static void joint_of_the_report(void **state)
+TEST(joint_of_the_report)
 {
-    (void)state;
     struct estimate kl = params_joint_stiffness((struct estimate){9500, 95}, exact(144));
     assert_near(kl.value, 1.6416e7, 1e-3);
     assert_near(kl.error, 1.6416e5, 1e-3);
 }
 
-static void friction_and_soil(void **state)
+TEST(friction_and_soil)
 {
-    (void)state;
     struct estimate f = params_friction((struct estimate){80, 4}, (struct estimate){160, 1.6});
     assert_near(f.value, 0.5, 1e-15);
     assert_near(f.error, 0.5 * sqrt(0.05 * 0.05 + 0.01 * 0.01), 1e-12);
@@ -74,9 +71,8 @@ static struct params_travel hinge(double from_deg, double step_deg, size_t count
     return travel;
 }
 
-static void hinge_of_the_report(void **state)
+TEST(hinge_of_the_report)
 {
-    (void)state;
     unsigned seed = 1;
     struct params_travel travel = hinge(11, 1, 5, 0, &seed);
     assert_true(travel.known);
@@ -96,9 +92,8 @@ static void hinge_of_the_report(void **state)
 }
 
 /* Readings from inside the free travel give no spring. */
-static void readings_inside_the_free_travel(void **state)
+TEST(readings_inside_the_free_travel)
 {
-    (void)state;
     unsigned seed = 5;
     struct params_travel travel = hinge(1, 1, 9, 0, &seed);
     assert_true(!travel.known && travel.beyond == 0);
@@ -116,9 +111,8 @@ static void readings_inside_the_free_travel(void **state)
 
 /* Readings on both sides: those inside are left out, whatever their order; too few beyond are
  * refused. */
-static void readings_on_both_sides(void **state)
+TEST(readings_on_both_sides)
 {
-    (void)state;
     unsigned seed = 7;
     struct params_travel travel = hinge(2, 1, 14, 0, &seed); /* to 15 degrees */
     assert_true(travel.known);
@@ -140,9 +134,8 @@ static void readings_on_both_sides(void **state)
 
 /* The stated errors are the spread over many repeated tests: all beyond the free travel, then half
  * of them. */
-static void errors_are_the_spread(void **state)
+TEST(errors_are_the_spread)
 {
-    (void)state;
     enum { TESTS = 4000 };
     unsigned seed = 3;
     for (int mixed = 0; mixed < 2; mixed++) {
@@ -167,9 +160,8 @@ static void errors_are_the_spread(void **state)
     }
 }
 
-static void means(void **state)
+TEST(means)
 {
-    (void)state;
     const double readings[] = {1, 2, 3, 4};
     struct estimate mean = params_mean(readings, 4, 0);
     assert_near(mean.value, 2.5, 1e-15);
@@ -178,19 +170,4 @@ static void means(void **state)
     assert_near(mean.error, sqrt(5.0 / 12 + 0.09), 1e-15);
     mean = params_mean(readings, 1, 0.1);
     assert_near(mean.error, 0.1, 1e-15);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(inertia_of_a_plank),
-        cmocka_unit_test(joint_of_the_report),
-        cmocka_unit_test(friction_and_soil),
-        cmocka_unit_test(hinge_of_the_report),
-        cmocka_unit_test(readings_inside_the_free_travel),
-        cmocka_unit_test(readings_on_both_sides),
-        cmocka_unit_test(errors_are_the_spread),
-        cmocka_unit_test(means),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,12 +33,11 @@ static void read_back(const char *path, char *text, size_t size)
     fclose(file);
 }
 
-static void the_ending_chooses_the_format(void **state)
+TEST(the_ending_chooses_the_format)
 {
     static const char *const begins[][2] = {
         {"plot.svg", "<?xml"}, {"plot.png", "\x89PNG"}, {"plot.pdf", "%PDF"}};
     char path[100], text[8];
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(begins); i++) {
         struct error error = {0};
         scratch_path(path, sizeof path, begins[i][0]);
@@ -50,11 +49,10 @@ static void the_ending_chooses_the_format(void **state)
     }
 }
 
-static void another_ending_is_refused(void **state)
+TEST(another_ending_is_refused)
 {
     static const char *const names[] = {"plot.gif", "plot", "svg"};
     char path[100];
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(names); i++) {
         struct error error = {0}, before = {0};
         scratch_path(path, sizeof path, names[i]);
@@ -66,12 +64,11 @@ static void another_ending_is_refused(void **state)
     }
 }
 
-static void text_is_shown_as_it_is(void **state)
+TEST(text_is_shown_as_it_is)
 {
     static char text[100000];
     char path[100];
     struct error error = {0};
-    (void)state;
     scratch_path(path, sizeof path, "plot-text.svg");
     plot_write(small("`date` \"quoted\" it's x_1^2 \xc2\xb1"), path, &error);
     assert_no_error(&error);
@@ -82,13 +79,12 @@ static void text_is_shown_as_it_is(void **state)
     unlink(path);
 }
 
-static void a_long_line_is_thinned_and_keeps_its_spike(void **state)
+TEST(a_long_line_is_thinned_and_keeps_its_spike)
 {
     static double x[MANY], y[MANY];
     static char text[1000000];
     char path[100];
     struct error error = {0};
-    (void)state;
     for (size_t i = 0; i < MANY; i++) {
         x[i] = (double)i;
         y[i] = i == 31234 ? 7.0 : 0.0;
@@ -105,11 +101,10 @@ static void a_long_line_is_thinned_and_keeps_its_spike(void **state)
     unlink(path);
 }
 
-static void without_gnuplot_one_line_names_the_package(void **state)
+TEST(without_gnuplot_one_line_names_the_package)
 {
     char path[100], *before = strdup(getenv("PATH"));
     struct error error = {0}, early = {0};
-    (void)state;
     scratch_path(path, sizeof path, "plot-missing.svg");
     setenv("PATH", "/nowhere", 1);
     plot_check(path, NULL, &early);
@@ -119,16 +114,4 @@ static void without_gnuplot_one_line_names_the_package(void **state)
     assert_error(&early, MR_IO, "apt install gnuplot-nox");
     assert_error(&error, MR_IO, "apt install gnuplot-nox");
     assert_int_not_equal(access(path, F_OK), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_ending_chooses_the_format),
-        cmocka_unit_test(another_ending_is_refused),
-        cmocka_unit_test(text_is_shown_as_it_is),
-        cmocka_unit_test(a_long_line_is_thinned_and_keeps_its_spike),
-        cmocka_unit_test(without_gnuplot_one_line_names_the_package),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

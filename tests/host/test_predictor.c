@@ -1,10 +1,5 @@
 /* The predictor against closed forms, the host's fine chain, and everything that can go wrong with
  * what it is given. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,6 +7,7 @@
 
 #include "common/predictor.h"
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 #define MATS         420
 #define MAT_FT       (2.0 / 7.0)
@@ -181,9 +177,8 @@ static void assert_sane(void)
 /* --- closed forms --- */
 
 /* P_c = w L / (2 h0); and n = F / (f w) mats are closed when nothing but friction resists. */
-static void critical_compression_and_length(void **state)
+TEST(critical_compression_and_length)
 {
-    (void)state;
     struct mr_predictor_config config = rig();
     config.grit_lb = 0.0f;
     config.level = MR_PREDICTOR_PLOUGH;
@@ -223,9 +218,8 @@ static double plough_closes_in(float grit_lb)
 }
 
 /* What closes ahead is what the wheel's mat has moved, and no more closes the more resists. */
-static void plough_keeps_lengths(void **state)
+TEST(plough_keeps_lengths)
 {
-    (void)state;
     double free_in = plough_closes_in(0.0f), gritty_in = plough_closes_in(10.0f);
     assert_true(free_in > 0.8 && gritty_in > 0.05 && gritty_in < 0.7 * free_in);
     assert_true(plough_closes_in(1000.0f) < 0.02);
@@ -234,9 +228,8 @@ static void plough_keeps_lengths(void **state)
 /* With nothing but friction n = F / (f w) mats close: 29 at 2 ft/s2, 65 at 4.5. The edge that tells
  * of the harder braking comes in any phase of a search; the warning is there eleven blocks later at
  * most, and no block costs more than its share. */
-static void a_warning_follows_the_edge(void **state)
+TEST(a_warning_follows_the_edge)
 {
-    (void)state;
     struct mr_predictor_config config = rig();
     const struct landing before = {.speed_ft_s = 28.0, .braking_ft_s2 = 2.0},
                          after = {.speed_ft_s = 28.0, .braking_ft_s2 = 4.5};
@@ -269,9 +262,8 @@ static void a_warning_follows_the_edge(void **state)
 
 /* --- against the fine chain --- */
 
-static void follows_the_fine_chain(void **state)
+TEST(follows_the_fine_chain)
 {
-    (void)state;
     static double gap_in[MATS + 1];
     struct landing landing = {.speed_ft_s = 33.0, .braking_ft_s2 = 8.0};
     struct mr_predictor_config config = rig();
@@ -314,9 +306,8 @@ static void lost(struct mr_predictor_input *input, unsigned ms)
     input->displacement_in[bad_channel] = NAN;
 }
 
-static void a_bad_channel_is_left_out(void **state)
+TEST(a_bad_channel_is_left_out)
 {
-    (void)state;
     static double gap_in[MATS + 1];
     struct landing landing = {.speed_ft_s = 35.5, .braking_ft_s2 = 8.0};
     struct mr_predictor_config config = rig();
@@ -341,9 +332,8 @@ static void a_bad_channel_is_left_out(void **state)
 
 /* --- what is missing --- */
 
-static void without_channels_it_runs_blind(void **state)
+TEST(without_channels_it_runs_blind)
 {
-    (void)state;
     struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 5.0};
     struct mr_predictor_config config = rig();
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
@@ -362,9 +352,8 @@ static void without_channels_it_runs_blind(void **state)
 
 /* All gaps 0.01 in: a segment has 0.1 in of slack. Station 40 has moved by what 40 to 60 holds (70
  * joints, 0.7 in), 50 by half. */
-static void without_switches_it_is_kinematic(void **state)
+TEST(without_switches_it_is_kinematic)
 {
-    (void)state;
     struct mr_predictor_config config = rig();
     float sum_in[MR_SEGMENTS];
     struct mr_predictor_input input = {
@@ -391,9 +380,8 @@ static void without_switches_it_is_kinematic(void **state)
     assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
 }
 
-static void level_follows_the_budget(void **state)
+TEST(level_follows_the_budget)
 {
-    (void)state;
     struct landing landing = {.speed_ft_s = 35.5, .braking_ft_s2 = 8.0};
     struct mr_predictor_config config = rig();
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
@@ -420,9 +408,8 @@ static void level_follows_the_budget(void **state)
 
 /* The board's own budget is enough for every mat; a third of it for two in one, and when the gear
  * stands every mat is back. */
-static void a_third_of_the_budget_is_two_in_one(void **state)
+TEST(a_third_of_the_budget_is_two_in_one)
 {
-    (void)state;
     struct landing landing = {.speed_ft_s = 33.0, .braking_ft_s2 = 8.0};
     for (unsigned part = 1; part <= 3; part += 2) {
         struct mr_predictor_config config = rig();
@@ -441,9 +428,8 @@ static void a_third_of_the_budget_is_two_in_one(void **state)
 }
 
 /* Two levels down at once; each level up is waited for anew, ten looks. */
-static void it_comes_back_level_by_level(void **state)
+TEST(it_comes_back_level_by_level)
 {
-    (void)state;
     struct mr_predictor_config config = rig();
     struct mr_predictor_input input = {
         .wheel_ft = 10.0f, .speed_ft_s = 0.0f, .deceleration_ft_s2 = 5.0f};
@@ -463,9 +449,8 @@ static void it_comes_back_level_by_level(void **state)
 }
 
 /* A budget that no look exceeds by half, but a second does. */
-static void a_second_beyond_the_budget_counts(void **state)
+TEST(a_second_beyond_the_budget_counts)
 {
-    (void)state;
     struct landing landing = {.speed_ft_s = 33.0, .braking_ft_s2 = 8.0};
     struct mr_predictor_config config = rig();
     uint32_t looks[200] = {0}, most = 0, second = 0;
@@ -500,9 +485,8 @@ static void a_second_beyond_the_budget_counts(void **state)
 /* What is carried on, and what is not: a channel that was lost for a while is trusted again; a
  * deceleration counts when switches beyond touchdown tell it, and only in its landing; the
  * resistance stays within its bounds however the mats are dragged. */
-static void what_counts_and_how_long(void **state)
+TEST(what_counts_and_how_long)
 {
-    (void)state;
     struct mr_predictor_config config = rig();
     struct mr_predictor_input input = {
         .wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .on_runway = true};
@@ -552,9 +536,8 @@ static void wrong(struct mr_predictor_input *input, unsigned ms)
     }
 }
 
-static void wrong_inputs_end_in_sane_statements(void **state)
+TEST(wrong_inputs_end_in_sane_statements)
 {
-    (void)state;
     struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 5.0};
     struct mr_predictor_config config = rig();
     for (wrong_kind = 0; wrong_kind < 24; wrong_kind++) {
@@ -567,9 +550,8 @@ static void wrong_inputs_end_in_sane_statements(void **state)
     }
 }
 
-static void extremes_stay_bounded(void **state)
+TEST(extremes_stay_bounded)
 {
-    (void)state;
     for (unsigned k = 0; k < 10; k++) {
         struct mr_predictor_config config = rig();
         struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 6.0};
@@ -601,9 +583,8 @@ static void extremes_stay_bounded(void **state)
     }
 }
 
-static void impossible_parameters_are_refused(void **state)
+TEST(impossible_parameters_are_refused)
 {
-    (void)state;
     struct mr_predictor_config config = rig();
     config.chain.kl_lb_ft *= 10.0f; /* limit: 2/sqrt(4 KL/m) / (1 + ...) falls below the step */
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_NUMERICS);
@@ -623,9 +604,8 @@ static void impossible_parameters_are_refused(void **state)
 
 /* --- what is kept --- */
 
-static void state_survives(void **state)
+TEST(state_survives)
 {
-    (void)state;
     static struct mr_predictor_state kept, again;
     struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 7.0};
     struct mr_predictor_config config = rig();
@@ -655,9 +635,8 @@ static void state_survives(void **state)
     assert_memory_equal(&kept, &again, sizeof kept); /* refused: nothing has changed */
 }
 
-static void survey_is_taken_over(void **state)
+TEST(survey_is_taken_over)
 {
-    (void)state;
     struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 7.0};
     struct mr_predictor_config config = rig();
     float sum_in[MR_SEGMENTS];
@@ -677,28 +656,4 @@ static void survey_is_taken_over(void **state)
         play(&landing, NULL);
         mr_predictor_fold(&predictor);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(critical_compression_and_length),
-        cmocka_unit_test(plough_keeps_lengths),
-        cmocka_unit_test(a_warning_follows_the_edge),
-        cmocka_unit_test(follows_the_fine_chain),
-        cmocka_unit_test(a_bad_channel_is_left_out),
-        cmocka_unit_test(without_channels_it_runs_blind),
-        cmocka_unit_test(without_switches_it_is_kinematic),
-        cmocka_unit_test(level_follows_the_budget),
-        cmocka_unit_test(a_third_of_the_budget_is_two_in_one),
-        cmocka_unit_test(it_comes_back_level_by_level),
-        cmocka_unit_test(a_second_beyond_the_budget_counts),
-        cmocka_unit_test(what_counts_and_how_long),
-        cmocka_unit_test(wrong_inputs_end_in_sane_statements),
-        cmocka_unit_test(extremes_stay_bounded),
-        cmocka_unit_test(impossible_parameters_are_refused),
-        cmocka_unit_test(state_survives),
-        cmocka_unit_test(survey_is_taken_over),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,9 @@
 /* Single against double precision: the same predictor compiled twice (tests/double), on landing 5
  * of the report as the host's chain computes it, with transducers and blind. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include "tests/double/double.h"
 #include "tests/host/predictor_case.h"
+#include "tests/cmocka_all.h"
 
 static struct mr_predictor predictor;
 
@@ -69,9 +65,8 @@ static double rms_in(const struct braking *braking, const struct sim_result *rea
     return sqrt(sum / (double)count);
 }
 
-static void single_precision_is_enough(void **state)
+TEST(single_precision_is_enough)
 {
-    (void)state;
     const struct braking fifth = {35.5, 6.6, 9.2};
     struct mr_predictor_config config = case_rig();
     struct error error = {0};
@@ -93,10 +88,4 @@ static void single_precision_is_enough(void **state)
     print_message("landing 5, blind: rms %.5f in of at most %.3f in\n", blind_in, most_in);
     assert_true(blind_in > 0.0 && blind_in < 0.005);
     sim_result_free(&truth);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(single_precision_is_enough)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

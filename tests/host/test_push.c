@@ -96,9 +96,8 @@ static void held(const struct tally *tally, unsigned count, double most)
     assert_true(count <= most * n);
 }
 
-static void intervals_hold(void **state)
+TEST(intervals_hold)
 {
-    (void)state;
     struct tally tally = run_all(&(struct trial){.law = -1.0,
                                                  .friction = 0.5,
                                                  .force_error_lb = 0.5,
@@ -118,9 +117,8 @@ static void intervals_hold(void **state)
 
 /* Gages that read to 0.5 lb and 0.001 in, and nothing else is wrong: errors as stated are three
  * times too large, so the intervals hold more often. */
-static void intervals_hold_of_divisions(void **state)
+TEST(intervals_hold_of_divisions)
 {
-    (void)state;
     struct tally tally = run_all(&(struct trial){.law = -1.0,
                                                  .friction = 0.5,
                                                  .force_error_lb = 0.5,
@@ -137,9 +135,8 @@ static void intervals_hold_of_divisions(void **state)
 }
 
 /* Gages twice as bad as they are said to be: the scatter says so. */
-static void worse_gages_widen(void **state)
+TEST(worse_gages_widen)
 {
-    (void)state;
     struct tally tally = run_all(&(struct trial){.law = -1.0,
                                                  .friction = 0.5,
                                                  .force_error_lb = 1.0,
@@ -156,9 +153,8 @@ static void worse_gages_widen(void **state)
 }
 
 /* Places that differ by 15 %: readings of one place alone would state 5 %. */
-static void places_widen(void **state)
+TEST(places_widen)
 {
-    (void)state;
     struct tally tally = run_all(&(struct trial){.law = -1.0,
                                                  .friction = 0.5,
                                                  .spread = 0.15,
@@ -174,9 +170,8 @@ static void places_widen(void **state)
     held(&tally, tally.unloading, 0.994);
 }
 
-static void what_slides_is_told_and_left_out(void **state)
+TEST(what_slides_is_told_and_left_out)
 {
-    (void)state;
     struct tally tally = run_all(&(struct trial){.law = -1.0,
                                                  .friction = 0.3,
                                                  .force_error_lb = 0.5,
@@ -195,9 +190,8 @@ static void what_slides_is_told_and_left_out(void **state)
 }
 
 /* Of a rigid ground elastic is said once in 500 at most, rigid in most; the odds ask for 20. */
-static void rigid_ground_is_not_called_elastic(void **state)
+TEST(rigid_ground_is_not_called_elastic)
 {
-    (void)state;
     struct trial trial = {.k_lb_ft = HUGE_VAL,
                           .unloading = 1.0,
                           .friction = 0.5,
@@ -217,9 +211,8 @@ static void rigid_ground_is_not_called_elastic(void **state)
 }
 
 /* A push of 3 lb moves 0.0026 in: mostly neither law can be told. */
-static void a_weak_push_cannot_tell(void **state)
+TEST(a_weak_push_cannot_tell)
 {
-    (void)state;
     struct tally tally = run_all(&(struct trial){.k_lb_ft = 7000.0,
                                                  .unloading = 1.0,
                                                  .friction = 0.5,
@@ -253,9 +246,8 @@ static struct push_ground find(struct push_series *series, size_t count,
 }
 
 /* 1,200 lb/in of two mats are 7,200 lb/ft of one; exact readings give it back. */
-static void stiffness_is_of_one_mat(void **state)
+TEST(stiffness_is_of_one_mat)
 {
-    (void)state;
     struct push_series series = exact_test(108.0, 1200.0, 40.0, true);
     struct push_setting setting = two_mats;
     struct push_ground ground = find(&series, 1, &setting);
@@ -270,9 +262,8 @@ static void stiffness_is_of_one_mat(void **state)
     push_ground_free(&ground);
 }
 
-static void what_was_not_read_is_not_told(void **state)
+TEST(what_was_not_read_is_not_told)
 {
-    (void)state;
     struct push_setting setting = two_mats;
     struct push_series series[2] = {exact_test(108.0, 1200.0, 40.0, false),
                                     exact_test(216.0, 2400.0, 80.0, false)};
@@ -298,9 +289,8 @@ static void what_was_not_read_is_not_told(void **state)
 }
 
 /* All below what the dial shows: a bound, no value. */
-static void below_resolution_is_a_bound(void **state)
+TEST(below_resolution_is_a_bound)
 {
-    (void)state;
     struct push_series series = exact_test(108.0, HUGE_VAL, 40.0, true);
     struct push_ground ground = find(&series, 1, &two_mats);
     assert_true(isnan(ground.k_lb_ft.of.value));
@@ -309,9 +299,8 @@ static void below_resolution_is_a_bound(void **state)
     push_ground_free(&ground);
 }
 
-static void refusals(void **state)
+TEST(refusals)
 {
-    (void)state;
     struct push_series series = exact_test(108.0, 1200.0, 40.0, true);
     struct push_fit fit;
     struct error error = {0};
@@ -327,9 +316,8 @@ static void refusals(void **state)
 }
 
 /* Pushed the other way, with another zero of the dial: the same ground. */
-static void signs_and_zero_do_not_matter(void **state)
+TEST(signs_and_zero_do_not_matter)
 {
-    (void)state;
     struct push_series series = exact_test(108.0, 1200.0, 40.0, true);
     for (size_t i = 0; i < series.count; i++) {
         series.force_lb[i] = -series.force_lb[i];
@@ -342,9 +330,8 @@ static void signs_and_zero_do_not_matter(void **state)
 }
 
 /* Pushed through 0: what falls to 0 springs back by rho, what grows beyond loads. */
-static void through_zero_and_again(void **state)
+TEST(through_zero_and_again)
 {
-    (void)state;
     const double forces[] = {0, 10, 20, 30, 20, 10, 0, -10, -20, -10, 0, 10, 20, 30, 40};
     struct push_truth truth = {1200.0, 0.8, 1e9, 0.0, 0.0, false};
     struct push_series series = {.load_lb = 108.0};
@@ -360,24 +347,4 @@ static void through_zero_and_again(void **state)
     assert_near(ground.k_lb_ft.of.value, 7200.0, 0.05);
     assert_near(ground.unloading.of.value, 0.8, 1e-5);
     push_ground_free(&ground);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(intervals_hold),
-        cmocka_unit_test(intervals_hold_of_divisions),
-        cmocka_unit_test(worse_gages_widen),
-        cmocka_unit_test(places_widen),
-        cmocka_unit_test(what_slides_is_told_and_left_out),
-        cmocka_unit_test(rigid_ground_is_not_called_elastic),
-        cmocka_unit_test(a_weak_push_cannot_tell),
-        cmocka_unit_test(stiffness_is_of_one_mat),
-        cmocka_unit_test(what_was_not_read_is_not_told),
-        cmocka_unit_test(below_resolution_is_a_bound),
-        cmocka_unit_test(refusals),
-        cmocka_unit_test(signs_and_zero_do_not_matter),
-        cmocka_unit_test(through_zero_and_again),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,17 +2,12 @@
  * 25.4 mm, 1 lbf = 4.4482216152605 N, standard gravity 9.80665 m/s2, 1 mile = 5280 ft, 1 nautical
  * mile = 1852 m. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "host/base/quantity.h"
+#include "tests/cmocka_all.h"
 
 static struct quantity_wrong wrong;
 
@@ -35,7 +30,7 @@ static void refused(const char *text, const char *unit, const char *bare, const 
                  advice);
 }
 
-static void definitions(void **state)
+TEST(definitions)
 {
     static const struct {
         const char *text, *unit;
@@ -82,7 +77,6 @@ static void definitions(void **state)
         {"2.54 mm/h", "in/h", 0.1},
         {"100 kohm", "ohm", 1e5},
     };
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         if (isnan(cases[i].value)) {
             refused("/K", cases[i].unit, NULL, "not a number", "digits");
@@ -96,7 +90,7 @@ static void definitions(void **state)
 }
 
 /* Against the exact quotient in long double: within 0.502 units in the last place. */
-static void the_nearest_double(void **state)
+TEST(the_nearest_double)
 {
     static const struct {
         const char *from, *to;
@@ -108,7 +102,6 @@ static void the_nearest_double(void **state)
                  {"km/h", "ft/s", 1e7L, 3600.0L * 3048.0L},
                  {"m/s2", "ft/s2", 10000.0L, 3048.0L}};
     uint64_t random = 1;
-    (void)state;
     for (unsigned n = 0; n < 20000; n++) {
         char text[60];
         random = random * 6364136223846793005u + 1442695040888963407u;
@@ -132,11 +125,10 @@ static void the_nearest_double(void **state)
 }
 
 /* In its own unit a value is what its digits say, as without a unit. */
-static void its_own_unit_changes_no_bit(void **state)
+TEST(its_own_unit_changes_no_bit)
 {
     static const char *const units[] = {"ft", "in", "lb", "ft/s", "lb s/ft", "s", "psi", "MB"};
     uint64_t random = 7;
-    (void)state;
     for (unsigned n = 0; n < 5000; n++) {
         char digits[40], text[60];
         random = random * 6364136223846793005u + 1442695040888963407u;
@@ -151,9 +143,8 @@ static void its_own_unit_changes_no_bit(void **state)
     }
 }
 
-static void as_people_write_them(void **state)
+TEST(as_people_write_them)
 {
-    (void)state;
     assert_true(read_in(" 5mm ", "mm", NULL) == 5.0);
     assert_true(read_in("-5 MM", "mm", NULL) == -5.0);
     assert_true(read_in("2 Inches", "in", NULL) == 2.0);
@@ -166,9 +157,8 @@ static void as_people_write_them(void **state)
     assert_true(signbit(read_in("-0 mm", "in", NULL)));
 }
 
-static void never_another_unit(void **state)
+TEST(never_another_unit)
 {
-    (void)state;
     refused("3 lb", "ft", NULL, "a force instead of a length", "write ft, in, mm, cm or m ");
     refused("3 ft", "lb", NULL, "a length instead of a force", "kg is the weight of that mass");
     refused("3 kg", "ft/s", NULL, "a mass instead of a speed", "ft/s, m/s, km/h, mph, kn");
@@ -189,9 +179,8 @@ static void never_another_unit(void **state)
     refused("3 kB", "MB", NULL, "unknown unit", "digits alone, in MB");
 }
 
-static void a_comma_is_refused_with_a_word(void **state)
+TEST(a_comma_is_refused_with_a_word)
 {
-    (void)state;
     refused("5,2 mm", "in", NULL, "a comma", "write a point: 5.2 mm");
     refused("1,000 lb", "lb", NULL, "a comma", "nothing between thousands");
     refused("5,", "in", NULL, "a comma", "point");
@@ -202,11 +191,10 @@ static void a_comma_is_refused_with_a_word(void **state)
     refused("1e999 mm", "in", NULL, "not a number", "4");
 }
 
-static void json_text_has_its_unit(void **state)
+TEST(json_text_has_its_unit)
 {
     json_t *number = json_real(2.5), *text = json_string("25.4 mm"), *bare = json_string("2.5");
     double value;
-    (void)state;
     assert_true(quantity_json(number, "in", &value, &wrong) && value == 2.5);
     assert_true(quantity_json(text, "in", &value, &wrong) && value == 1.0);
     assert_false(quantity_json(bare, "in", &value, &wrong));
@@ -218,11 +206,10 @@ static void json_text_has_its_unit(void **state)
 }
 
 /* What the messages advise and the reference lists can be read, and is of the kind. */
-static void what_is_listed_is_read(void **state)
+TEST(what_is_listed_is_read)
 {
     const struct quantity_kind *kind;
     unsigned count = 0;
-    (void)state;
     for (size_t i = 0; (kind = quantity_kind_at(i)); i++) {
         char units[200], first[40] = "", *rest = units, *unit;
         snprintf(units, sizeof units, "%s", kind->units);
@@ -245,19 +232,4 @@ static void what_is_listed_is_read(void **state)
     assert_string_equal(quantity_unit_of_name("chain_dt_s"), "s");
     assert_string_equal(quantity_unit_of_name("friction"), "");
     assert_string_equal(quantity_unit_of_name("axles"), "");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(definitions),
-        cmocka_unit_test(the_nearest_double),
-        cmocka_unit_test(its_own_unit_changes_no_bit),
-        cmocka_unit_test(as_people_write_them),
-        cmocka_unit_test(never_another_unit),
-        cmocka_unit_test(a_comma_is_refused_with_a_word),
-        cmocka_unit_test(json_text_has_its_unit),
-        cmocka_unit_test(what_is_listed_is_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

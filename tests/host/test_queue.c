@@ -47,13 +47,12 @@ static struct link_queue *queue_of(size_t capacity, int news)
 }
 
 /* Over many pieces of memory, with items of all sizes between. */
-static void order_is_kept(void **state)
+TEST(order_is_kept)
 {
     enum { COUNT = 60000 };
     struct link_queue *queue = queue_of(64u << 20, -1);
     struct link_item item;
     uint8_t bytes[LINK_QUEUE_READ_MAX];
-    (void)state;
     for (uint32_t i = 0; i < COUNT; i++) {
         struct link_frame frame = frame_of(i);
         assert_true(link_queue_put_frame(queue, &frame));
@@ -86,11 +85,10 @@ static void order_is_kept(void **state)
 
 /* A transaction that failed: the same once more, marked as such, and what came meanwhile after
  * it. */
-static void taken_back(void **state)
+TEST(taken_back)
 {
     struct link_queue *queue = queue_of(1u << 20, -1);
     struct link_item item;
-    (void)state;
     for (uint32_t i = 0; i < 10; i++) {
         struct link_frame frame = frame_of(i);
         link_queue_put_frame(queue, &frame);
@@ -117,12 +115,11 @@ static void taken_back(void **state)
 
 /* What was released comes again when the campaign is lost: the newest half of the capacity at
  * least, to the last, nothing twice. */
-static void what_was_written_is_kept_for_a_while(void **state)
+TEST(what_was_written_is_kept_for_a_while)
 {
     enum { COUNT = 300000, ITEM = 24, CAPACITY = 4u << 20 };
     struct link_queue *queue = queue_of(CAPACITY, -1);
     struct link_item item;
-    (void)state;
     assert_int_equal(link_queue_oldest_us(queue), 0);
     for (uint32_t i = 0; i < COUNT; i++) {
         struct link_frame frame = frame_of(i);
@@ -156,14 +153,13 @@ static void what_was_written_is_kept_for_a_while(void **state)
 }
 
 /* A link of LINK_QUEUE_S at its fullest fits, and no more than a twentieth beyond that of CAN. */
-static void holds_a_minute(void **state)
+TEST(holds_a_minute)
 {
     struct link_queue *can = queue_of(LINK_QUEUE_CAN_BYTES, -1),
                       *serial = queue_of(LINK_QUEUE_SERIAL_BYTES, -1);
     uint8_t read[40] = {0};
     uint64_t frames = 0, bytes = 0;
     struct link_frame frame = frame_of(1);
-    (void)state;
     while (link_queue_put_frame(can, &frame))
         frames++;
     while (link_queue_put_bytes(serial, read, sizeof read, 1))
@@ -176,14 +172,13 @@ static void holds_a_minute(void **state)
 }
 
 /* Who takes sleeps until something is there, and is woken once for a batch. */
-static void news_when_somebody_listens(void **state)
+TEST(news_when_somebody_listens)
 {
     int news = eventfd(0, EFD_NONBLOCK);
     struct link_queue *queue = queue_of(1u << 20, news);
     struct link_frame frame = frame_of(1);
     struct link_item item;
     uint64_t count = 0;
-    (void)state;
     link_queue_put_frame(queue, &frame);
     link_queue_wake(queue);
     assert_int_equal(read(news, &count, sizeof count), -1); /* nobody listened */
@@ -272,14 +267,13 @@ static uint64_t drain(struct link_reader *reader, struct link_counters *counters
 
 /* Nobody takes: what comes once the queue is full is lost, is counted by its cause, and stands
  * before what came after it. */
-static void a_full_queue_loses_and_says_so(void **state)
+TEST(a_full_queue_loses_and_says_so)
 {
     enum { CAPACITY = 40000, SENT = 200000 };
     struct error error = {0};
     struct link *link;
     struct link_reader *reader;
     struct link_counters counters = {0};
-    (void)state;
     int wire = open_wire(&link);
     blamed = LINK_LOST_LOCK;
     assert_int_equal(
@@ -328,7 +322,7 @@ static bool waits(void *context)
 }
 
 /* The same over a socket: who sends waits, and nothing is lost. */
-static void a_sender_that_can_wait_waits(void **state)
+TEST(a_sender_that_can_wait_waits)
 {
     enum { CAPACITY = 40000, SENT = 2000000 };
     struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -338,7 +332,6 @@ static void a_sender_that_can_wait_waits(void **state)
     struct link_counters counters = {0};
     char spec[200], folder[] = "/tmp/matrig-queue.XXXXXX";
     pthread_t thread;
-    (void)state;
     assert_non_null(mkdtemp(folder));
     snprintf(address.sun_path, sizeof address.sun_path, "%s/s", folder);
     int listener = socket(AF_UNIX, SOCK_STREAM, 0);
@@ -378,18 +371,4 @@ static void a_sender_that_can_wait_waits(void **state)
     close(listener);
     unlink(address.sun_path);
     rmdir(folder);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(order_is_kept),
-        cmocka_unit_test(taken_back),
-        cmocka_unit_test(what_was_written_is_kept_for_a_while),
-        cmocka_unit_test(holds_a_minute),
-        cmocka_unit_test(news_when_somebody_listens),
-        cmocka_unit_test(a_full_queue_loses_and_says_so),
-        cmocka_unit_test(a_sender_that_can_wait_waits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -337,23 +337,20 @@ static const struct spread even = {.noise_lsb = 5.0,
                                    .curve = {0.0032, 0.6},
                                    .drift_per_h = {0.002, 0.35}};
 
-static void intervals_hold_as_built_in(void **state)
+TEST(intervals_hold_as_built_in)
 {
-    (void)state;
     check_held("built in", &built_in);
 }
 
-static void intervals_hold_when_all_terms_matter(void **state)
+TEST(intervals_hold_when_all_terms_matter)
 {
-    (void)state;
     check_held("all terms", &even);
 }
 
 /* What is stated leaves one term out that the truth has: the interval is too narrow somewhere. */
-static void without_any_term_they_do_not(void **state)
+TEST(without_any_term_they_do_not)
 {
     static const char *const term[] = {"reference", "gain", "zero", "curve", "drift"};
-    (void)state;
     for (unsigned left_out = 0; left_out < 5; left_out++) {
         struct spread stated = even;
         for (unsigned kind = 0; kind < 2; kind++) {
@@ -372,23 +369,11 @@ static void without_any_term_they_do_not(void **state)
 }
 
 /* Nor without the noise: that is not stated but measured, so it is taken away from what was. */
-static void nor_without_noise(void **state)
+TEST(nor_without_noise)
 {
-    (void)state;
     noise_forgotten = true;
     struct tally t = fly(&even, &even, LANDINGS / 3);
     noise_forgotten = false;
     printf("# without noise: movement held in %.2f %% of single readings\n", percent(&t, 0, 0));
     assert_true(percent(&t, 0, 0) < 93.5);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(intervals_hold_as_built_in),
-        cmocka_unit_test(intervals_hold_when_all_terms_matter),
-        cmocka_unit_test(without_any_term_they_do_not),
-        cmocka_unit_test(nor_without_noise),
-    };
-    return cmocka_run_group_tests_name("host/analyse/reading errors", tests, NULL, NULL);
 }

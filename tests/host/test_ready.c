@@ -108,9 +108,8 @@ static void no_go_advises(const char *name, const char *words)
     all_well(NULL);
 }
 
-static void what_is_well_is_go(void **state)
+TEST_IN(what_is_well_is_go, all_well, NULL)
 {
-    (void)state;
     ready_judge(&f, &report);
     for (unsigned i = 0; i < report.count; i++) {
         if (report.check[i].verdict != READY_GO)
@@ -124,9 +123,8 @@ static void what_is_well_is_go(void **state)
 
 /* Storing a file raises its revision, and with it the CRC: that is no other configuration. Another
  * field is. */
-static void a_configuration_is_compared_but_for_its_revision(void **state)
+TEST_IN(a_configuration_is_compared_but_for_its_revision, all_well, NULL)
 {
-    (void)state;
     static uint8_t image[MR_CONFIG_IMAGE];
     struct mr_config given = f.config;
     f.config.site[0].revision = 7;
@@ -139,9 +137,8 @@ static void a_configuration_is_compared_but_for_its_revision(void **state)
     only_no_go("configuration", "revision 7");
 }
 
-static void each_thing_that_is_wrong_is_named(void **state)
+TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
 {
-    (void)state;
     f.identity.image_crc = 0x1235;
     only_no_go("firmware", "image 00001235");
     f.identity.commit.state = MR_IMAGE_PROGRAM;
@@ -236,9 +233,8 @@ static void each_thing_that_is_wrong_is_named(void **state)
     only_no_go("board", "armed or going on");
 }
 
-static void what_was_not_done_is_no_reason(void **state)
+TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
 {
-    (void)state;
     f.before = f.can_used = false;
     f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
     f.time.refusal = TIMEMAP_OTHER_PACE;
@@ -261,9 +257,8 @@ static void what_was_not_done_is_no_reason(void **state)
 
 /* Codes 100 and 104 in turn: mean 102, standard deviation sqrt(n / (n - 1)) * 2; 0.1 lb per code
  * from 2 on: 10 lb. */
-static void mean_and_noise(void **state)
+TEST_IN(mean_and_noise, all_well, NULL)
 {
-    (void)state;
     static struct mr_block blocks[50];
     struct mr_config config = {0};
     struct ready_channel channel;
@@ -304,9 +299,8 @@ static void walked(unsigned fitted, const char *answers)
     walk_judge(&walk, &report);
 }
 
-static void an_order_is_compared_with_what_is_fitted(void **state)
+TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
 {
-    (void)state;
     walked(6, "abcdef");
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_string_equal(check_named("switch walk")->value, "all 6 answered, in order");
@@ -356,9 +350,8 @@ static unsigned feed(const float v[3], unsigned rows)
     return named;
 }
 
-static void the_one_that_moved_most_is_meant(void **state)
+TEST_IN(the_one_that_moved_most_is_meant, all_well, NULL)
 {
-    (void)state;
     walk_motion_start(&motion, 3, 0.05f);
     /* where it stood before is no movement */
     assert_int_equal(feed((float[]){1.0f, 0.0f, -1.0f}, 100), 0);
@@ -384,9 +377,8 @@ static void calibrated_before(float factor, float zero_code)
     f.config.channel[0].zero_code = zero_code;
 }
 
-static void a_calibration_follows_from_the_past(void **state)
+TEST_IN(a_calibration_follows_from_the_past, all_well, NULL)
 {
-    (void)state;
     f.config.channel[0].unit_per_code = 0.0016f;
     f.config.channel[0].zero_code = 62.0f;
     ready_judge(&f, &report); /* the campaign knows nothing: nothing is said */
@@ -410,11 +402,10 @@ static void a_calibration_follows_from_the_past(void **state)
 }
 
 /* What rounds to nothing has no sign; SI units are asked for with --si; lines fit. */
-static void numbers_are_for_people(void **state)
+TEST_IN(numbers_are_for_people, all_well, NULL)
 {
     char *text;
     size_t length;
-    (void)state;
     f.channel[0].mean = -0.00004f;
     f.channel[22].mean = 61.99f;
     ready_judge(&f, &report);
@@ -437,17 +428,15 @@ static void numbers_are_for_people(void **state)
 }
 
 /* As a board of an older firmware may hold it. */
-static void an_impossible_gain_is_no_go(void **state)
+TEST_IN(an_impossible_gain_is_no_go, all_well, NULL)
 {
-    (void)state;
     f.config.channel[0].unit_per_code = 25.4f * 0.0016f;
     only_no_go("calibration d1", "no sensor of the rig has such a gain; were the values mm?");
 }
 
 /* An advice is read beside the checks, counts as none, and makes nothing no-go. */
-static void an_advice_is_told(void **state)
+TEST_IN(an_advice_is_told, all_well, NULL)
 {
-    (void)state;
     ready_judge(&f, &report);
     unsigned checks = report.count;
     snprintf(f.advice, sizeof f.advice, "against: at 7.2 ft/s2 it is too likely");
@@ -463,23 +452,4 @@ static void an_advice_is_told(void **state)
     f.advised_against = false;
     ready_judge(&f, &report);
     assert_string_equal(report.check[checks].advice, "");
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, all_well)
-    const struct CMUnitTest tests[] = {
-        TEST(what_is_well_is_go),
-        TEST(a_configuration_is_compared_but_for_its_revision),
-        TEST(each_thing_that_is_wrong_is_named),
-        TEST(what_was_not_done_is_no_reason),
-        TEST(mean_and_noise),
-        TEST(a_calibration_follows_from_the_past),
-        TEST(an_impossible_gain_is_no_go),
-        TEST(an_advice_is_told),
-        TEST(numbers_are_for_people),
-        TEST(an_order_is_compared_with_what_is_fitted),
-        TEST(the_one_that_moved_most_is_meant),
-    };
-    return cmocka_run_group_tests_name("host/ready", tests, NULL, NULL);
 }

@@ -115,10 +115,9 @@ static void is(const struct record *record, int run, enum record_verdict verdict
         assert_non_null(row->why);
 }
 
-static void each_kind(void **state)
+TEST(each_kind)
 {
     struct record record;
-    (void)state;
     make("1010100101000");
     for (int run = 1; run <= 13; run++)
         survey_anew(run);
@@ -182,10 +181,9 @@ static void each_kind(void **state)
     session_end(&session);
 }
 
-static void advice_and_what_came(void **state)
+TEST(advice_and_what_came)
 {
     struct record record;
-    (void)state;
     make("0000000000");
     for (int run = 1; run <= 10; run++) {
         survey_anew(run);
@@ -215,12 +213,11 @@ static void advice_and_what_came(void **state)
 }
 
 /* Whoever has loaded a landing need not wait for it again, and gets the same. */
-static void given(void **state)
+TEST(given)
 {
     struct record record;
     static struct measured measured;
     struct zones zones;
-    (void)state;
     make("1");
     survey_closed(1, FAR_FIRST, FAR_LAST);
     reopen();
@@ -235,14 +232,4 @@ static void given(void **state)
     zones_free(&zones);
     measured_free(&measured);
     session_end(&session);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_kind),
-        cmocka_unit_test(advice_and_what_came),
-        cmocka_unit_test(given),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

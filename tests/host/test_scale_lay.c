@@ -71,14 +71,13 @@ static double rise_in(const char *deg, double spot_ft, double thrust_lb)
     return rise;
 }
 
-static void test_a_fold_lifts_at_1_over_c2_of_the_load(void **state)
+TEST(test_a_fold_lifts_at_1_over_c2_of_the_load)
 {
     static const struct {
         const char *deg;
         double times;
     } cases[] = {{"45", 2.0}, {"60", 4.0}};
     double spot_in = 0.08, standard_lb = 0.466 * (2.0 / 7.0) / (2.0 * spot_in / 12.0);
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         assert_true(rise_in(cases[i].deg, spot_in / 12.0, 0.93 * cases[i].times * standard_lb) <
                     0.002);
@@ -91,11 +90,10 @@ static void test_a_fold_lifts_at_1_over_c2_of_the_load(void **state)
  * L) and play; bent into a cylinder whose axis is at the angle, its energy per foot for a curvature
  * q along the runway is KT L q2/2 / c4, and a joint at its dead angle has the curvature TAD/L of
  * its own direction: q = c2 TAD/L. */
-static void test_the_strip_per_foot(void **state)
+TEST(test_the_strip_per_foot)
 {
     struct sim_scene scene = laid("60");
     double length_ft = 2.0 / 7.0, c = 0.5;
-    (void)state;
     assert_int_equal(scene.mats, 6);
     assert_near(scene.mats * scene.length_ft, 12.0 * length_ft, 1e-12);
     assert_near(scene.weight_lb / scene.length_ft, 0.466 / length_ft, 1e-12);
@@ -109,13 +107,4 @@ static void test_the_strip_per_foot(void **state)
     assert_near(scene.tad_deg / scene.length_ft, c * c * 10.0 / length_ft, 1e-12);
     assert_near(scene.mods.lay_deg, 60.0, 0.0);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_fold_lifts_at_1_over_c2_of_the_load),
-        cmocka_unit_test(test_the_strip_per_foot),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

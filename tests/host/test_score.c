@@ -1,10 +1,5 @@
 /* What `make score` counts with: areas by hand, zones drawn by hand, and that a series is the same
  * each time. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include "tests/score/advised.c"
 #include "tests/score/known_gear.c"
@@ -12,10 +7,10 @@
 #include "tests/score/stats.c"
 #include "tests/score/table.c"
 #include "tests/score/truth.c"
+#include "tests/cmocka_all.h"
 
-static void areas_by_hand(void **state)
+TEST(areas_by_hand)
 {
-    (void)state;
     const bool event[4] = {false, false, true, true};
     assert_true(score_auc((const float[]){1, 2, 3, 4}, event, 4) == 1.0);
     assert_true(score_auc((const float[]){3, 4, 1, 2}, event, 4) == 0.0);
@@ -33,9 +28,8 @@ static struct score_zone longest_in(const char *joints, double from_ft)
     return score_longest(gap, from_ft);
 }
 
-static void zones_drawn_by_hand(void **state)
+TEST(zones_drawn_by_hand)
 {
-    (void)state;
     /* open: 7, 17 (ten on), 22 (five on: ends it) */
     struct score_zone zone = longest_in("oo.....o.........o....o..", 0.0);
     assert_int_equal(zone.first, 2);
@@ -54,9 +48,8 @@ static void zones_drawn_by_hand(void **state)
 
 /* The stop follows from speed and distance: v^2 = 2 a d for the mean deceleration over distance,
  * within onset and ripple. */
-static void a_series_is_drawn_from_its_number(void **state)
+TEST(a_series_is_drawn_from_its_number)
 {
-    (void)state;
     struct score_series one, two;
     uint64_t first = 7, second = 7;
     draw_series(&one, 3, &first);
@@ -81,9 +74,8 @@ static void a_series_is_drawn_from_its_number(void **state)
 
 /* Twenty looks whose ends are off by 0 to 19 mats: 95 % of them by 18 at most. Others of the class
  * are held back, missed or too short. */
-static void errors_by_hand(void **state)
+TEST(errors_by_hand)
 {
-    (void)state;
     struct score_look looks[23];
     for (int16_t i = 0; i < 23; i++)
         looks[i] = (struct score_look){.truth = {100, 200},
@@ -103,9 +95,8 @@ static void errors_by_hand(void **state)
 
 /* A series of two landings drawn again keeps both: with a rank that is the event in one and its
  * opposite in the other, the lead is certain. */
-static void bootstraps_by_hand(void **state)
+TEST(bootstraps_by_hand)
 {
-    (void)state;
     struct ranked ranked = make_ranked(40);
     double low, high;
     for (unsigned i = 0; i < 40; i++) {
@@ -126,9 +117,8 @@ static void bootstraps_by_hand(void **state)
 }
 
 /* Perturbed kinds change what they name, and leave what else the series draws. */
-static void kinds_change_what_they_name(void **state)
+TEST(kinds_change_what_they_name)
 {
-    (void)state;
     static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
     const struct score_series series = {.number = 7, .grit_mean_lb = 10.0};
     unsigned shut = 0, runs = 0;
@@ -161,9 +151,8 @@ static void kinds_change_what_they_name(void **state)
 }
 
 /* A pulsing brake brakes as much as it would. */
-static void pulses_keep_the_mean(void **state)
+TEST(pulses_keep_the_mean)
 {
-    (void)state;
     const struct gear gear = {.pulse_hz = 4.0, .pulse_left = 0.3, .pulse_part = 0.4};
     double mean = 0.0, least = 2.0;
     for (int i = 0; i < 10000; i++) {
@@ -174,9 +163,8 @@ static void pulses_keep_the_mean(void **state)
 }
 
 /* Ten landings: five of 0.1, one of them an event; five of 0.9, four of them. */
-static void brier_by_hand(void **state)
+TEST(brier_by_hand)
 {
-    (void)state;
     float said[10];
     bool event[10];
     struct stats_held held;
@@ -192,9 +180,8 @@ static void brier_by_hand(void **state)
 }
 
 /* One input that is 1 in eight of ten events and in two of ten others: odds of 4 and of 1/4. */
-static void a_rule_by_hand(void **state)
+TEST(a_rule_by_hand)
 {
-    (void)state;
     float input[20][2];
     bool event[20];
     double weight[2];
@@ -209,9 +196,8 @@ static void a_rule_by_hand(void **state)
 }
 
 /* As above, in pairs of a series: the lead is certain, or none. */
-static void leads_by_hand(void **state)
+TEST(leads_by_hand)
 {
-    (void)state;
     float own[40], other[40];
     bool event[40];
     uint16_t series[40];
@@ -228,9 +214,8 @@ static void leads_by_hand(void **state)
 }
 
 /* A survey of before the first landing alone, every second transducer: the rest is no number. */
-static void what_is_lost_is_no_number(void **state)
+TEST(what_is_lost_is_no_number)
 {
-    (void)state;
     struct advised_told told = {.view = SCORE_SURVEYED | SCORE_ONCE | SCORE_HALF};
     for (unsigned landing = 0; landing < 2; landing++) {
         struct advised_known known = {.plan_ft_s2 = 1.0};
@@ -248,9 +233,8 @@ static void what_is_lost_is_no_number(void **state)
 }
 
 /* A plan that is told without an error is the braking; braked harder, it is less than that. */
-static void a_plan_is_off_by_what_it_is_told_to_be(void **state)
+TEST(a_plan_is_off_by_what_it_is_told_to_be)
 {
-    (void)state;
     const struct score_landing landing = {.number = 2,
                                           .speed_ft_s = 30.0,
                                           .knot_s = {0.0f, 1.0f, 2.0f},
@@ -262,23 +246,4 @@ static void a_plan_is_off_by_what_it_is_told_to_be(void **state)
     told.harder = 1.25;
     advised_draw_plan(&landing, 7, &told, &plan);
     assert_true(fabs(advised_plan_hardest_ft_s2(&plan) - 4.0) < 1e-6);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_lost_is_no_number),
-        cmocka_unit_test(a_plan_is_off_by_what_it_is_told_to_be),
-        cmocka_unit_test(kinds_change_what_they_name),
-        cmocka_unit_test(pulses_keep_the_mean),
-        cmocka_unit_test(brier_by_hand),
-        cmocka_unit_test(a_rule_by_hand),
-        cmocka_unit_test(leads_by_hand),
-        cmocka_unit_test(areas_by_hand),
-        cmocka_unit_test(zones_drawn_by_hand),
-        cmocka_unit_test(errors_by_hand),
-        cmocka_unit_test(bootstraps_by_hand),
-        cmocka_unit_test(a_series_is_drawn_from_its_number),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

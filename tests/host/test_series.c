@@ -90,9 +90,8 @@ static double rise_in(double spot_ft, double thrust_lb)
 
 /* Two mats that lean against each other at height h under a compression P are lifted when 2 P h/L
  * exceeds a mat's weight: statics of the joint between them. */
-static void test_a_vee_rises_above_its_static_load(void **state)
+TEST(test_a_vee_rises_above_its_static_load)
 {
-    (void)state;
     for (double spot_in = 0.02; spot_in < 0.1; spot_in *= 2.0) {
         double critical_lb = 0.466 * (2.0 / 7.0) / (2.0 * spot_in / 12.0);
         assert_true(rise_in(spot_in / 12.0, 0.93 * critical_lb) < 0.002);
@@ -103,14 +102,13 @@ static void test_a_vee_rises_above_its_static_load(void **state)
 }
 
 /* A landing of constant braking: the onset's smooth step loses what a delay of half of it would. */
-static void test_the_path_is_uniform_braking(void **state)
+TEST(test_the_path_is_uniform_braking)
 {
     struct landing_series series = load(420,
                                         "\"landings\":[{\"deceleration_ft_s2\":4.6,\"times\":2},"
                                         "{\"speed_ft_s\":30,\"profile\":[[3,5],[53,5.001]]},"
                                         "{\"touchdown_ft\":2,\"speed_ft_s\":4,\"tow_lb\":26}]");
     struct draw_path path = {0};
-    (void)state;
     assert_int_equal(draw_landing(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
     assert_near(path.stop_ft, 3.0 + 28.0 * 0.025 + 28.0 * 28.0 / 9.2, 0.02);
     assert_near(path.rows[100].force_lb, 1300.0 / 12.0 * 4.6 / 32.174, 1e-9);
@@ -128,7 +126,7 @@ static void test_the_path_is_uniform_braking(void **state)
 }
 
 /* Two landings by hand: the second begins with the gaps that the first has left. */
-static void test_gaps_carry_over(void **state)
+TEST(test_gaps_carry_over)
 {
     struct landing_series series = load(
         120,
@@ -138,7 +136,6 @@ static void test_gaps_carry_over(void **state)
     struct series_run run;
     struct draw_path path = {0};
     double gap[121], closing = 2.0;
-    (void)state;
     series_play(&series, 1, false, &run);
     assert_int_equal(run.error.status, MR_OK);
     assert_int_equal(run.played, 2);
@@ -202,14 +199,13 @@ static void compare(const struct landing_series *series, struct series_run *a, s
     }
 }
 
-static void test_neither_jobs_nor_skipping_nor_pruning_change_an_answer(void **state)
+TEST(test_neither_jobs_nor_skipping_nor_pruning_change_an_answer)
 {
     struct landing_series series =
         load(140, "\"seeds\":[5,7],\"landings\":[{\"speed_ft_s\":14,\"deceleration_ft_s2\":4.3},"
                   "{\"speed_ft_s\":24,\"deceleration_ft_s2\":[7.3,8]}]");
     struct series_run one[3], three[3], whole[3];
     size_t skipped = 0, buckled = 0;
-    (void)state;
     play_all(&series, 1, false, one);
     play_all(&series, 3, false, three);
     for (size_t i = 0; i < 3; i++) {
@@ -233,10 +229,9 @@ static void test_neither_jobs_nor_skipping_nor_pruning_change_an_answer(void **s
     series_free(&series);
 }
 
-static void test_spreads(void **state)
+TEST(test_spreads)
 {
     double values[] = {5, 1, 4, 2, 3}, one = 7.0;
-    (void)state;
     struct series_spread s = series_spread_of(values, 5);
     assert_near(s.middle, 3.0, 0.0);
     assert_near(s.low, 1.2, 1e-12);
@@ -246,12 +241,11 @@ static void test_spreads(void **state)
 }
 
 /* A band is put on before landing 2 and off before landing 3; what is not touched stays. */
-static void test_modifications_are_laid_over_the_scene(void **state)
+TEST(test_modifications_are_laid_over_the_scene)
 {
     struct landing_series series = load(
         60, "\"landings\":[{\"deceleration_ft_s2\":4},{\"deceleration_ft_s2\":4,\"times\":2,"
             "\"apply\":{\"f\":0.85,\"TAD_deg\":1}},{\"deceleration_ft_s2\":4,\"remove\":[\"f\"]}]");
-    (void)state;
     assert_int_equal(series.landing_count, 4);
     const double f[] = {0.5, 0.85, 0.85, 0.5}, tad[] = {7, 1, 1, 1};
     const bool modified[] = {false, true, false, true};
@@ -264,7 +258,7 @@ static void test_modifications_are_laid_over_the_scene(void **state)
 }
 
 /* On even ground no compression raises a joint; a wheel with weight on mats that are tied does. */
-static void test_tied_mats_under_weight_are_asked_for(void **state)
+TEST(test_tied_mats_under_weight_are_asked_for)
 {
     static const struct {
         const char *ground, *modification;
@@ -273,7 +267,6 @@ static void test_tied_mats_under_weight_are_asked_for(void **state)
                  {"elastic", "\"stiff_span\":7,\"stiff_K\":1e6", false},
                  {"elastic", "\"f\":0.85", false},
                  {"weightless", "\"stiff_span\":7,\"stiff_KT\":84", false}};
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         char rest[600];
         struct series_run run;
@@ -291,7 +284,7 @@ static void test_tied_mats_under_weight_are_asked_for(void **state)
     }
 }
 
-static void test_files_that_are_refused(void **state)
+TEST(test_files_that_are_refused)
 {
     static const struct {
         const char *text, *says;
@@ -331,7 +324,6 @@ static void test_files_that_are_refused(void **state)
         {"[]", "an object"},
     };
     struct landing_series series;
-    (void)state;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {
         error = (struct error){0};
         const char *path = file_of(cases[i].text);
@@ -351,11 +343,10 @@ static void test_files_that_are_refused(void **state)
 
 /* The report's rig: the first landing moves the mats by 1/4 to 1/2 in and reaches 12 to 16 ft
  * ahead. */
-static void test_the_standard_series_moves_as_observed(void **state)
+TEST(test_the_standard_series_moves_as_observed)
 {
     struct landing_series series;
     struct series_run run;
-    (void)state;
     error = (struct error){0};
     assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
                      MR_OK);
@@ -371,11 +362,10 @@ static void test_the_standard_series_moves_as_observed(void **state)
 }
 
 /* A wheel that rides a wave until it stops has met one wave, however far it is carried. */
-static void test_a_wave_that_is_ridden_is_met_once(void **state)
+TEST(test_a_wave_that_is_ridden_is_met_once)
 {
     struct landing_series series;
     struct series_run run;
-    (void)state;
     error = (struct error){0};
     assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
                      MR_OK);
@@ -401,14 +391,13 @@ static void quotes_its_section(const struct landing_series *series, const char *
 }
 
 /* What elastic ground adds comes from the series' own object or a file beside it. */
-static void test_ground_is_chosen(void **state)
+TEST(test_ground_is_chosen)
 {
     static const char *const own =
         "{\"scene\":{\"N\":60,\"slack\":0.0025,\"W\":1},\"ground\":\"elastic\",%s"
         "\"landings\":[{\"deceleration_ft_s2\":5}]}";
     char text[500], ground[200];
     struct landing_series series;
-    (void)state;
     snprintf(text, sizeof text, own,
              "\"elastic\":{\"W\":2,\"wheel_load\":100,\"gear_k_lb_ft\":5000},");
     json_t *root = json_loads(text, 0, NULL);
@@ -442,7 +431,7 @@ static void test_ground_is_chosen(void **state)
 }
 
 /* Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3. */
-static void test_wilson(void **state)
+TEST(test_wilson)
 {
     static const struct {
         size_t count, of;
@@ -451,7 +440,6 @@ static void test_wilson(void **state)
                  {15, 148, 0.0624, 0.1605},
                  {0, 20, 0.0, 0.1611},
                  {1, 29, 0.0061, 0.1718}};
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct wilson w = wilson_of(cases[i].count, cases[i].of);
         assert_true(fabs(w.low - cases[i].low) < 6e-5 && fabs(w.high - cases[i].high) < 6e-5);
@@ -459,7 +447,7 @@ static void test_wilson(void **state)
 }
 
 /* Of three runways two buckle in landing 2 and one never, of four landings: shares by hand. */
-static void test_log_score(void **state)
+TEST(test_log_score)
 {
     struct series_run runs[3] = {{.buckled = 2}, {.buckled = 2}, {.buckled = 0}};
     struct landing_series series = {.seeds = 3, .landing_count = 4};
@@ -467,7 +455,6 @@ static void test_log_score(void **state)
         int seen;
         double share;
     } cases[] = {{2, 2.2 / 4.0}, {1, 0.2 / 4.0}, {-1, 1.2 / 4.0}};
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         series.observed_landing = cases[i].seen;
         assert_true(fabs(pow(2.0, -series_log_score_bits(&series, runs)) - cases[i].share) < 1e-12);
@@ -476,11 +463,10 @@ static void test_log_score(void **state)
     assert_true(isnan(series_log_score_bits(&series, runs)));
 }
 
-static void test_every_series_can_be_read(void **state)
+TEST(test_every_series_can_be_read)
 {
     glob_t files;
     size_t count = 0;
-    (void)state;
     assert_int_equal(glob("host/landing_series/series/*.json", 0, NULL, &files), 0);
     for (size_t i = 0; i < files.gl_pathc; i++) {
         struct landing_series series;
@@ -538,13 +524,12 @@ static void is_scaled(const struct sim_scene *scene, const struct sim_scene *fro
  * the rig with joints across at 45 degrees: lengths along the runway over cos
  * 45, and with them the weight and the soil under a mat; forces of a joint and
  * turns about it times cos 45. */
-static void test_scenes_are_the_rig_scaled(void **state)
+TEST(test_scenes_are_the_rig_scaled)
 {
     struct landing_series rig = series("host/landing_series/series/standard.json"),
                           dyess = series("host/landing_series/series/dyess.json");
     struct landing_series diagonal = series("host/landing_series/series/diagonal.json");
     const double n = 7.0, c = sqrt(0.5);
-    (void)state;
     const double prototype[] = {n,         n * n * n,   pow(n, 5), n * n, pow(n, 2.5), n,
                                 pow(n, 4), pow(n, 4.5), 1.0,       n * n, pow(n, 2.5), 1.0};
     const double across[] = {1 / c,      1 / c,      pow(c, -3), c,     c,     1 / c,
@@ -623,7 +608,7 @@ static void values(const char *keys, double of[2])
     series_free(&series);
 }
 
-static void test_quantities(void **state)
+TEST(test_quantities)
 {
     static const struct {
         const char *keys;
@@ -648,7 +633,6 @@ static void test_quantities(void **state)
         {"\"quantity\":\"apart_ft\",\"landings\":\"at buckling\"", (double)NAN, 6.0},
         {"\"quantity\":\"apart_ft\",\"landings\":[1,4]", (double)NAN, (double)NAN},
     };
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         double of[2], wanted[2] = {cases[i].lasting, cases[i].buckling};
         values(cases[i].keys, of);
@@ -663,9 +647,8 @@ static void test_quantities(void **state)
 /* Nodes 0.5 ft apart; 3 in is a failure. Drawn: two waves and a low one; what the wheel met of
  * them. */
 /* Joints 3, 5 and 10 came apart in one wave, 5 first; 20 before them, in another. */
-static void joints_apart_are_failures(void **state)
+TEST(joints_apart_are_failures)
 {
-    (void)state;
     double unhinged_s[31] = {0}, at_ft[SERIES_FAILURES_MAX], first_ft = 0.0;
     assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 0);
     unhinged_s[3] = 4.2;
@@ -679,13 +662,12 @@ static void joints_apart_are_failures(void **state)
     assert_true(at_ft[0] == 9.5);
 }
 
-static void test_failures(void **state)
+TEST(test_failures)
 {
     /* by node, 1 to 12 */
     static const double rise_ft[] = {0, 9, 0.1, 0.25, 0.3, 0.26, 0.2, 0.24, 0.27, 0.4, 0.3, 0.1, 9};
     static const double met_ft[] = {4.5, 1.5}, low_ft[] = {2.5};
     double at_ft[SERIES_FAILURES_MAX];
-    (void)state;
     /* the ends are held */
     assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12); /* crests: nodes 4 and 9 */
@@ -701,7 +683,7 @@ static void test_failures(void **state)
     assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
 }
 
-static void test_agreement(void **state)
+TEST(test_agreement)
 {
     static const char two[] =
         "{\"says\":\"a\",\"quantity\":\"zone_mats\",\"landings\":[1,4],\"at_least\":15,\"at_most\":"
@@ -710,7 +692,6 @@ static void test_agreement(void **state)
     struct landing_series series;
     struct case_ c;
     struct series_summary summary;
-    (void)state;
     write_down(&c);
     assert_int_equal(read_facts(two, &series), MR_OK);
     series.seeds = 2;
@@ -727,7 +708,7 @@ static void test_agreement(void **state)
     series_free(&series);
 }
 
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
     static const struct {
         const char *fact, *says;
@@ -757,7 +738,6 @@ static void test_mistakes(void **state)
         {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"most\":90}", "\"most\""},
     };
     struct landing_series series;
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         assert_int_equal(read_facts(cases[i].fact, &series), MR_MALFORMED);
         if (!strstr(error.text, cases[i].says))
@@ -789,9 +769,8 @@ static void near(double value, double expected)
 
 /* One mat on the right, two on the left, as a joint is closed there. Then two on either side, which
  * hold 2 lb: 2e-6 ft. Of equal sides the right one goes. */
-static void it_goes_to_the_side_that_resists_less(void **state)
+TEST(it_goes_to_the_side_that_resists_less)
 {
-    (void)state;
     const double gaps[JOINTS] = {0.1, 0.1, 0.01, 0, -0.0150, 0.01, 0.1, 0.1};
     press(gaps);
     near(gap_ft[5], 0.0);
@@ -802,9 +781,8 @@ static void it_goes_to_the_side_that_resists_less(void **state)
     near(u_ft[4], 0.0);
 }
 
-static void dirt_turns_it_round(void **state)
+TEST(dirt_turns_it_round)
 {
-    (void)state;
     const double gaps[JOINTS] = {0.1, 0.1, 0.01, 0, -0.0150, 0.01, 0.1, 0.1};
     closing_lb[5] = 20.0;
     press(gaps);
@@ -818,9 +796,8 @@ static void dirt_turns_it_round(void **state)
 }
 
 /* Against an end nothing moves, and all openings together stay what they are. */
-static void ends_hold_and_the_sum_stays(void **state)
+TEST(ends_hold_and_the_sum_stays)
 {
-    (void)state;
     const double gaps[JOINTS] = {-0.02, 0, -0.01, 0.003, -0.004, 0.02, 0.001, 0.03};
     double before = 0.0, after = 0.0;
     press(gaps);
@@ -835,41 +812,9 @@ static void ends_hold_and_the_sum_stays(void **state)
 }
 
 /* What friction holds stays as it is, to the bit. */
-static void a_pressed_runway_that_holds_stays(void **state)
+TEST(a_pressed_runway_that_holds_stays)
 {
-    (void)state;
     const double gaps[JOINTS] = {0.1, 0, -0.9e-6, -1.9e-6, -2.9e-6, -1.9e-6, -0.9e-6, 0.1};
     press(gaps);
     assert_memory_equal(gap_ft, gaps, sizeof gap_ft);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_vee_rises_above_its_static_load),
-        cmocka_unit_test(test_the_path_is_uniform_braking),
-        cmocka_unit_test(test_gaps_carry_over),
-        cmocka_unit_test(test_neither_jobs_nor_skipping_nor_pruning_change_an_answer),
-        cmocka_unit_test(test_spreads),
-        cmocka_unit_test(test_modifications_are_laid_over_the_scene),
-        cmocka_unit_test(test_tied_mats_under_weight_are_asked_for),
-        cmocka_unit_test(test_files_that_are_refused),
-        cmocka_unit_test(test_ground_is_chosen),
-        cmocka_unit_test(test_wilson),
-        cmocka_unit_test(test_log_score),
-        cmocka_unit_test(test_every_series_can_be_read),
-        cmocka_unit_test(test_scenes_are_the_rig_scaled),
-        cmocka_unit_test(test_the_standard_series_moves_as_observed),
-        cmocka_unit_test(test_a_wave_that_is_ridden_is_met_once),
-        cmocka_unit_test(test_quantities),
-        cmocka_unit_test(joints_apart_are_failures),
-        cmocka_unit_test(test_failures),
-        cmocka_unit_test(test_agreement),
-        cmocka_unit_test(test_mistakes),
-        cmocka_unit_test(it_goes_to_the_side_that_resists_less),
-        cmocka_unit_test(dirt_turns_it_round),
-        cmocka_unit_test(ends_hold_and_the_sum_stays),
-        cmocka_unit_test(a_pressed_runway_that_holds_stays),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -78,9 +78,8 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
     return worst_in;
 }
 
-static void standard_series_is_the_same_to_the_last_bit(void **state)
+TEST(standard_series_is_the_same_to_the_last_bit)
 {
-    (void)state;
     struct pair p;
     bool same;
     make(&p, STANDARD, "4");
@@ -96,9 +95,8 @@ static void standard_series_is_the_same_to_the_last_bit(void **state)
 }
 
 /* What elastic ground adds is scaled along: the first landings, on that ground, to the last bit. */
-static void elastic_ground_is_the_same_to_the_last_bit(void **state)
+TEST(elastic_ground_is_the_same_to_the_last_bit)
 {
-    (void)state;
     struct error error = {0};
     struct pair p;
     bool same;
@@ -142,9 +140,8 @@ static void write_landings(char *path, const char *slack, const char *runway, co
 }
 
 /* Bands on three landings and off again, bare mat: modifications' keys and the push-back. */
-static void banded_landings_are_too(void **state)
+TEST(banded_landings_are_too)
 {
-    (void)state;
     char path[] = "/tmp/matrig-banded.XXXXXX";
     write_landings(
         path, "0.0025", "",
@@ -166,9 +163,8 @@ static bool near(double a, double b)
 }
 
 /* The file there and back at n = 7. */
-static void seven_is_the_same_file_within_round_off(void **state)
+TEST(seven_is_the_same_file_within_round_off)
 {
-    (void)state;
     struct pair p;
     make(&p, STANDARD, "7");
     const struct sim_scene *a = &p.model.landings[0].scene, *b = &p.again.landings[0].scene,
@@ -185,9 +181,8 @@ static void seven_is_the_same_file_within_round_off(void **state)
 }
 
 /* No play in the joints: nothing that is shut or open hangs on a last bit. */
-static void seven_moves_alike_within_round_off(void **state)
+TEST(seven_moves_alike_within_round_off)
 {
-    (void)state;
     char path[] = "/tmp/matrig-tight.XXXXXX";
     write_landings(path, "0", "\"gap_in\":0,\"closing_lb\":0", "\"f\":0.2", "");
     struct pair p;
@@ -199,16 +194,4 @@ static void seven_moves_alike_within_round_off(void **state)
     assert_true(there_in < 1e-9 && back_in < 1e-9);
     drop(&p);
     unlink(path);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(standard_series_is_the_same_to_the_last_bit),
-        cmocka_unit_test(elastic_ground_is_the_same_to_the_last_bit),
-        cmocka_unit_test(banded_landings_are_too),
-        cmocka_unit_test(seven_is_the_same_file_within_round_off),
-        cmocka_unit_test(seven_moves_alike_within_round_off),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -62,10 +62,9 @@ static double cosine(double t_s)
 
 static struct pair pair;
 
-static void the_same_differs_by_nothing(void **state)
+TEST(the_same_differs_by_nothing)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, rise, rise, 0.0);
     signal_compare(&pair.signal, &f);
     assert_int_equal(f.compared, N);
@@ -76,10 +75,9 @@ static void the_same_differs_by_nothing(void **state)
     assert_near(f.correlation, 1.0, 1e-12);
 }
 
-static void an_offset_is_the_bias(void **state)
+TEST(an_offset_is_the_bias)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, raised, rise, 0.001);
     signal_compare(&pair.signal, &f);
     assert_near(f.bias, 0.05, 1e-12);
@@ -92,11 +90,10 @@ static void an_offset_is_the_bias(void **state)
     assert_near(f.peak_measured.value - f.peak_simulated.value, 0.05, 1e-9);
 }
 
-static void a_scale_is_in_rms_and_peak(void **state)
+TEST(a_scale_is_in_rms_and_peak)
 {
     struct signal_figures f;
     double sum = 0.0, squares = 0.0;
-    (void)state;
     make(&pair, larger, rise, 0.0);
     for (size_t i = 0; i < N; i++) {
         sum += 0.25 * pair.s[i];
@@ -117,20 +114,18 @@ static void a_scale_is_in_rms_and_peak(void **state)
     assert_near(f.arrival_simulated.t_s, f.arrival_measured.t_s, 1e-9);
 }
 
-static void a_delay_is_a_later_arrival(void **state)
+TEST(a_delay_is_a_later_arrival)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, later, rise, 0.0);
     signal_compare(&pair.signal, &f);
     assert_true(f.correlation < 1.0 - 1e-3);
     assert_near(f.arrival_measured.t_s - f.arrival_simulated.t_s, 0.0725, 1e-6);
 }
 
-static void a_quarter_of_a_turn(void **state)
+TEST(a_quarter_of_a_turn)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, cosine, sine, 0.0);
     signal_compare(&pair.signal, &f);
     assert_near(f.correlation, 0.0, 1e-9); /* over whole turns */
@@ -138,10 +133,9 @@ static void a_quarter_of_a_turn(void **state)
     assert_near(f.rms, 1.0, 1e-9); /* sqrt(1/2 + 1/2) */
 }
 
-static void against_the_direction(void **state)
+TEST(against_the_direction)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, fallen, rise, 0.0);
     signal_compare(&pair.signal, &f);
     assert_near(f.correlation, -1.0, 1e-12);
@@ -152,10 +146,9 @@ static void against_the_direction(void **state)
 
 /* Error of the crossing: value's error over the slope, 0.08 in at tanh = -0.8: du/dt = 0.4/0.2 (1 -
  * 0.64) = 0.72 in/s. */
-static void arrival_and_its_error(void **state)
+TEST(arrival_and_its_error)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, rise, rise, 0.001);
     for (size_t i = 0; i < N; i++)
         pair.ut[i] = 0.002;
@@ -170,10 +163,9 @@ static void arrival_and_its_error(void **state)
     assert_true(isnan(f.arrival_measured.t_s));
 }
 
-static void a_plateau_has_no_sharp_time(void **state)
+TEST(a_plateau_has_no_sharp_time)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, rise, sine, 0.01);
     signal_compare(&pair.signal, &f);
     /* within 5 x 0.01 / sqrt(11) = 0.01508 in of 0.8: since tanh((t - 2) / 0.2) = 1 - 0.0377, to
@@ -187,10 +179,9 @@ static void a_plateau_has_no_sharp_time(void **state)
                 f.peak_simulated.value > 0.0 ? 0.25 : 0.75, 0.003);
 }
 
-static void flat_series_have_no_correlation(void **state)
+TEST(flat_series_have_no_correlation)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, still, rise, 0.001);
     signal_compare(&pair.signal, &f);
     assert_true(f.flat_measured && !f.flat_simulated && isnan(f.correlation));
@@ -201,10 +192,9 @@ static void flat_series_have_no_correlation(void **state)
     assert_near(f.peak_simulated.value, 0.01, 1e-12);
 }
 
-static void holes_are_left_out(void **state)
+TEST(holes_are_left_out)
 {
     struct signal_figures f;
-    (void)state;
     make(&pair, raised, rise, 0.0);
     for (size_t i = 1000; i < 1500; i++)
         pair.m[i] = (double)NAN;
@@ -223,31 +213,12 @@ static void holes_are_left_out(void **state)
                 isnan(f.correlation));
 }
 
-static void normalised_errors(void **state)
+TEST(normalised_errors)
 {
-    (void)state;
     assert_near(signal_en(1.0, 0.03, 0.9, 0.04), 1.0, 1e-12); /* 0.1 / (2 x 0.05) */
     assert_near(signal_en(0.9, 0.03, 1.0, 0.04), 1.0, 1e-12);
     assert_near(signal_en(1.0, 0.0, 1.0, 0.0), 0.0, 0.0);
     assert_true(isinf(signal_en(1.0, 0.0, 2.0, 0.0)));
     assert_true(isnan(signal_en((double)NAN, 0.1, 2.0, 0.1)) &&
                 isnan(signal_en(1.0, 0.1, 2.0, (double)NAN)));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_same_differs_by_nothing),
-        cmocka_unit_test(an_offset_is_the_bias),
-        cmocka_unit_test(a_scale_is_in_rms_and_peak),
-        cmocka_unit_test(a_delay_is_a_later_arrival),
-        cmocka_unit_test(a_quarter_of_a_turn),
-        cmocka_unit_test(against_the_direction),
-        cmocka_unit_test(arrival_and_its_error),
-        cmocka_unit_test(a_plateau_has_no_sharp_time),
-        cmocka_unit_test(flat_series_have_no_correlation),
-        cmocka_unit_test(holes_are_left_out),
-        cmocka_unit_test(normalised_errors),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

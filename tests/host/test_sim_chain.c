@@ -1,14 +1,10 @@
 /* The chain against closed forms. Units ft, lb, s. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 #define G 32.174
 
@@ -55,9 +51,8 @@ static void near(double value, double expected, double tolerance)
         fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
 }
 
-static void below_its_friction_a_mat_stays(void **state)
+TEST(below_its_friction_a_mat_stays)
 {
-    (void)state;
     struct sim_scene scene = plain(3);
     scene.friction_law = SIM_STICK;
     scene.kl_lb_ft = 1e3;
@@ -81,9 +76,8 @@ static void below_its_friction_a_mat_stays(void **state)
     sim_result_free(&result);
 }
 
-static void above_its_friction_a_mat_slides_and_rests(void **state)
+TEST(above_its_friction_a_mat_slides_and_rests)
 {
-    (void)state;
     struct sim_scene scene = plain(1);
     const double times[] = {0.05, 0.1, 0.15, 0.1999, 0.201, 0.3};
     const double a = 0.5 * G; /* both ways: (2 f W - f W)/m and f g */
@@ -107,9 +101,8 @@ static void above_its_friction_a_mat_slides_and_rests(void **state)
     sim_scene_free(&scene);
 }
 
-static void a_wave_runs_at_its_speed(void **state)
+TEST(a_wave_runs_at_its_speed)
 {
-    (void)state;
     struct sim_scene scene = plain(100);
     const double times[] = {0.05, 0.07};
     const double speed = 2.0 * sqrt(8e6 * G / 160.0);    /* L sqrt(KL/m), 2536.6 ft/s */
@@ -130,9 +123,8 @@ static void a_wave_runs_at_its_speed(void **state)
     sim_scene_free(&scene);
 }
 
-static void an_impulse_is_all_there(void **state)
+TEST(an_impulse_is_all_there)
 {
-    (void)state;
     /* F rises to 500 lb and falls while the aircraft crosses several mats: impulse 500 * 0.05 lb
      * s */
     const struct sim_path_row rows[] = {
@@ -153,9 +145,8 @@ static void an_impulse_is_all_there(void **state)
     }
 }
 
-static void two_mats_swing(void **state)
+TEST(two_mats_swing)
 {
-    (void)state;
     struct sim_scene scene = plain(2);
     const double times[] = {0.001, 0.0123, 0.04};
     const double m = 160.0 / G, k = 2e5, v = 3.0;
@@ -182,9 +173,8 @@ static void two_mats_swing(void **state)
 
 /* A mat crosses its gap, hits, stops; the other goes on, comes to the end of the slack, stops and
  * pulls the first along. */
-static void slack_is_free_travel(void **state)
+TEST(slack_is_free_travel)
 {
-    (void)state;
     struct sim_scene scene = plain(2);
     const double m = 160.0 / G, k = 8e6, v = 2.0, gap = 0.01, slack = 0.03;
     const double contact = 3.14159265358979 *
@@ -237,9 +227,8 @@ static int closed_joints(const struct sim_result *result)
     return closed;
 }
 
-static void a_slow_push_closes_joints_one_by_one(void **state)
+TEST(a_slow_push_closes_joints_one_by_one)
 {
-    (void)state;
     const double fw = 0.5 * 0.466, gap = 0.0015;
     const double grits[] = {0.0, 1.0};
     for (int i = 0; i < 2; i++) {
@@ -260,9 +249,8 @@ static void a_slow_push_closes_joints_one_by_one(void **state)
 
 /* The push turns a sliding mat round within one step: friction turns round with it, at the moment
  * of rest. */
-static void friction_turns_round_with_the_mat(void **state)
+TEST(friction_turns_round_with_the_mat)
 {
-    (void)state;
     const double m = 160.0 / G, v = 2.0, back = 400.0, fw = 0.5 * 160.0, end = 0.05;
     const double slowing = (back + fw) / m, away = (back - fw) / m, rest = v / slowing;
     const struct sim_path_row rows[] = {{0, 0.1, -back}, {1, 0.1, -back}};
@@ -282,9 +270,8 @@ static void friction_turns_round_with_the_mat(void **state)
     }
 }
 
-static void grit_holds_an_open_joint(void **state)
+TEST(grit_holds_an_open_joint)
 {
-    (void)state;
     const double fw = 0.5 * 0.466, gap = 0.0015, grit = 10.0;
     /* just below and just above what joint 2 needs: F = f w + grit */
     for (int above = 0; above <= 1; above++) {
@@ -301,9 +288,8 @@ static void grit_holds_an_open_joint(void **state)
     }
 }
 
-static void grit_resists_a_closing_joint_with_its_threshold(void **state)
+TEST(grit_resists_a_closing_joint_with_its_threshold)
 {
-    (void)state;
     const double m = 0.466 / G, k = 2.9e5, grit = 3.0, force = 5.0, excess = force - 0.5 * 0.466,
                  t = 0.003;
     /* it gives way as a spring up to grit/KL, gaining v1 on the way, then resists with grit and
@@ -323,9 +309,8 @@ static void grit_resists_a_closing_joint_with_its_threshold(void **state)
 
 /* A joint that is run into: the damper alone would push with CL v = 5 lb and more, an open joint
  * never with more than grit. */
-static void grit_is_all_an_open_joint_can_push(void **state)
+TEST(grit_is_all_an_open_joint_can_push)
 {
-    (void)state;
     const double m = 0.466 / G, grit = 3.0, v = 1.0, a = (grit + 0.5 * 0.466) / m, t = 1e-3;
     const struct sim_path_row rows[] = {{0, 0.1, 0}, {0.002, 0.1, 0}};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 2);
@@ -340,9 +325,8 @@ static void grit_is_all_an_open_joint_can_push(void **state)
 
 /* Closed by half, pulled open again without resistance, then pushed: it takes the whole grit
  * again. */
-static void an_opened_joint_needs_its_grit_again(void **state)
+TEST(an_opened_joint_needs_its_grit_again)
 {
-    (void)state;
     const double fw = 0.5 * 0.466, m = 0.466 / G, grit = 3.0, push = 5.0;
     const struct sim_path_row rows[] = {{0, 0.1, push},
                                         {0.0035, 0.1, push},
@@ -377,9 +361,8 @@ static void an_opened_joint_needs_its_grit_again(void **state)
     sim_scene_free(&scene);
 }
 
-static void a_fixed_end_holds_and_a_loaded_joint_pushes(void **state)
+TEST(a_fixed_end_holds_and_a_loaded_joint_pushes)
 {
-    (void)state;
     /* three joints, gap0 below 0 in joint 1 only, which is fixed: the mat swings about where joint
      * 1 and 2 balance */
     const double gaps[] = {-0.001, 0.0, 0.0}, t = 3.14159265358979 / sqrt(3.0 * 8e6 * G / 160.0);
@@ -395,24 +378,4 @@ static void a_fixed_end_holds_and_a_loaded_joint_pushes(void **state)
     assert_non_null(strstr(result.notes[0], "1 joints start under load"));
     sim_result_free(&result);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(below_its_friction_a_mat_stays),
-        cmocka_unit_test(above_its_friction_a_mat_slides_and_rests),
-        cmocka_unit_test(a_wave_runs_at_its_speed),
-        cmocka_unit_test(an_impulse_is_all_there),
-        cmocka_unit_test(two_mats_swing),
-        cmocka_unit_test(slack_is_free_travel),
-        cmocka_unit_test(a_slow_push_closes_joints_one_by_one),
-        cmocka_unit_test(friction_turns_round_with_the_mat),
-        cmocka_unit_test(grit_holds_an_open_joint),
-        cmocka_unit_test(grit_resists_a_closing_joint_with_its_threshold),
-        cmocka_unit_test(grit_is_all_an_open_joint_can_push),
-        cmocka_unit_test(an_opened_joint_needs_its_grit_again),
-        cmocka_unit_test(a_fixed_end_holds_and_a_loaded_joint_pushes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

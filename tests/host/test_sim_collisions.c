@@ -48,9 +48,8 @@ static double opening_ft(const struct sim_scene *scene, double t_s)
 
 /* A step many swings long took the joint's push for a thing of the past, and the mats stayed
  * together: at one tolerance and at another alike, and each said that it was right. */
-static void mats_that_collide_part_again(void **state)
+TEST(mats_that_collide_part_again)
 {
-    (void)state;
     static const struct {
         const char *solver;
         double rtol;
@@ -75,12 +74,4 @@ static void mats_that_collide_part_again(void **state)
         sim_result_free(&result);
     }
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mats_that_collide_part_again),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

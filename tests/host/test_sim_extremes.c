@@ -5,16 +5,12 @@
  * thing changed at a time. Solvers are held to ten times the two error estimates together; what an
  * extreme must be beyond that comes from closed forms, or from what a wave cannot reach. Units ft,
  * lb, s. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 static struct error error;
 static const char *const bases[] = {"host/scenes/rstar_fig3_7.json",
@@ -138,9 +134,8 @@ static void hold_against(const char *what, const struct sim_result *a, const str
     assert_true(a->bow_wave == b->bow_wave);
 }
 
-static void each_is_answered_and_confirmed_or_refused(void **state)
+TEST(each_is_answered_and_confirmed_or_refused)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof extremes / sizeof extremes[0]; i++) {
         const struct extreme *e = &extremes[i];
         for (size_t base = 0; base < 2; base++) {
@@ -166,9 +161,8 @@ static void each_is_answered_and_confirmed_or_refused(void **state)
     }
 }
 
-static void a_flat_mat_lifts_exactly_nothing(void **state)
+TEST(a_flat_mat_lifts_exactly_nothing)
 {
-    (void)state;
     for (size_t base = 0; base < 2; base++) {
         struct sim_scene scene = standard(base);
         struct sim_result result;
@@ -181,9 +175,8 @@ static void a_flat_mat_lifts_exactly_nothing(void **state)
 }
 
 /* Both ends free: m u'' = F - f W, and nothing else. */
-static void one_mat_alone_slides_as_a_block(void **state)
+TEST(one_mat_alone_slides_as_a_block)
 {
-    (void)state;
     for (size_t base = 0; base < 2; base++) {
         struct sim_scene scene = standard(base);
         struct sim_result result;
@@ -201,9 +194,8 @@ static void one_mat_alone_slides_as_a_block(void **state)
 }
 
 /* The joint wave covers L sqrt(KL/m) t; what it has not reached cannot matter. */
-static void mats_beyond_the_wave_do_not_matter(void **state)
+TEST(mats_beyond_the_wave_do_not_matter)
 {
-    (void)state;
     const int counts[] = {1000, 4096};
     for (size_t base = 0; base < 2; base++) {
         struct sim_scene scene = standard(base);
@@ -232,9 +224,8 @@ static void mats_beyond_the_wave_do_not_matter(void **state)
 /* With TAD 0 a foot hovers at the edge of contact from 0.4 ms on, and is held there by the solvers
  * that locate switches. A fixed step that looks its switches up knows nothing of holding: it lets
  * the foot bounce. */
-static void a_held_foot_moves_like_one_that_bounces(void **state)
+TEST(a_held_foot_moves_like_one_that_bounces)
 {
-    (void)state;
     const double times[] = {0.005, 0.01, 0.015, 0.0175, 0.02};
     struct sim_scene scene = standard(0);
     struct sim_options fine = {.solver = "rk4", .dt_s = 1e-6};
@@ -254,9 +245,8 @@ static void a_held_foot_moves_like_one_that_bounces(void **state)
 
 /* `sign` leaves open what holds a mat at rest; stick is what that must be for there to be a motion
  * at all. rk4 knows nothing of it: it throws such a mat to and fro, less with shorter steps. */
-static void friction_sign_is_stick_or_refused_with_advice(void **state)
+TEST(friction_sign_is_stick_or_refused_with_advice)
 {
-    (void)state;
     for (size_t base = 0; base < 2; base++) {
         struct sim_scene scene = standard(base);
         struct sim_options thrown = {.solver = "rk4", .dt_s = 2e-6, .single = true};
@@ -279,17 +269,4 @@ static void friction_sign_is_stick_or_refused_with_advice(void **state)
         sim_result_free(&sign);
         sim_scene_free(&scene);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_is_answered_and_confirmed_or_refused),
-        cmocka_unit_test(a_flat_mat_lifts_exactly_nothing),
-        cmocka_unit_test(one_mat_alone_slides_as_a_block),
-        cmocka_unit_test(mats_beyond_the_wave_do_not_matter),
-        cmocka_unit_test(a_held_foot_moves_like_one_that_bounces),
-        cmocka_unit_test(friction_sign_is_stick_or_refused_with_advice),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

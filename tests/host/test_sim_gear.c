@@ -60,9 +60,8 @@ static struct sim_result good(const struct sim_scene *scene, struct sim_options 
 static const enum sim_model models[] = {SIM_CHAIN, SIM_CONSISTENT};
 
 /* F/k under a slow push: 40 lb an axle on 1000 lb/ft. */
-static void a_held_mat_gives_way_by_force_over_stiffness(void **state)
+TEST(a_held_mat_gives_way_by_force_over_stiffness)
 {
-    (void)state;
     const struct sim_path_row rows[] = {{0, 50, 0}, {2, 50, 40}, {3, 50, 40}};
     for (size_t i = 0; i < COUNT(models); i++) {
         for (double axles = 1.0; axles < 4.0; axles += 1.0) {
@@ -84,9 +83,8 @@ static void a_held_mat_gives_way_by_force_over_stiffness(void **state)
 
 /* When the push goes, (1 - rho) of the way is left; when the aircraft goes instead, as much is
  * left of a mat that nothing else holds: what it had (its spring goes with the gear). */
-static void what_springs_back_is_rho_of_the_way(void **state)
+TEST(what_springs_back_is_rho_of_the_way)
 {
-    (void)state;
     const struct sim_path_row rows[] = {
         {0, 50, 0}, {29, 50, 40}, {30, 50, 40}, {59, 50, 0}, {60, 50, 0}};
     const double rhos[] = {1.0, 0.75, 0.5, 0.1};
@@ -104,9 +102,8 @@ static void what_springs_back_is_rho_of_the_way(void **state)
 
 /* Beyond f (W + P) the ground slides: pushed with 20 lb more than it holds for 0.5 s, the mat goes
  * as one under 20 lb against the damper, m v' = 20 - c v with c = sqrt(k m), from F/k on. */
-static void beyond_its_load_it_slides(void **state)
+TEST(beyond_its_load_it_slides)
 {
-    (void)state;
     const double limit = 0.5 * (G + 100.0), t = 0.5, c = sqrt(1000.0);
     const struct sim_path_row rows[] = {{0, 50, 0},
                                         {9, 50, limit},
@@ -130,9 +127,8 @@ static void beyond_its_load_it_slides(void **state)
 
 /* Let go from 0.04 ft it swings as a damped spring: period 2 pi/sqrt(k/m (1 - zeta^2)), falling by
  * exp(-zeta sqrt(k/m) T) a period. The step is implicit: of first order. */
-static void it_swings_as_a_damped_spring(void **state)
+TEST(it_swings_as_a_damped_spring)
 {
-    (void)state;
     const double zeta = 0.1, w = sqrt(1000.0), damped = w * sqrt(1.0 - zeta * zeta);
     const double period_s = 2.0 * 3.14159265358979323846 / damped;
     const struct sim_path_row rows[] = {
@@ -158,9 +154,8 @@ static double throw(double low, double high)
 
 /* Whatever comes and goes, kinetic energy and what the ground has stored never grow by more than
  * the work of the push, and the ground never holds more than its limit. */
-static void its_energy_never_grows(void **state)
+TEST(its_energy_never_grows)
 {
-    (void)state;
     const struct sim_path_row rows[] = {{0, 50, 0}, {1, 50, 0}};
     for (int round = 0; round < 200; round++) {
         struct sim_scene scene = one_mat(SIM_CHAIN, rows, 2);
@@ -231,9 +226,8 @@ static struct sim_scene rig(enum sim_model model, double foot_mats)
 
 /* Where nothing heaves, heights and weight change nothing of the movement. Profile low, so that
  * settling does not pull. */
-static void the_planar_engine_moves_as_the_chain(void **state)
+TEST(the_planar_engine_moves_as_the_chain)
 {
-    (void)state;
     struct sim_scene chain = rig(SIM_CHAIN, 1.0), planar = rig(SIM_CONSISTENT, 1.0);
     struct sim_options options = {.dt_s = 2e-5, .single = true};
     struct sim_result a = good(&chain, options), b = good(&planar, options);
@@ -248,9 +242,8 @@ static void the_planar_engine_moves_as_the_chain(void **state)
 }
 
 /* Mats left out: the same movement; with heights, up to what the window neglects. */
-static void the_window_changes_nothing(void **state)
+TEST(the_window_changes_nothing)
 {
-    (void)state;
     for (size_t i = 0; i < COUNT(models); i++) {
         struct sim_scene scene = rig(models[i], 0.0);
         struct sim_options options = {.single = true};
@@ -266,9 +259,8 @@ static void the_window_changes_nothing(void **state)
 }
 
 /* Half the step: the difference is within what the run states, and falls. */
-static void half_the_step_is_near(void **state)
+TEST(half_the_step_is_near)
 {
-    (void)state;
     struct sim_scene scene = rig(SIM_CHAIN, 1.0);
     double apart[2], peak = 0.0;
     for (int k = 0; k < 2; k++) {
@@ -289,9 +281,8 @@ static void half_the_step_is_near(void **state)
 
 /* A ratchet without plasticity: what the gear pushed ahead stays pushed, and no mat behind it is
  * moved by its own ground for good; without weight it goes much farther. */
-static void weight_holds_what_thrust_alone_pushes(void **state)
+TEST(weight_holds_what_thrust_alone_pushes)
 {
-    (void)state;
     struct sim_scene with = rig(SIM_CHAIN, 1.0);
     struct sim_result heavy = good(&with, (struct sim_options){.single = true});
     with.element[ELEMENT_gear_ground] = 1e12; /* Coulomb's law: 14 to 16 lb an axle below 54 lb */
@@ -304,9 +295,8 @@ static void weight_holds_what_thrust_alone_pushes(void **state)
 }
 
 /* Stiff ground, none, no load, ten times the load: an answer, or a reason. */
-static void extremes_end_or_say_why(void **state)
+TEST(extremes_end_or_say_why)
 {
-    (void)state;
     for (size_t i = 0; i < COUNT(models); i++) {
         for (int k = 0; k < 5; k++) {
             struct sim_scene scene = rig(models[i], 1.0);
@@ -331,9 +321,8 @@ static void extremes_end_or_say_why(void **state)
     }
 }
 
-static void who_chooses_its_steps_refuses_it(void **state)
+TEST(who_chooses_its_steps_refuses_it)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         struct sim_scene scene = rig(k ? SIM_REPORT : SIM_CONSISTENT, 0.0);
         struct sim_result result;
@@ -349,9 +338,8 @@ static void who_chooses_its_steps_refuses_it(void **state)
 }
 
 /* Defaults of the other keys say nothing: the same bits without the stiffness. */
-static void absent_it_is_nothing(void **state)
+TEST(absent_it_is_nothing)
 {
-    (void)state;
     for (size_t i = 0; i < COUNT(models); i++) {
         struct sim_result result[2];
         for (int k = 0; k < 2; k++) {
@@ -372,9 +360,8 @@ static void absent_it_is_nothing(void **state)
 }
 
 /* The lines' parts add up to all axles, the lead axle's first, each at its station. */
-static void lines_stand_behind_the_lead(void **state)
+TEST(lines_stand_behind_the_lead)
 {
-    (void)state;
     const struct sim_path_row rows[] = {{0, 10.0, 60}, {1, 20.0, 60}};
     const double lines[] = {0, 2.5, 12.0}, axles[] = {1, 2, 4};
     struct sim_scene scene;
@@ -415,24 +402,4 @@ static void lines_stand_behind_the_lead(void **state)
     assert_int_equal(gear->lead_mat, 6);
     gear_free(gear);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_held_mat_gives_way_by_force_over_stiffness),
-        cmocka_unit_test(what_springs_back_is_rho_of_the_way),
-        cmocka_unit_test(beyond_its_load_it_slides),
-        cmocka_unit_test(it_swings_as_a_damped_spring),
-        cmocka_unit_test(its_energy_never_grows),
-        cmocka_unit_test(the_planar_engine_moves_as_the_chain),
-        cmocka_unit_test(the_window_changes_nothing),
-        cmocka_unit_test(half_the_step_is_near),
-        cmocka_unit_test(weight_holds_what_thrust_alone_pushes),
-        cmocka_unit_test(extremes_end_or_say_why),
-        cmocka_unit_test(who_chooses_its_steps_refuses_it),
-        cmocka_unit_test(absent_it_is_nothing),
-        cmocka_unit_test(lines_stand_behind_the_lead),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -90,9 +90,8 @@ static void holds_everywhere(struct sim_scene *scene, const double *at_s, const 
 }
 
 /* m v' = -c v: u = m v0/c (1 - exp(-c t/m)). */
-static void a_sliding_mat_slows_exponentially(void **state)
+TEST(a_sliding_mat_slows_exponentially)
 {
-    (void)state;
     struct sim_scene scene = one_mat(20.0);
     const double at_s[] = {0.05, 0.1, 0.25, 0.5}, c = 20.0;
     double expected[4];
@@ -103,9 +102,8 @@ static void a_sliding_mat_slows_exponentially(void **state)
 
 /* With dry friction C beside it: v + C/c falls exponentially until v = 0, at t = m/c ln(1 + c
  * v0/C), after m v0/c - C t/c. */
-static void dry_friction_stops_it(void **state)
+TEST(dry_friction_stops_it)
 {
-    (void)state;
     struct sim_scene scene = one_mat(20.0);
     scene.friction = 0.1;
     const double c = 20.0, dry = 16.0, m = mass(&scene), stop_s = m / c * log(1.0 + c * 3.0 / dry);
@@ -121,9 +119,8 @@ static void dry_friction_stops_it(void **state)
 
 /* A joint is a spring KL: w = sqrt(KL/m - (c/2m)^2), u = v0/w exp(-c t/2m) sin w t; from peak to
  * peak of one sign the logarithm falls by the decrement pi c/(m w). */
-static void a_mat_on_a_spring_has_its_frequency_and_decrement(void **state)
+TEST(a_mat_on_a_spring_has_its_frequency_and_decrement)
 {
-    (void)state;
     struct sim_scene scene = one_mat(20.0);
     scene.left = SIM_FIXED;
     scene.kl_lb_ft = 5000.0;
@@ -150,9 +147,8 @@ static void a_mat_on_a_spring_has_its_frequency_and_decrement(void **state)
 }
 
 /* A whole strip with a bow wave, friction and damped ground: CVODE's BDF and the others. */
-static void cvode_agrees(void **state)
+TEST(cvode_agrees)
 {
-    (void)state;
     static const double bump[] = {0.0099, 0.0200, 0.0099};
     for (int model = SIM_REPORT; model <= SIM_CONSISTENT; model++) {
         struct sim_scene scene;
@@ -182,9 +178,8 @@ static void cvode_agrees(void **state)
 }
 
 /* c/m = 2e6 /s under a thrust of 12000 lb: the mat creeps at F/c, 300 mats in a row no less. */
-static void stiff_damping_stays_stable(void **state)
+TEST(stiff_damping_stays_stable)
 {
-    (void)state;
     const double c = 1e7;
     for (size_t i = 0; i < COUNT_OF(engines); i++) {
         const char *solver = engines[i].solver;
@@ -207,9 +202,8 @@ static void stiff_damping_stays_stable(void **state)
 
 /* An explicit step has the limit of the fastest rate, c/m; staggered steps, which are exact in the
  * damping, keep theirs. */
-static void step_limits_hold(void **state)
+TEST(step_limits_hold)
 {
-    (void)state;
     struct sim_scene scene = one_mat(1e7);
     struct sim_result result;
     double m = mass(&scene);
@@ -253,9 +247,8 @@ static void step_limits_hold(void **state)
 
 /* The exact step: two halves are the whole, also when the mat stops on the way or is thrown
  * back. */
-static void half_steps_add_up(void **state)
+TEST(half_steps_add_up)
 {
-    (void)state;
     struct sim_scene scene = one_mat(20.0);
     struct element_set set = element_set_of(&scene);
     const double m = mass(&scene), dry = 16.0;
@@ -279,9 +272,8 @@ static void half_steps_add_up(void **state)
 
 /* Whoever has both ends off the ground is not damped, one end is enough; the acceleration alone
  * changes, and by -c v/m. */
-static void a_lifted_mat_is_not_damped(void **state)
+TEST(a_lifted_mat_is_not_damped)
 {
-    (void)state;
     for (int which = SIM_REPORT; which <= SIM_CONSISTENT; which++) {
         struct sim_scene scene;
         struct model model;
@@ -311,9 +303,8 @@ static void a_lifted_mat_is_not_damped(void **state)
 
 /* In the Jacobian it is -c where a moving mat's speed acts on that mat, and nothing else; its bound
  * is c/m. */
-static void its_slope_is_in_the_jacobian(void **state)
+TEST(its_slope_is_in_the_jacobian)
 {
-    (void)state;
     for (int which = SIM_REPORT; which <= SIM_CONSISTENT; which++) {
         struct sim_scene scene;
         struct model model;
@@ -346,9 +337,8 @@ static void its_slope_is_in_the_jacobian(void **state)
     }
 }
 
-static void leaving_mats_out_changes_nothing(void **state)
+TEST(leaving_mats_out_changes_nothing)
 {
-    (void)state;
     static const double bump[] = {0.0099, 0.0200, 0.0099};
     for (size_t i = 0; i < COUNT_OF(engines); i++) {
         struct sim_scene scene;
@@ -377,9 +367,8 @@ static void leaving_mats_out_changes_nothing(void **state)
 }
 
 /* 0 is the default: nothing is evaluated, said or changed, to the last bit. */
-static void absent_it_is_nothing(void **state)
+TEST(absent_it_is_nothing)
 {
-    (void)state;
     struct sim_scene with, without;
     const char *text[] = {
         "{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05, \"ground_damping\": 0}",
@@ -404,9 +393,8 @@ static void absent_it_is_nothing(void **state)
 }
 
 /* 175.126835246476 N s/m are 12 lb s/ft (1 lb = 4.4482216152605 N, 1 ft = 0.3048 m). */
-static void the_key_has_a_unit(void **state)
+TEST(the_key_has_a_unit)
 {
-    (void)state;
     struct sim_scene scene;
     const char *text = "{\"ground_damping\": \"175.126835246476 N s/m\"}",
                *wrong = "{\"ground_damping\": -1}", *force = "{\"ground_damping\": \"12 lb\"}";
@@ -420,23 +408,4 @@ static void the_key_has_a_unit(void **state)
     assert_non_null(strstr(error.text, "a force instead of a damping"));
     assert_non_null(strstr(error.text, "N s/m"));
     memset(&error, 0, sizeof error);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sliding_mat_slows_exponentially),
-        cmocka_unit_test(dry_friction_stops_it),
-        cmocka_unit_test(a_mat_on_a_spring_has_its_frequency_and_decrement),
-        cmocka_unit_test(cvode_agrees),
-        cmocka_unit_test(stiff_damping_stays_stable),
-        cmocka_unit_test(step_limits_hold),
-        cmocka_unit_test(half_steps_add_up),
-        cmocka_unit_test(a_lifted_mat_is_not_damped),
-        cmocka_unit_test(its_slope_is_in_the_jacobian),
-        cmocka_unit_test(leaving_mats_out_changes_nothing),
-        cmocka_unit_test(absent_it_is_nothing),
-        cmocka_unit_test(the_key_has_a_unit),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,11 @@
 /* Waves and growth against closed forms: how fast a push runs along the joints, and how fast a
  * zigzag under compression rises. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 static struct error error;
 
@@ -27,9 +23,8 @@ static struct sim_result good(const struct sim_scene *scene, const char *solver,
 
 /* A step of force on the first mat of a chain of masses and springs: the speed behind the front is
  * F/sqrt(KL m), and at the front (n = c t / L) a third of it, as the Airy integral has it. */
-static void a_push_runs_at_L_sqrt_KL_over_m(void **state)
+TEST(a_push_runs_at_L_sqrt_KL_over_m)
 {
-    (void)state;
     const double dt_s = 2e-5, length = 2.0, station[] = {100.0, 300.0};
     const char *const solvers[] = {"event", "implicit", "cvode"};
     for (int variant = 0; variant < 6; variant++) {
@@ -68,9 +63,8 @@ static void a_push_runs_at_L_sqrt_KL_over_m(void **state)
 /* Four mats well above the ground, without weight, in the shape of the chain's own third mode
  * (heights as the cosine of 3 pi/4 per node), under 12,000 lb from joints that start pressed: the
  * shape keeps and grows as cosh r t. */
-static void a_small_zigzag_grows_at_its_rate(void **state)
+TEST(a_small_zigzag_grows_at_its_rate)
 {
-    (void)state;
     const char *const solvers[] = {"event", "implicit", "cvode"};
     const double rate_s[2] = {109.5, 91.7}; /* report model, consistent model */
     for (int variant = 0; variant < 6; variant++) {
@@ -107,13 +101,4 @@ static void a_small_zigzag_grows_at_its_rate(void **state)
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_push_runs_at_L_sqrt_KL_over_m),
-        cmocka_unit_test(a_small_zigzag_grows_at_its_rate),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

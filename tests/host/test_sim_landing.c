@@ -1,15 +1,11 @@
 /* Whole landings with the consistent model: against the chain where nothing heaves, against the
  * solver that locates every switch where it does, and against itself with nothing left out. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 static struct error error;
 
@@ -69,9 +65,8 @@ static struct sim_result run(const struct sim_scene *scene, struct sim_options o
 }
 
 /* Flat mats without a wheel load do not heave: the planar landing is the chain's. */
-static void a_flat_landing_is_the_chains(void **state)
+TEST(a_flat_landing_is_the_chains)
 {
-    (void)state;
     for (int variant = 0; variant < 3; variant++) {
         const double none = 0.0;
         struct sim_scene flat = short_runway(SIM_CONSISTENT), chain = short_runway(SIM_CHAIN);
@@ -97,9 +92,8 @@ static void a_flat_landing_is_the_chains(void **state)
     }
 }
 
-static void leaving_mats_out_changes_nothing(void **state)
+TEST(leaving_mats_out_changes_nothing)
 {
-    (void)state;
     for (int variant = 0; variant < 4; variant++) {
         struct sim_scene scene = short_runway(SIM_CONSISTENT);
         double heights[81];
@@ -184,9 +178,8 @@ static struct sim_scene scattered(uint64_t seed)
     return scene;
 }
 
-static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
+TEST(leaving_mats_out_of_scattered_landings_changes_nothing)
 {
-    (void)state;
     int compared = 0, lighter = 0;
     for (uint64_t seed = 1; seed <= 103; seed++) {
         /* and: soil friction lets go of a mat that nobody pushes; the wheel comes on far from what
@@ -230,9 +223,8 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
 }
 
 /* A mat at rest feels its neighbour's damper let go one step after that neighbour has stopped. */
-static void a_mat_at_rest_is_left_after_its_neighbour(void **state)
+TEST(a_mat_at_rest_is_left_after_its_neighbour)
 {
-    (void)state;
     struct sim_scene scene;
     struct sim_result results[2];
     sim_scene_defaults(&scene);
@@ -257,9 +249,8 @@ static void a_mat_at_rest_is_left_after_its_neighbour(void **state)
 
 /* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every
  * switch. */
-static void it_converges_to_located_switches(void **state)
+TEST(it_converges_to_located_switches)
 {
-    (void)state;
     const double bump[] = {0.0099, 0.02, 0.0099};
     for (int variant = 0; variant < 3; variant++) {
         struct sim_scene scene;
@@ -291,9 +282,8 @@ static void it_converges_to_located_switches(void **state)
     }
 }
 
-static void what_it_cannot_do_is_refused(void **state)
+TEST(what_it_cannot_do_is_refused)
 {
-    (void)state;
     struct sim_scene scene = short_runway(SIM_CONSISTENT);
     struct sim_result result;
     memset(&error, 0, sizeof error);
@@ -313,17 +303,4 @@ static void what_it_cannot_do_is_refused(void **state)
     assert_non_null(strstr(error.text, "tanh"));
     sim_result_free(&result);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_flat_landing_is_the_chains),
-        cmocka_unit_test(leaving_mats_out_changes_nothing),
-        cmocka_unit_test(leaving_mats_out_of_scattered_landings_changes_nothing),
-        cmocka_unit_test(a_mat_at_rest_is_left_after_its_neighbour),
-        cmocka_unit_test(it_converges_to_located_switches),
-        cmocka_unit_test(what_it_cannot_do_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

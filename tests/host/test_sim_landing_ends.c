@@ -65,7 +65,7 @@ static bool stated_error_holds(struct sim_scene *scene, const char *what)
     return held_against("event", scene, what);
 }
 
-static void every_end_profile_and_law(void **state)
+TEST(every_end_profile_and_law)
 {
     static const struct {
         const char *name;
@@ -75,7 +75,6 @@ static void every_end_profile_and_law(void **state)
                 {"stick on soil", SIM_STICK, SIM_SOIL},
                 {"none", SIM_NONE, SIM_WEIGHT}};
     int wrong = 0;
-    (void)state;
     for (int i = 0; i < 4 * 2 * 3; i++) {
         char what[80];
         struct sim_scene scene = small_scene(1, 3, 0.01); /* mat 1 is tilted */
@@ -95,9 +94,8 @@ static void every_end_profile_and_law(void **state)
 
 /* Soil that stops a foot within a small part of a step: friction takes the impulse of that landing,
  * not more. */
-static void friction_of_a_foot_that_lands_hard(void **state)
+TEST(friction_of_a_foot_that_lands_hard)
 {
-    (void)state;
     struct sim_scene scene = small_scene(1, 1, 0.02);
     scene.left = scene.right = SIM_FREE;
     scene.left_torsion = SIM_FIXED;
@@ -121,9 +119,8 @@ static void friction_of_a_foot_that_lands_hard(void **state)
 
 /* A foot that lands lifts its neighbour off at once: the soil does not hold it down for that
  * step. */
-static void soil_does_not_hold_a_neighbour_down(void **state)
+TEST(soil_does_not_hold_a_neighbour_down)
 {
-    (void)state;
     struct sim_scene scene = small_scene(3, 1, 0.02);
     scene.left = scene.right = SIM_FREE;
     scene.left_torsion = SIM_FIXED;
@@ -147,7 +144,7 @@ static void soil_does_not_hold_a_neighbour_down(void **state)
 /* Two feet of light mats on stiff soil land 13 us after each other, within one step of 20 us. The
  * second one lands on a node that the first has lifted, and mat 1 hops by 0.46e-3 ft; together they
  * lift nobody, and runs at 1, 1.9 and 3.6 times the step said that, to 3e-5 ft. */
-static void feet_that_land_within_one_step(void **state)
+TEST(feet_that_land_within_one_step)
 {
     static const double bump_ft[] = {0.002475, 0.005, 0.002475};
     static const struct sim_path_row rows[] = {{0.0, 0.0539771, 0.0},
@@ -155,7 +152,6 @@ static void feet_that_land_within_one_step(void **state)
                                                {0.00961035, -0.522644, 72518.4},
                                                {0.02, -0.834333, 36259.2}};
     struct sim_scene scene = small_scene(3, 3, 0.02);
-    (void)state;
     sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
     sim_scene_set_path(&scene, rows, 4);
     scene.mats = 7;
@@ -179,7 +175,7 @@ static void feet_that_land_within_one_step(void **state)
 
 /* A damped joint that closes within a step brakes from there on, not what lay open before: 0.4e-6
  * ft of u, alike at every step that is longer than that. */
-static void a_damper_does_not_brake_the_slack(void **state)
+TEST(a_damper_does_not_brake_the_slack)
 {
     static const double bump_ft[] = {0.002475};
     static const struct sim_path_row rows[] = {{0.002, 5.05659, 0.0},
@@ -187,7 +183,6 @@ static void a_damper_does_not_brake_the_slack(void **state)
                                                {0.00716132, 5.77917, 18.647},
                                                {0.02, 6.67788, 9.32348}};
     struct sim_scene scene = small_scene(3, 1, 0.02);
-    (void)state;
     sim_scene_set_list(&scene.bump_ft, bump_ft, 1);
     sim_scene_set_path(&scene, rows, 4);
     scene.mats = 13;
@@ -207,16 +202,4 @@ static void a_damper_does_not_brake_the_slack(void **state)
     scene.friction = 0.2;
     scene.v0_ft_s = 2.0;
     assert_true(held_against("implicit", &scene, "a joint that closes"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_end_profile_and_law),
-        cmocka_unit_test(friction_of_a_foot_that_lands_hard),
-        cmocka_unit_test(soil_does_not_hold_a_neighbour_down),
-        cmocka_unit_test(feet_that_land_within_one_step),
-        cmocka_unit_test(a_damper_does_not_brake_the_slack),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

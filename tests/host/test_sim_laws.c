@@ -40,9 +40,8 @@ static void near(double value, double expected, double tolerance)
         fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
 }
 
-static void joint_shapes_have_the_same_bits(void **state)
+TEST(joint_shapes_have_the_same_bits)
 {
-    (void)state;
     const struct joint joint = {3000.0, 0.2, 0.004};
     for (int i = 0; i < DRAWS; i++) {
         double grit_lb = uniform() < 0.2 ? 0.0 : 20.0 * uniform(),
@@ -64,9 +63,8 @@ static void joint_shapes_have_the_same_bits(void **state)
 
 /* README.md, "Chain and landings", in words: up to its grit an open joint holds, then it gives way
  * at that force and stays closed. */
-static void grit_holds_and_gives_way(void **state)
+TEST(grit_holds_and_gives_way)
 {
-    (void)state;
     const struct joint joint = {1000.0, 0.0, 0.01};
     struct joint_grit grit = {-10.0, 0.01, 0.008};
     assert_true(joint_pull_one(JOINT_GRIT, &joint, 0.009, 0.0, grit).lb == 0.0);
@@ -77,9 +75,8 @@ static void grit_holds_and_gives_way(void **state)
     near(joint_pull_one(JOINT_GRIT, &joint, -0.02, 0.0, grit).lb, -20.0, 1e-12);
 }
 
-static void located_joints_are_sampled_ones(void **state)
+TEST(located_joints_are_sampled_ones)
 {
-    (void)state;
     const struct joint joint = {3000.0, 0.2, 0.004};
     const double edges[] = {0.0, 0.004};
     for (int i = 0; i < DRAWS; i++) {
@@ -96,9 +93,8 @@ static void located_joints_are_sampled_ones(void **state)
     }
 }
 
-static void friction_shapes_have_the_same_bits(void **state)
+TEST(friction_shapes_have_the_same_bits)
 {
-    (void)state;
     for (int i = 0; i < DRAWS; i++) {
         double c_lb = 0.3 * uniform(), v = uniform() < 0.3 ? 0.0 : 0.02 * uniform() - 0.01,
                mass = 0.0146, h_s = 5e-4 * uniform();
@@ -113,9 +109,8 @@ static void friction_shapes_have_the_same_bits(void **state)
     }
 }
 
-static void slopes_are_those_of_the_forces(void **state)
+TEST(slopes_are_those_of_the_forces)
 {
-    (void)state;
     const double veps = 1e-3, c_lb = 80.0, d = 1e-9;
     for (double v = -3e-3; v < 3e-3; v += 1.7e-4) {
         double up = friction_rub_lb(SIM_TANH, c_lb, v + d, 0, tanh((v + d) / veps));
@@ -131,16 +126,4 @@ static void slopes_are_those_of_the_forces(void **state)
     /* on the ground, and leaving faster than it would push */
     assert_true(soil_touch_ft(true, 1e7, 2e4, 1e-6, -1.0) < 0.0);
     assert_true(soil_touch_ft(false, 1e7, 2e4, 0.0, -1.0) > 0.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(joint_shapes_have_the_same_bits),
-        cmocka_unit_test(grit_holds_and_gives_way),
-        cmocka_unit_test(located_joints_are_sampled_ones),
-        cmocka_unit_test(friction_shapes_have_the_same_bits),
-        cmocka_unit_test(slopes_are_those_of_the_forces),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

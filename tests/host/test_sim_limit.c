@@ -33,9 +33,8 @@ static struct sim_scene load(const char *path)
 }
 
 /* Every kind of solver asks: located, implicit, sampled, settled, chain, landing engine. */
-static void a_limit_ends_every_solver(void **state)
+TEST(a_limit_ends_every_solver)
 {
-    (void)state;
     static const char *const solvers[] = {"event",   "implicit", "rk4",       "rkgs",
                                           "hamming", "moreau",   "staggered", "staggered"};
     for (size_t i = 0; i < sizeof solvers / sizeof solvers[0]; i++) {
@@ -58,9 +57,8 @@ static void a_limit_ends_every_solver(void **state)
     }
 }
 
-static void without_a_limit_nobody_looks(void **state)
+TEST(without_a_limit_nobody_looks)
 {
-    (void)state;
     struct sim_scene scene = load("host/scenes/friction_block.json");
     struct clock clock = {100.0, 1e9, 0};
     struct sim_options options = {.clock_s = look, .clock_ctx = &clock};
@@ -77,9 +75,8 @@ static void without_a_limit_nobody_looks(void **state)
 
 /* Beads (beads.h) under an aircraft that stands by: no step of fixed decides them, and
  * what auto asks then has a minute. The result is fixed's, and says so. */
-static void what_auto_tries_next_has_a_minute(void **state)
+TEST(what_auto_tries_next_has_a_minute)
 {
-    (void)state;
     static const struct sim_path_row rows[] = {{0.0, 2.0, 40.5972}, {0.005, 2.0, 40.5972}};
     for (int late = 0; late < 2; late++) {
         struct clock clock = {100.0, late ? 61.0 : 0.0, 0};
@@ -100,14 +97,4 @@ static void what_auto_tries_next_has_a_minute(void **state)
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_limit_ends_every_solver),
-        cmocka_unit_test(without_a_limit_nobody_looks),
-        cmocka_unit_test(what_auto_tries_next_has_a_minute),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

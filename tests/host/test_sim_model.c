@@ -1,11 +1,6 @@
 /* The planar models against mechanics written down a second time: Lagrange's equations by finite
  * differences, the report's own coordinates, conservation laws, closed forms. Units ft, lb, s,
  * slug, rad. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
@@ -13,6 +8,7 @@
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/models/vector.h"
+#include "tests/cmocka_all.h"
 
 #define N    4
 #define SIZE (2 * N + 1)
@@ -136,9 +132,8 @@ static double momentum(const struct sim_scene *s, const double *q, const double 
     return 0.5 * (kinetic(s, q, up) - kinetic(s, q, down));
 }
 
-static void consistent_accelerations_are_lagranges(void **state)
+TEST(consistent_accelerations_are_lagranges)
 {
-    (void)state;
     for (int slack = 0; slack <= 1; slack++) {
         struct sim_scene s = scene_of(SIM_CONSISTENT, N);
         s.profile = SIM_FULL;
@@ -184,9 +179,8 @@ static void consistent_accelerations_are_lagranges(void **state)
 
 /* --- report model: its own coordinates q1, u, theta, written out plainly --- */
 
-static void report_accelerations_are_the_reports(void **state)
+TEST(report_accelerations_are_the_reports)
 {
-    (void)state;
     for (int profile = SIM_LOW; profile <= SIM_FULL; profile++) {
         struct sim_scene s = scene_of(SIM_REPORT, N);
         s.profile = (enum sim_profile)profile;
@@ -242,9 +236,8 @@ static void report_accelerations_are_the_reports(void **state)
 }
 
 /* Jacobians: residual force - M(p) accel differenced, as force = M accel at accel of that state. */
-static void the_linearisation_is_the_derivative(void **state)
+TEST(the_linearisation_is_the_derivative)
 {
-    (void)state;
     for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
         for (int profile = SIM_LOW; profile <= SIM_FULL; profile++) {
             struct sim_scene s = scene_of((enum sim_model)kind, N);
@@ -347,9 +340,8 @@ static double energy_lb_ft(const struct model *m, const double *z)
     return energy;
 }
 
-static void energy_is_kept_through_every_switch(void **state)
+TEST(energy_is_kept_through_every_switch)
 {
-    (void)state;
     const double bump[] = {0.05, 0.12, 0.05};
     struct sim_scene s = scene_of(SIM_CONSISTENT, 20);
     s.profile = SIM_FULL;
@@ -372,9 +364,8 @@ static void energy_is_kept_through_every_switch(void **state)
     sim_scene_free(&s);
 }
 
-static void momentum_is_kept_between_free_ends(void **state)
+TEST(momentum_is_kept_between_free_ends)
 {
-    (void)state;
     const double bump[] = {0.02};
     for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
         struct sim_scene s = scene_of((enum sim_model)kind, 12);
@@ -397,9 +388,8 @@ static void momentum_is_kept_between_free_ends(void **state)
 
 /* Both mats of a small vee off the ground, under compression P: theta grows as cosh(t sqrt(P
  * L/I)). */
-static void a_vee_under_compression_grows_at_its_rate(void **state)
+TEST(a_vee_under_compression_grows_at_its_rate)
 {
-    (void)state;
     const double p = 12000.0, gap = -p / 8e6, heights[] = {1e-4, 1.1e-4, 1e-4};
     static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit,
                                                        &stepper_cvode};
@@ -425,9 +415,8 @@ static void a_vee_under_compression_grows_at_its_rate(void **state)
 }
 
 /* One mat pushed past its friction, then left: u, and exact rest. */
-static void a_pushed_mat_comes_to_exact_rest(void **state)
+TEST(a_pushed_mat_comes_to_exact_rest)
 {
-    (void)state;
     static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit,
                                                        &stepper_cvode};
     for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
@@ -458,9 +447,8 @@ static void a_pushed_mat_comes_to_exact_rest(void **state)
 }
 
 /* The soil cannot pull: a mat thrown up falls freely. */
-static void a_thrown_mat_falls_freely(void **state)
+TEST(a_thrown_mat_falls_freely)
 {
-    (void)state;
     const double heights[] = {0.4, 0.4};
     struct sim_scene s = scene_of(SIM_CONSISTENT, 1);
     s.right = SIM_FREE;
@@ -479,9 +467,8 @@ static void a_thrown_mat_falls_freely(void **state)
     sim_scene_free(&s);
 }
 
-static void many_tanhs_are_the_librarys(void **state)
+TEST(many_tanhs_are_the_librarys)
 {
-    (void)state;
     double in[2 * 997], out[997];
     for (int round = 0; round < 200; round++) {
         for (int i = 0; i < 997; i++)
@@ -496,20 +483,4 @@ static void many_tanhs_are_the_librarys(void **state)
     in[0] = -0.0;
     vector_tanh(in, 20.0, out, 1);
     assert_true(out[0] == 0.0 && signbit(out[0]));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(many_tanhs_are_the_librarys),
-        cmocka_unit_test(consistent_accelerations_are_lagranges),
-        cmocka_unit_test(report_accelerations_are_the_reports),
-        cmocka_unit_test(the_linearisation_is_the_derivative),
-        cmocka_unit_test(energy_is_kept_through_every_switch),
-        cmocka_unit_test(momentum_is_kept_between_free_ends),
-        cmocka_unit_test(a_vee_under_compression_grows_at_its_rate),
-        cmocka_unit_test(a_pushed_mat_comes_to_exact_rest),
-        cmocka_unit_test(a_thrown_mat_falls_freely),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

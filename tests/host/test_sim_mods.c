@@ -3,9 +3,8 @@
 #include "tests/host/mods_case.h"
 
 /* C.6 and C.7: one riveted mat in a band between two springs, pushed slowly. */
-static void a_slow_push_splits_as_appendix_c_says(void **state)
+TEST(a_slow_push_splits_as_appendix_c_says)
 {
-    (void)state;
     const double springs[] = {20.0, 100.0, 1e9}, pushed = 30.0, t0 = 80.0;
     const int at[] = {3, 5, 9};
     for (int i = 0; i < 9; i++) {
@@ -32,9 +31,8 @@ static void a_slow_push_splits_as_appendix_c_says(void **state)
 
 /* Between rigid anchors, 5 ft either side: 400 lb/ft together. Two bands double it; v0 gives the
  * amplitude. */
-static void a_mat_swings_between_anchors(void **state)
+TEST(a_mat_swings_between_anchors)
 {
-    (void)state;
     for (int bands = 1; bands <= 2; bands++) {
         const double t0 = 500.0;
         struct sim_scene scene = apart(10);
@@ -57,9 +55,8 @@ static void a_mat_swings_between_anchors(void **state)
 
 /* T0 20 lb: ahead of the mat the band is slack after 0.1 ft; what is left brakes it alone. Energy:
  * 1/2 v^2. */
-static void a_slack_band_does_not_push(void **state)
+TEST(a_slack_band_does_not_push)
 {
-    (void)state;
     const double t0 = 20.0;
     struct sim_scene scene = apart(11);
     rivet(&scene, 11, 6, 6); /* 5.5 ft on either side */
@@ -82,9 +79,8 @@ static void a_slack_band_does_not_push(void **state)
 }
 
 /* Once the band slides, the mat feels its grip and no more; the band is then out by what slid. */
-static void a_connection_holds_its_grip(void **state)
+TEST(a_connection_holds_its_grip)
 {
-    (void)state;
     const double t0 = 200.0;
     struct sim_scene scene = apart(11);
     const struct sim_path_row rows[] = {{0, 5.5, 50.0}, {0.2, 5.5, 50.0}};
@@ -110,9 +106,8 @@ static void a_connection_holds_its_grip(void **state)
 
 /* Warmer bands: T0 - A E alpha dT between rigid anchors whatever the rivets; with springs the whole
  * gives way. */
-static void heat_slackens(void **state)
+TEST(heat_slackens)
 {
-    (void)state;
     const double t0 = 80.0;
     struct sim_scene scene = apart(10);
     scene.friction_law = SIM_STICK;
@@ -139,9 +134,8 @@ static void heat_slackens(void **state)
 
 /* Without its rivets a mat lets the band run through: one tension, that of the stretch of both
  * parts together. */
-static void pulled_rivets_let_the_band_run(void **state)
+TEST(pulled_rivets_let_the_band_run)
 {
-    (void)state;
     const double t0[] = {100.0, 10.0, 40.0}, mat = 3.0;
     struct sim_scene scene = apart(10);
     scene.friction_law = SIM_STICK;
@@ -162,9 +156,8 @@ static void pulled_rivets_let_the_band_run(void **state)
 
 /* The wheel tilts a mat whose bands pull 100 + 100 lb: 2 lb across at 0.01 rad. Rivets of 1.9 lb
  * leave, of 2.1 stay, and of 2.1 with half of it worn off leave too. */
-static void the_wheel_pulls_rivets_out(void **state)
+TEST(the_wheel_pulls_rivets_out)
 {
-    (void)state;
     const double t0 = 100.0, slipped = 0.5;
     struct sim_scene scene = apart(10);
     scene.friction_law = SIM_STICK;
@@ -189,9 +182,8 @@ static void the_wheel_pulls_rivets_out(void **state)
 }
 
 /* A riveted mat far away moves through its band, not through the mats between. */
-static void leaving_mats_out_changes_nothing(void **state)
+TEST(leaving_mats_out_changes_nothing)
 {
-    (void)state;
     for (int all = 0; all < 2; all++) {
         struct sim_scene scene = runway();
         const double uneven[] = {10, 90, 60, 60, 60, 60, 60, 60, 60, 60, 60, 20, 60};
@@ -217,9 +209,8 @@ static void leaving_mats_out_changes_nothing(void **state)
 
 /* What a landing left is the next one's start: without an aircraft nothing moves, and the state is
  * what it was. */
-static void state_carries_over(void **state)
+TEST(state_carries_over)
 {
-    (void)state;
     struct sim_scene scene = runway();
     const struct sim_path_row none[] = {{0, 2, 0}, {0.3, 2, 0}};
     add_all(&scene);
@@ -321,9 +312,8 @@ static void march(double h, double end, double thrust, double grip, double u[MAT
     }
 }
 
-static void a_second_implementation_agrees(void **state)
+TEST(a_second_implementation_agrees)
 {
-    (void)state;
     for (int i = 0; i < 3; i++) {
         const double t0 = 20.0, gap = 0.004, thrusts[] = {12.0, 12.0, 25.0},
                      grips[] = {HUGE_VAL, 8.0, 15.0};
@@ -361,9 +351,8 @@ static void a_second_implementation_agrees(void **state)
 
 /* A cleated mat stands up to f W + hold, and a fresh hold falls by e over its travel: a push of
  * constant F does the work F x = f W x + hold l (1 - exp(-x/l)) + 1/2 m v^2. */
-static void a_cleat_wears_as_it_moves(void **state)
+TEST(a_cleat_wears_as_it_moves)
 {
-    (void)state;
     struct sim_scene scene = apart(3);
     const struct sim_path_row rows[] = {{0, 1.5, 20.0}, {0.4, 1.5, 20.0}};
     scene.mods.band[0].count = 0.0;
@@ -389,9 +378,8 @@ static void a_cleat_wears_as_it_moves(void **state)
 
 /* Mats 1 to 3 tied, 4 free: pushed at 1, the three swing as two springs between three masses, the
  * fourth stays. */
-static void a_stiffener_ties_mats(void **state)
+TEST(a_stiffener_ties_mats)
 {
-    (void)state;
     struct sim_scene scene = apart(4);
     scene.mods.band[0].count = 0.0;
     scene.mods.stiff_span = 3;
@@ -419,9 +407,8 @@ static void a_stiffener_ties_mats(void **state)
 
 /* Joints at 45 degrees that slide at S: along the runway S sin 45; two mats of 1 slug share speed
  * when it stops. */
-static void joints_at_45_degrees_slide(void **state)
+TEST(joints_at_45_degrees_slide)
 {
-    (void)state;
     struct sim_scene scene = apart(2);
     scene.mods.band[0].count = 0.0;
     scene.kl_lb_ft = 1e6; /* the joint's own give is small */
@@ -445,9 +432,8 @@ static void joints_at_45_degrees_slide(void **state)
 
 /* Two mats pulled apart: the joint hooks at its slack and tears when the pull passes its strength;
  * then nothing holds. */
-static void a_joint_tears(void **state)
+TEST(a_joint_tears)
 {
-    (void)state;
     for (int i = 0; i < 2; i++) {
         struct sim_scene scene = apart(2);
         scene.mods.band[0].count = 0.0;
@@ -493,9 +479,8 @@ static void refused(const struct sim_scene *scene, const char *why)
     sim_result_free(&result);
 }
 
-static void what_makes_no_sense_is_refused(void **state)
+TEST(what_makes_no_sense_is_refused)
 {
-    (void)state;
     const double two[] = {1, 2}, nine = 9;
     struct sim_scene scene = runway();
     scene.mods.band[0].count = 1.0;
@@ -523,26 +508,4 @@ static void what_makes_no_sense_is_refused(void **state)
     sim_scene_set_list(&scene.grit_lb, NULL, 0);
     refused(&scene, "a modified runway in model report; leave bands");
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_slow_push_splits_as_appendix_c_says),
-        cmocka_unit_test(a_mat_swings_between_anchors),
-        cmocka_unit_test(a_slack_band_does_not_push),
-        cmocka_unit_test(a_connection_holds_its_grip),
-        cmocka_unit_test(heat_slackens),
-        cmocka_unit_test(pulled_rivets_let_the_band_run),
-        cmocka_unit_test(the_wheel_pulls_rivets_out),
-        cmocka_unit_test(leaving_mats_out_changes_nothing),
-        cmocka_unit_test(state_carries_over),
-        cmocka_unit_test(a_second_implementation_agrees),
-        cmocka_unit_test(a_cleat_wears_as_it_moves),
-        cmocka_unit_test(a_stiffener_ties_mats),
-        cmocka_unit_test(joints_at_45_degrees_slide),
-        cmocka_unit_test(a_joint_tears),
-        cmocka_unit_test(what_makes_no_sense_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -53,11 +53,10 @@ static struct sim_result run(const struct sim_scene *scene, struct sim_options o
 /* Two of the first group and three of the second, twice as stiff and at another tension, swing mat
  * 5 together: 2 k + 3 (2 k) = 8 k. At a quarter of the period each has changed by its own stiffness
  * times the same amplitude. */
-static void both_hold_the_same_mat(void **state)
+TEST(both_hold_the_same_mat)
 {
     struct sim_scene scene = one_group();
     const double other_t0 = 900.0, left = 1000.0 / 4.5, right = 1000.0 / 5.5;
-    (void)state;
     scene.mods.band[0].count = 2.0;
     scene.mods.band[1].count = 3.0;
     scene.mods.band[1].e_lb_ft2 = 2000.0;
@@ -81,11 +80,10 @@ static void both_hold_the_same_mat(void **state)
 
 /* Riveted to other mats, each swings its own: the second mat 3, between 2.5 and 7.5 ft, with half
  * the first's stiffness. */
-static void each_holds_its_own_mat(void **state)
+TEST(each_holds_its_own_mat)
 {
     struct sim_scene scene = one_group();
     const double k = 1000.0 / 4.5 + 1000.0 / 5.5, other = 500.0 / 2.5 + 500.0 / 7.5;
-    (void)state;
     scene.mods.band[1].count = 1.0;
     scene.mods.band[1].first = scene.mods.band[1].last = 3;
     scene.mods.band[1].e_lb_ft2 = 500.0;
@@ -117,9 +115,8 @@ static struct sim_scene landing(void)
     return scene;
 }
 
-static void halves_are_the_whole(void **state)
+TEST(halves_are_the_whole)
 {
-    (void)state;
     for (int over = 0; over < 2; over++) {
         struct sim_scene scene = landing();
         const double t0 = 100.0;
@@ -154,7 +151,7 @@ static void halves_are_the_whole(void **state)
 }
 
 /* The second group's keys begin with band2_, and errors name them. */
-static void keys(void **state)
+TEST(keys)
 {
     static const struct {
         const char *scene, *says;
@@ -169,7 +166,6 @@ static void keys(void **state)
     static const char right[] = "{\"model\":\"chain\",\"N\":30,\"bands\":2,\"band_T0\":125,"
                                 "\"bands2\":1,\"band2_every\":15,\"band2_T0\":60}";
     struct sim_scene scene;
-    (void)state;
     error = (struct error){0};
     assert_int_equal(sim_scene_parse(&scene, "x", right, strlen(right), &error), MR_OK);
     assert_int_equal(mods_connections(&scene, 0), 1);
@@ -184,15 +180,4 @@ static void keys(void **state)
         if (!strstr(error.text, wrong[i].says))
             fail_msg("'%s' does not say '%s'", error.text, wrong[i].says);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(both_hold_the_same_mat),
-        cmocka_unit_test(each_holds_its_own_mat),
-        cmocka_unit_test(halves_are_the_whole),
-        cmocka_unit_test(keys),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

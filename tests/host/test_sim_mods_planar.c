@@ -17,9 +17,8 @@ static struct sim_scene planar_runway(void)
 }
 
 /* Flat mats do not heave: the planar landing is the chain's, with all that is added. */
-static void a_flat_landing_is_the_chains(void **state)
+TEST(a_flat_landing_is_the_chains)
 {
-    (void)state;
     struct sim_scene flat = planar_runway(), chain = runway();
     add_all(&flat);
     add_all(&chain);
@@ -42,9 +41,8 @@ static void a_flat_landing_is_the_chains(void **state)
 /* Forces of a band over a vee of height h at node 5 (from 0) between rivets in the middles of mats
  * 3 and 9: 2 T h/L where it follows the mats; T h (1/a + 1/b) where it is free from rivet to rivet,
  * and the rivets are pulled up by as much. */
-static void a_taut_band_holds_a_vee_down(void **state)
+TEST(a_taut_band_holds_a_vee_down)
 {
-    (void)state;
     const double t0 = 50.0, h = 0.1;
     struct sim_scene scene = apart(12);
     struct mods *mods;
@@ -87,9 +85,8 @@ static void a_taut_band_holds_a_vee_down(void **state)
 
 /* Stiffeners over all joints that turn freely otherwise are joints without free rotation: the same
  * run. */
-static void stiffeners_are_stiff_joints(void **state)
+TEST(stiffeners_are_stiff_joints)
 {
-    (void)state;
     double heights[121] = {0};
     for (int i = 0; i < 2; i++) {
         struct sim_scene a = planar_runway(), b = planar_runway();
@@ -129,9 +126,8 @@ static void stiffeners_are_stiff_joints(void **state)
 }
 
 /* Half out of the ground a cleat holds a quarter, and half of it bends when the wheel comes. */
-static void a_raised_cleat_holds_less(void **state)
+TEST(a_raised_cleat_holds_less)
 {
-    (void)state;
     struct sim_scene scene = apart(4);
     struct mods *mods;
     scene.mods.band[0].count = 0.0;
@@ -158,9 +154,8 @@ static void a_raised_cleat_holds_less(void **state)
 /* Of cohesion alone it holds as deep as it is. Pressed back from half its depth it turns by 60
  * degrees at its root, of which 30 spring back: cos 30 degrees of its depth. Of a tenth, 26
  * degrees, nothing stays. */
-static void a_cleat_that_is_pressed_back_turns_at_its_root(void **state)
+TEST(a_cleat_that_is_pressed_back_turns_at_its_root)
 {
-    (void)state;
     static const double powers[] = {1.0, 2.0}, halves_lb[] = {4.0, 2.0},
                         springing_lb[] = {6.92820323027551, 6.0};
     const struct sim_touch wheel = {2, 1.0, 1.0};
@@ -196,9 +191,8 @@ static void a_cleat_that_is_pressed_back_turns_at_its_root(void **state)
  * so that with F and M all forces and their moment about node 0 over L
  *     3 y0 - 3 s = F/(2 KV)    3 y0 - 5 s = M/(2 KV)
  * and the far end is 7 s - y0 high. */
-static void a_wheel_tips_a_stiffened_block(void **state)
+TEST(a_wheel_tips_a_stiffened_block)
 {
-    (void)state;
     const double length_ft = 2.0 / 7.0, weight_lb = 0.466, load_lb = 108.3, kv = 1.3e4;
     const double lines_ft = 0.0, stations[] = {4.0 * length_ft, 11.0 * length_ft};
     struct sim_scene scene = apart(16);
@@ -245,9 +239,8 @@ static void a_wheel_tips_a_stiffened_block(void **state)
 
 /* --- absence and errors --- */
 
-static void what_is_absent_changes_nothing(void **state)
+TEST(what_is_absent_changes_nothing)
 {
-    (void)state;
     struct sim_scene scene = runway();
     struct sim_result plain = run(&scene, (struct sim_options){.dt_s = 5e-5});
     assert_null(plain.mods);
@@ -270,18 +263,4 @@ static void what_is_absent_changes_nothing(void **state)
     sim_result_free(&still);
     sim_result_free(&weak);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_flat_landing_is_the_chains),
-        cmocka_unit_test(a_taut_band_holds_a_vee_down),
-        cmocka_unit_test(stiffeners_are_stiff_joints),
-        cmocka_unit_test(a_raised_cleat_holds_less),
-        cmocka_unit_test(a_cleat_that_is_pressed_back_turns_at_its_root),
-        cmocka_unit_test(a_wheel_tips_a_stiffened_block),
-        cmocka_unit_test(what_is_absent_changes_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,12 @@
 /* Solver moreau against closed forms (a block that slides, one that bounces, mats that catch each
  * other), against event at 1e-11, and where a foot hovers. Each answer has to be within what it
  * states. Units ft, lb, s. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 static struct error error;
 
@@ -47,9 +43,8 @@ static void solve(const struct sim_scene *scene, const char *solver, double dt_s
 
 /* W = 160 and f = 0.5 brake with f g. Twice the friction of all mats for 0.1 s, then none. Joints
  * of 1e12 lb/ft are rigid: eight mats go as one, and the last stops with the first. */
-static void a_block_and_a_rigid_chain_slide_to_rest(void **state)
+TEST(a_block_and_a_rigid_chain_slide_to_rest)
 {
-    (void)state;
     const double times[] = {0.1, 0.2, 0.3};
     const double brake = 0.5 * 32.174,
                  expected[] = {0.5 * brake * 0.01, brake * 0.01, brake * 0.01};
@@ -94,9 +89,8 @@ static double bounced_ft(double m, double g, double k, double c, double high, do
     return -(y + rate * t + 0.5 * g * t * t);
 }
 
-static void a_mat_bounces_as_the_closed_form_says(void **state)
+TEST(a_mat_bounces_as_the_closed_form_says)
 {
-    (void)state;
     const double damping[] = {0.0, 300.0, 1000.0}, kv = 1e6, bump[] = {0.02, 0.02};
     for (size_t i = 0; i < 3; i++) {
         double left_s, m = 160.0 / 32.174, high = 0.02 - 80.0 / kv;
@@ -118,9 +112,8 @@ static void a_mat_bounces_as_the_closed_form_says(void **state)
 
 /* Mat 5 runs away at 2 ft/s. Each joint hooks after 0.01 ft and damps so much that the mats go on
  * as one: k mats at 2/k ft/s, the next hooked 0.01 k/2 s later. */
-static void mats_with_slack_catch_each_other(void **state)
+TEST(mats_with_slack_catch_each_other)
 {
-    (void)state;
     const double times[] = {0.0025, 0.0125, 0.025, 0.045, 0.08};
     const double expected[] = {0.005, 0.005 * 2 + (0.0125 - 0.005) * 1.0,
                                0.02 + (0.025 - 0.015) * 2.0 / 3.0, 0.03 + (0.045 - 0.03) * 0.5,
@@ -162,9 +155,8 @@ static double apart_u_ft(const struct sim_result *a, const struct sim_result *b)
 
 /* Both models with all their switches, against event; a quarter of the step has at most 0.4 of the
  * error, and the stated one is never below the true one. */
-static void errors_fall_with_the_step_and_are_stated(void **state)
+TEST(errors_fall_with_the_step_and_are_stated)
 {
-    (void)state;
     static const char *const paths[] = {"host/scenes/rstar_fig3_7.json",
                                         "host/scenes/consistent_fig3_7.json"};
     for (size_t k = 0; k < 2; k++) {
@@ -190,9 +182,8 @@ static void errors_fall_with_the_step_and_are_stated(void **state)
 }
 
 /* With TAD 0 a foot hovers from 0.4 ms on: a share of the step, not a switch in every step. */
-static void a_foot_hovers_as_where_it_is_held(void **state)
+TEST(a_foot_hovers_as_where_it_is_held)
 {
-    (void)state;
     struct sim_scene scene = standard("host/scenes/rstar_fig3_7.json");
     struct sim_result held, shared;
     scene.tad_deg = 0.0;
@@ -207,9 +198,8 @@ static void a_foot_hovers_as_where_it_is_held(void **state)
 }
 
 /* Soil so stiff that the longest explicit step is a thousandth of this one. */
-static void no_step_is_too_long_to_be_stable(void **state)
+TEST(no_step_is_too_long_to_be_stable)
 {
-    (void)state;
     struct sim_scene scene = standard("host/scenes/consistent_fig3_7.json");
     struct sim_result result;
     scene.kv_lb_ft *= 1e5;
@@ -218,17 +208,4 @@ static void no_step_is_too_long_to_be_stable(void **state)
     assert_true(result.dt_limit_s < 1e-8 && result.max_lift_ft < 0.5 && result.peak_u_ft < 0.5);
     sim_result_free(&result);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_block_and_a_rigid_chain_slide_to_rest),
-        cmocka_unit_test(a_mat_bounces_as_the_closed_form_says),
-        cmocka_unit_test(mats_with_slack_catch_each_other),
-        cmocka_unit_test(errors_fall_with_the_step_and_are_stated),
-        cmocka_unit_test(a_foot_hovers_as_where_it_is_held),
-        cmocka_unit_test(no_step_is_too_long_to_be_stable),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

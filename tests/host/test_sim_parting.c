@@ -47,9 +47,8 @@ static void torn_movement(double t_s, double *u1_ft, double *u2_ft)
     *u2_ft = middle_ft + half_ft;
 }
 
-static void a_joint_tears_at_its_force_and_time(void **state)
+TEST(a_joint_tears_at_its_force_and_time)
 {
-    (void)state;
     static const enum sim_model models[] = {SIM_CHAIN, SIM_CONSISTENT};
     double u1, u2, chain_u2 = 0.0;
     for (int i = 0; i < 2; i++) {
@@ -82,9 +81,8 @@ static void a_joint_tears_at_its_force_and_time(void **state)
     }
 }
 
-static void one_that_is_not_pulled_so_far_holds(void **state)
+TEST(one_that_is_not_pulled_so_far_holds)
 {
-    (void)state;
     struct sim_scene scene = two_mats(SIM_CONSISTENT);
     scene.v0_ft_s = SPEED;
     scene.v0_mat = 2;
@@ -129,9 +127,8 @@ static double unhinged_s(double dt_s, double unhinge_deg)
     return at_s;
 }
 
-static void a_joint_turned_downwards_parts(void **state)
+TEST(a_joint_turned_downwards_parts)
 {
-    (void)state;
     double expected_s = 0.5 * PI / RATE + 15.0 * PI / 180.0 / (RATE * START);
     double whole = unhinged_s(2e-5, 30.0) - expected_s, half = unhinged_s(1e-5, 30.0) - expected_s;
     near(whole, 0.0, 4e-5); /* two steps */
@@ -141,9 +138,8 @@ static void a_joint_turned_downwards_parts(void **state)
 
 /* Ten times as fast they stand upright (85 degrees) before they have fallen far: then they lie on
  * the ground, where they stay. Joined they would end the run. */
-static void a_mat_that_stands_upright_is_pushed_over(void **state)
+TEST(a_mat_that_stands_upright_is_pushed_over)
 {
-    (void)state;
     const double upright_s = (0.5 * PI + 85.0 / 10.0) / (10.0 * RATE), stations[] = {0.0, 1.0};
     struct sim_scene scene = turning(10.0 * RATE, 30.0);
     struct sim_options options = {.solver = "staggered",
@@ -169,9 +165,8 @@ static void a_mat_that_stands_upright_is_pushed_over(void **state)
 
 /* At the runway's end, on its way there at SPEED: standing it takes less room than lying. Lying it
  * stays where it was pushed over, and passes nothing on to the end. */
-static void one_that_is_pushed_over_at_the_end_presses_nothing(void **state)
+TEST(one_that_is_pushed_over_at_the_end_presses_nothing)
 {
-    (void)state;
     const double gaps[] = {0.0, 0.0, 0.05};
     struct sim_scene scene = turning(10.0 * RATE, 30.0);
     scene.profile = SIM_FULL;
@@ -188,9 +183,8 @@ static void one_that_is_pushed_over_at_the_end_presses_nothing(void **state)
 }
 
 /* The runway's end tears as a joint does, and what it felt is told up to then. */
-static void a_torn_end_feels_no_more(void **state)
+TEST(a_torn_end_feels_no_more)
 {
-    (void)state;
     const double dt_s = 1e-5;
     struct sim_scene scene = two_mats(SIM_CONSISTENT);
     scene.left = SIM_FIXED;
@@ -235,9 +229,8 @@ static struct sim_scene standing(double unhinge_deg)
     return scene;
 }
 
-static void a_wave_that_stands_stays_as_short_as_it_is(void **state)
+TEST(a_wave_that_stands_stays_as_short_as_it_is)
 {
-    (void)state;
     static const double unhinge_deg[] = {(double)INFINITY, 80.0};
     for (int i = 0; i < 2; i++) {
         struct sim_scene scene = standing(unhinge_deg[i]);
@@ -260,9 +253,8 @@ static void a_wave_that_stands_stays_as_short_as_it_is(void **state)
 
 /* Turned by 35 degrees they part at once. The wheel stands on mat 1 alone: that falls with
  * g (1 + P/W), mat 2 with g. Then each lies on the ground by itself, a foot beside a foot. */
-static void ends_that_are_apart_fall_by_themselves(void **state)
+TEST(ends_that_are_apart_fall_by_themselves)
 {
-    (void)state;
     const double stations[] = {0.0, 1.0};
     struct sim_scene scene = two_mats(SIM_CONSISTENT);
     scene.s0_ft = 0.5;
@@ -287,9 +279,8 @@ static void ends_that_are_apart_fall_by_themselves(void **state)
     sim_scene_free(&scene);
 }
 
-static void ends_that_are_not_level_pass_over_each_other(void **state)
+TEST(ends_that_are_not_level_pass_over_each_other)
 {
-    (void)state;
     struct sim_scene scene = two_mats(SIM_CONSISTENT);
     struct parting *p;
     scene.mods.unhinge_deg = 30.0;
@@ -310,9 +301,8 @@ static void ends_that_are_not_level_pass_over_each_other(void **state)
 }
 
 /* On flat ground nothing turns: what may part does as what cannot, and as the chain. */
-static void a_flat_landing_is_as_without(void **state)
+TEST(a_flat_landing_is_as_without)
 {
-    (void)state;
     struct sim_scene scene = runway();
     scene.mods.tear_lb = 20.0;
     struct sim_result chain = run(&scene, (struct sim_options){.dt_s = 2e-5, .single = true});
@@ -337,21 +327,4 @@ static void a_flat_landing_is_as_without(void **state)
     sim_result_free(&plain);
     sim_result_free(&parts);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_joint_tears_at_its_force_and_time),
-        cmocka_unit_test(one_that_is_not_pulled_so_far_holds),
-        cmocka_unit_test(a_joint_turned_downwards_parts),
-        cmocka_unit_test(a_mat_that_stands_upright_is_pushed_over),
-        cmocka_unit_test(one_that_is_pushed_over_at_the_end_presses_nothing),
-        cmocka_unit_test(a_torn_end_feels_no_more),
-        cmocka_unit_test(a_wave_that_stands_stays_as_short_as_it_is),
-        cmocka_unit_test(ends_that_are_apart_fall_by_themselves),
-        cmocka_unit_test(ends_that_are_not_level_pass_over_each_other),
-        cmocka_unit_test(a_flat_landing_is_as_without),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

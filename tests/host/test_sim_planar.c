@@ -4,17 +4,13 @@
  * Expected values of the cases: an independent implementation of the same reading (report model,
  * profile low, left end free, right end fixed, stick, V 120 rising), agreed to six digits by two
  * programs; given here to three or four. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
 #include "tests/long.h"
+#include "tests/cmocka_all.h"
 
 static struct error error;
 static const char *const solvers[] = {"event", "implicit", "cvode"};
@@ -84,9 +80,8 @@ static const struct figure figures[] = {
     {"flat", NULL, 0, 8e6, 12000, 0.5, 3, 0, 0, 0.0, 0.0, false},
 };
 
-static void the_figures_come_out(void **state)
+TEST(the_figures_come_out)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof figures / sizeof figures[0]; i++) {
         const struct figure *f = &figures[i];
         struct sim_scene scene = scene_with(f->bump, f->bumps);
@@ -115,9 +110,8 @@ static void the_figures_come_out(void **state)
     }
 }
 
-static void full_width_mats_take_more_thrust(void **state)
+TEST(full_width_mats_take_more_thrust)
 {
-    (void)state;
     const double bump = 0.0208333, forces[] = {144000, 40000, 36000};
     for (size_t i = 0; i < 3; i++) {
         struct sim_scene scene = scene_with(&bump, 1);
@@ -143,9 +137,8 @@ static void full_width_mats_take_more_thrust(void **state)
 }
 
 /* Fig 3.12: TAD decides. cvode takes 10 s for these two and says the same; not here. */
-static void free_rotation_decides(void **state)
+TEST(free_rotation_decides)
 {
-    (void)state;
     static const struct {
         const char *scene;
         double max_lift_ft;
@@ -166,9 +159,8 @@ static void free_rotation_decides(void **state)
     }
 }
 
-static void three_solvers_agree(void **state)
+TEST(three_solvers_agree)
 {
-    (void)state;
     const double times[] = {0.02, 0.04, 0.06}, tolerances[] = {1e-9, 1e-8, 1e-9};
     for (int i = 0; i < 8; i++) {
         if (i == 5 || i == 6)
@@ -200,9 +192,8 @@ static void three_solvers_agree(void **state)
 }
 
 /* At these steps the classical method says "no bow wave", and u is right to four digits. */
-static void a_step_too_long_is_unstable(void **state)
+TEST(a_step_too_long_is_unstable)
 {
-    (void)state;
     const double steps[] = {1.45e-4, 1.5e-4, 1.6e-4, 3e-4};
     struct sim_scene scene = scene_with(bump_20, 3);
     struct sim_result result;
@@ -223,9 +214,8 @@ static void a_step_too_long_is_unstable(void **state)
 }
 
 /* 1, 2: the fourth order of the method shows where nothing switches. */
-static void estimates_follow_the_error(void **state)
+TEST(estimates_follow_the_error)
 {
-    (void)state;
     struct sim_scene scene = scene_with(NULL, 0);
     struct sim_result fine, result;
     scene.mats = 10;
@@ -250,9 +240,8 @@ static void estimates_follow_the_error(void **state)
     sim_result_free(&fine);
 }
 
-static void the_authors_solvers_answer_too(void **state)
+TEST(the_authors_solvers_answer_too)
 {
-    (void)state;
     struct sim_scene scene = scene_with(bump_20, 3);
     struct sim_result fine, result;
     scene.mats = 30;
@@ -275,9 +264,8 @@ static void the_authors_solvers_answer_too(void **state)
     sim_scene_free(&scene);
 }
 
-static void a_fold_is_refused(void **state)
+TEST(a_fold_is_refused)
 {
-    (void)state;
     struct sim_scene scene = scene_with(bump_16, 3);
     struct sim_result result;
     scene.force_lb = 120000.0;
@@ -291,9 +279,8 @@ static void a_fold_is_refused(void **state)
     sim_scene_free(&scene);
 }
 
-static void extremes_are_answered_or_refused(void **state)
+TEST(extremes_are_answered_or_refused)
 {
-    (void)state;
     struct sim_result result;
     for (int i = 0; i < 9; i++) {
         struct sim_scene scene = scene_with(bump_20, 3);
@@ -343,9 +330,8 @@ static void extremes_are_answered_or_refused(void **state)
     }
 }
 
-static void what_does_not_fit_is_refused(void **state)
+TEST(what_does_not_fit_is_refused)
 {
-    (void)state;
     struct sim_scene scene = scene_with(bump_20, 3);
     struct sim_result result;
     assert_int_equal(run(&scene, "rk8", 0.0, 0.0, &result), MR_USAGE);
@@ -361,21 +347,4 @@ static void what_does_not_fit_is_refused(void **state)
     sim_scene_set_list(&scene.bump_ft, steep, 1);
     assert_int_equal(run(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_figures_come_out),
-        cmocka_unit_test(full_width_mats_take_more_thrust),
-        cmocka_unit_test(free_rotation_decides),
-        cmocka_unit_test(three_solvers_agree),
-        cmocka_unit_test(a_step_too_long_is_unstable),
-        cmocka_unit_test(estimates_follow_the_error),
-        cmocka_unit_test(the_authors_solvers_answer_too),
-        cmocka_unit_test(a_fold_is_refused),
-        cmocka_unit_test(extremes_are_answered_or_refused),
-        cmocka_unit_test(what_does_not_fit_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,9 +1,4 @@
 /* Scene files: what is read, what is refused, and how the refusal reads. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -14,6 +9,7 @@
 
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_keys.h"
+#include "tests/cmocka_all.h"
 
 #define SCENE_FILE "build/test-tmp/test_sim_scene.json"
 
@@ -39,9 +35,8 @@ static void refused(const char *text, enum mr_status status, const char *names)
     assert_non_null(strstr(error.text, "test_sim_scene.json"));
 }
 
-static void defaults_are_those_of_the_model(void **state)
+TEST(defaults_are_those_of_the_model)
 {
-    (void)state;
     struct sim_scene scene;
     struct error error;
     assert_int_equal(load("{}", &scene, &error), MR_OK);
@@ -53,9 +48,8 @@ static void defaults_are_those_of_the_model(void **state)
     sim_scene_free(&scene);
 }
 
-static void every_key_is_read(void **state)
+TEST(every_key_is_read)
 {
-    (void)state;
     struct sim_scene s;
     struct error error;
     enum mr_status status = load(
@@ -101,16 +95,14 @@ static void every_key_is_read(void **state)
     sim_scene_free(&s);
 }
 
-static void unknown_keys_are_named(void **state)
+TEST(unknown_keys_are_named)
 {
-    (void)state;
     refused("{\"frictoin\": \"stick\"}", MR_MALFORMED, "\"frictoin\"");
     refused("{\"n\": 3}", MR_MALFORMED, "\"n\"");
 }
 
-static void wrong_types_are_named(void **state)
+TEST(wrong_types_are_named)
 {
-    (void)state;
     refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL is \"8e6\"; write lb/ft, ");
     refused("{\"kl\": 8e6}", MR_MALFORMED, "write \"KL\"");
     refused("{\"N\": 3.5}", MR_MALFORMED,
@@ -128,9 +120,8 @@ static void wrong_types_are_named(void **state)
     refused("[1, 2]", MR_MALFORMED, "no JSON object");
 }
 
-static void wrong_lengths_and_ranges_are_named(void **state)
+TEST(wrong_lengths_and_ranges_are_named)
 {
-    (void)state;
     refused("{\"N\": 3, \"gap0\": [0.1, 0.2, 0.3]}", MR_MALFORMED,
             "gap0 has 3 values; give one number or 4");
     refused("{\"N\": 3, \"grit\": [5]}", MR_MALFORMED, "grit has 1 values; give one number or 4");
@@ -153,9 +144,8 @@ static void wrong_lengths_and_ranges_are_named(void **state)
     refused("{\"path\": [[1, 1, 2], [1, 2, 2], [2, 2, 2]]}", MR_MALFORMED, "path row 1");
 }
 
-static void broken_json_has_line_and_column(void **state)
+TEST(broken_json_has_line_and_column)
 {
-    (void)state;
     refused("{\"N\": 3,\n \"L\": 1 \"W\": 2}", MR_MALFORMED, "line 2 column");
     refused("{\"N\": 3,\n \"L\": 1,\n", MR_TRUNCATED, "line ");
     refused("", MR_TRUNCATED, "line ");
@@ -164,9 +154,8 @@ static void broken_json_has_line_and_column(void **state)
     refused("{\"L\": NaN}", MR_MALFORMED, "line 1 column");
 }
 
-static void unreadable_files_are_io(void **state)
+TEST(unreadable_files_are_io)
 {
-    (void)state;
     struct sim_scene scene;
     struct error error = {0};
     assert_int_equal(sim_scene_load(&scene, "build/test-tmp/no such scene.json", &error), MR_IO);
@@ -175,9 +164,8 @@ static void unreadable_files_are_io(void **state)
     assert_int_equal(sim_scene_load(&scene, "tests", &error), MR_IO);
 }
 
-static void a_scene_made_in_memory_is_checked_too(void **state)
+TEST(a_scene_made_in_memory_is_checked_too)
 {
-    (void)state;
     struct sim_scene scene;
     struct error error = {0};
     double two[] = {1.0, 2.0};
@@ -194,9 +182,8 @@ static void a_scene_made_in_memory_is_checked_too(void **state)
     sim_scene_free(&scene);
 }
 
-static void the_end_follows_the_aircraft(void **state)
+TEST(the_end_follows_the_aircraft)
 {
-    (void)state;
     struct sim_scene scene;
     const struct sim_path_row stops[] = {{0, 0, 5}, {2, 10, 5}, {3, 10, 0}, {9, 10, 0}};
     const struct sim_path_row leaves[] = {{0, 0, 5}, {1, 100, 5}, {2, 300, 5}};
@@ -212,9 +199,8 @@ static void the_end_follows_the_aircraft(void **state)
     sim_scene_free(&scene);
 }
 
-static void shipped_scenes_load(void **state)
+TEST(shipped_scenes_load)
 {
-    (void)state;
     const char *const names[] = {"host/scenes/model_runway.json", "host/scenes/friction_block.json",
                                  "host/scenes/wave.json"};
     for (size_t i = 0; i < 3; i++) {
@@ -236,9 +222,8 @@ static void shipped_scenes_load(void **state)
 }
 
 /* 1 lb = 4.4482216152605 N and 1 ft = 0.3048 m (exact). */
-static void numbers_are_read_with_their_unit(void **state)
+TEST(numbers_are_read_with_their_unit)
 {
-    (void)state;
     struct sim_scene s;
     struct error error;
     if (load("{\"L\": \"0.6096 m\", \"W\": \"444.82216152605 N\", \"KV\": \"14593.902937206364 "
@@ -264,9 +249,8 @@ static void numbers_are_read_with_their_unit(void **state)
 }
 
 /* The schema has every key, and its defaults read as a scene are the scene of an empty file. */
-static void the_schema_says_what_is_read(void **state)
+TEST(the_schema_says_what_is_read)
 {
-    (void)state;
     struct sim_scene plain, read;
     struct error error = {0};
     json_t *schema = sim_scene_schema(), *scene = json_object(), *property;
@@ -306,23 +290,4 @@ static void the_schema_says_what_is_read(void **state)
     sim_scene_free(&read);
     json_decref(scene);
     json_decref(schema);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(defaults_are_those_of_the_model),
-        cmocka_unit_test(every_key_is_read),
-        cmocka_unit_test(numbers_are_read_with_their_unit),
-        cmocka_unit_test(the_schema_says_what_is_read),
-        cmocka_unit_test(unknown_keys_are_named),
-        cmocka_unit_test(wrong_types_are_named),
-        cmocka_unit_test(wrong_lengths_and_ranges_are_named),
-        cmocka_unit_test(broken_json_has_line_and_column),
-        cmocka_unit_test(unreadable_files_are_io),
-        cmocka_unit_test(a_scene_made_in_memory_is_checked_too),
-        cmocka_unit_test(the_end_follows_the_aircraft),
-        cmocka_unit_test(shipped_scenes_load),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,5 @@
 /* The fixed step: that it checks itself, that leaving mats out changes nothing, and that another
  * method agrees. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
@@ -12,6 +7,7 @@
 #include "host/sim/sim.h"
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/wheel.h"
+#include "tests/cmocka_all.h"
 
 #define G 32.174
 
@@ -64,9 +60,8 @@ static enum mr_status run(const struct sim_scene *scene, const struct sim_option
     return sim_run(scene, options, result, &error);
 }
 
-static void leaving_mats_out_changes_nothing(void **state)
+TEST(leaving_mats_out_changes_nothing)
 {
-    (void)state;
     for (int variant = 0; variant < 6; variant++) {
         struct sim_scene scene = short_runway();
         struct sim_result pruned, whole;
@@ -102,9 +97,8 @@ static void leaving_mats_out_changes_nothing(void **state)
     }
 }
 
-static void a_step_beyond_the_limit_is_unstable(void **state)
+TEST(a_step_beyond_the_limit_is_unstable)
 {
-    (void)state;
     struct sim_scene scene = short_runway();
     struct sim_result result;
     /* undamped 2/w = sqrt(m/KL); with CL it is shorter by sqrt(1 + z^2) - z, z = 2 CL/(m w) */
@@ -129,9 +123,8 @@ static void a_step_beyond_the_limit_is_unstable(void **state)
 
 /* Friction `sign` throws a mat at rest to and fro with f g h: more energy than the weak push puts
  * in. */
-static void energy_from_nowhere_is_unstable(void **state)
+TEST(energy_from_nowhere_is_unstable)
 {
-    (void)state;
     struct sim_scene scene;
     struct sim_result result;
     sim_scene_defaults(&scene);
@@ -152,9 +145,8 @@ static void energy_from_nowhere_is_unstable(void **state)
 
 /* A mat on a spring for 50 periods: with a long step it stays bounded, keeps its energy, and is out
  * of phase at the end. */
-static void a_wrong_answer_that_looks_right_is_refused(void **state)
+TEST(a_wrong_answer_that_looks_right_is_refused)
 {
-    (void)state;
     struct sim_scene scene;
     struct sim_result result;
     const double w = sqrt(8e6 * G / 160.0);
@@ -176,9 +168,8 @@ static void a_wrong_answer_that_looks_right_is_refused(void **state)
 }
 
 /* Two mats, no friction: the closed form shows the order and what the error estimate is worth. */
-static void halving_the_step_quarters_the_error(void **state)
+TEST(halving_the_step_quarters_the_error)
 {
-    (void)state;
     struct sim_scene scene;
     const double m = 160.0 / G, k = 8e6, v = 2.0, t = 0.02, w = sqrt(2.0 * k / m);
     const double exact = 0.5 * (v * t + v / w * sin(w * t));
@@ -205,9 +196,8 @@ static void halving_the_step_quarters_the_error(void **state)
 
 /* Double the first step is the stability limit: an undamped spring's energy grows there. That pair
  * is not the answer's fault. */
-static void a_check_at_the_limit_is_made_again_with_half_the_step(void **state)
+TEST(a_check_at_the_limit_is_made_again_with_half_the_step)
 {
-    (void)state;
     struct sim_scene scene;
     struct sim_result result;
     const double w = sqrt(8e6 * G / 160.0);
@@ -224,9 +214,8 @@ static void a_check_at_the_limit_is_made_again_with_half_the_step(void **state)
 }
 
 /* Mats and joints are computed in blocks: plain loops for chains that end anywhere in one. */
-static void a_chain_of_any_length_is_complete(void **state)
+TEST(a_chain_of_any_length_is_complete)
 {
-    (void)state;
     const double m = 160.0 / G, k = 8e6, c = 50.0, force = 1500.0, h = 1e-5;
     for (int mats = 1; mats <= 9; mats++) {
         double u[11] = {0.0}, v[11] = {0.0};
@@ -260,9 +249,8 @@ static void a_chain_of_any_length_is_complete(void **state)
     }
 }
 
-static void rtol_is_reached_or_refused(void **state)
+TEST(rtol_is_reached_or_refused)
 {
-    (void)state;
     struct sim_scene scene = short_runway();
     struct sim_result result;
     assert_int_equal(run(&scene, &(struct sim_options){.rtol = 0.01}, &result), MR_OK);
@@ -324,9 +312,8 @@ static void five_run(const struct five *p, double *y, double end_s, int steps)
     }
 }
 
-static void another_method_agrees(void **state)
+TEST(another_method_agrees)
 {
-    (void)state;
     /* slack off with smooth tanh; slack on with smooth tanh; slack on with stick against a steep
      * tanh */
     const double tolerance[] = {1e-5, 1e-3, 1e-3};
@@ -367,9 +354,8 @@ static void another_method_agrees(void **state)
     }
 }
 
-static void samples_are_the_mats_over_their_stations(void **state)
+TEST(samples_are_the_mats_over_their_stations)
 {
-    (void)state;
     struct sim_scene scene = short_runway();
     const double stations[] = {0.0, 5.0 * 2.0 / 7.0, 6.0, 80.0 * 2.0 / 7.0};
     const int mats[] = {1, 6, 22, 80};
@@ -403,9 +389,8 @@ static void samples_are_the_mats_over_their_stations(void **state)
     sim_scene_free(&scene);
 }
 
-static void what_is_not_built_is_refused(void **state)
+TEST(what_is_not_built_is_refused)
 {
-    (void)state;
     struct sim_scene scene = short_runway();
     struct sim_result result;
     assert_int_equal(run(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
@@ -419,9 +404,8 @@ static void what_is_not_built_is_refused(void **state)
     sim_scene_free(&scene);
 }
 
-static void the_wheel_shares_its_thrust(void **state)
+TEST(the_wheel_shares_its_thrust)
 {
-    (void)state;
     const struct sim_path_row rows[] = {{1, 1.5, 100}, {2, 3.5, 300}, {2, 3.5, 50}, {3, 3.5, 50}};
     struct sim_scene scene;
     struct sim_wheel wheel;
@@ -465,7 +449,7 @@ static void the_wheel_shares_its_thrust(void **state)
 
 /* Whether a joint tears hangs on a peak that both steps of the check can see on one side. At 52 us
  * and twice that, one tears which at 1 us does not, and the two agree to a quarter of the error. */
-static void a_joint_that_tears_by_the_step_is_within_the_stated_error(void **state)
+TEST(a_joint_that_tears_by_the_step_is_within_the_stated_error)
 {
     static const double gaps[] = {
         0.00031811755210614745, 0.0010629996975792901, 0.0019092269222381805,
@@ -476,7 +460,6 @@ static void a_joint_that_tears_by_the_step_is_within_the_stated_error(void **sta
                                    4.8594375953851285, 0.5444520690102334, 4.126976755326066};
     struct sim_scene scene;
     struct sim_result usual, fine;
-    (void)state;
     error = (struct error){0};
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
@@ -509,24 +492,4 @@ static void a_joint_that_tears_by_the_step_is_within_the_stated_error(void **sta
     sim_result_free(&usual);
     sim_result_free(&fine);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(leaving_mats_out_changes_nothing),
-        cmocka_unit_test(a_step_beyond_the_limit_is_unstable),
-        cmocka_unit_test(energy_from_nowhere_is_unstable),
-        cmocka_unit_test(a_wrong_answer_that_looks_right_is_refused),
-        cmocka_unit_test(halving_the_step_quarters_the_error),
-        cmocka_unit_test(a_check_at_the_limit_is_made_again_with_half_the_step),
-        cmocka_unit_test(a_chain_of_any_length_is_complete),
-        cmocka_unit_test(rtol_is_reached_or_refused),
-        cmocka_unit_test(another_method_agrees),
-        cmocka_unit_test(samples_are_the_mats_over_their_stations),
-        cmocka_unit_test(what_is_not_built_is_refused),
-        cmocka_unit_test(the_wheel_shares_its_thrust),
-        cmocka_unit_test(a_joint_that_tears_by_the_step_is_within_the_stated_error),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,17 +3,13 @@
  *
  * Expected steps: by hand, from a speed and a rate. Expected answers: solver implicit, another
  * method, which is not cut, at 1e-11. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
 #include "host/sim/solvers/stepper.h"
+#include "tests/cmocka_all.h"
 
 #define MATS 2
 #define SIZE (2 * MATS + 1)
@@ -42,9 +38,8 @@ static void near(double value, double expected, double tolerance)
         fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
 }
 
-static void a_step_ends_before_and_within(void **state)
+TEST(a_step_ends_before_and_within)
 {
-    (void)state;
     for (double way = -1.0; way <= 1.0; way += 2.0) {
         /* at 0.1 ft/s, slowed by 400 ft/s^2: 0.04 ft/s is reached after 0.15 ms */
         near(step_s(SIM_TANH, 4.0, way * 0.1, way * -400.0), 1.5e-4, 1e-15);
@@ -56,9 +51,8 @@ static void a_step_ends_before_and_within(void **state)
     }
 }
 
-static void other_steps_are_left_alone(void **state)
+TEST(other_steps_are_left_alone)
 {
-    (void)state;
     assert_true(step_s(SIM_TANH, 4.0, 0.1, 400.0) == 1e-3);    /* it goes faster */
     assert_true(step_s(SIM_TANH, 4.0, 0.5, -400.0) == 1e-3);   /* it slows down to 0.1 ft/s */
     assert_true(step_s(SIM_TANH, 4.0, -0.05, -400.0) == 1e-3); /* it has turned */
@@ -70,9 +64,8 @@ static void other_steps_are_left_alone(void **state)
 
 /* Not cut, tolerances from 1e-3 to 1e-5 end 9e-6 to 6e-5 ft from the truth: the jump is within the
  * tolerance of each step, and finer steps meet it by chance. */
-static void loose_tolerances_do_not_lie(void **state)
+TEST(loose_tolerances_do_not_lie)
 {
-    (void)state;
     const double bump[] = {0.0099, 0.02, 0.0099};
     struct sim_scene scene;
     sim_scene_defaults(&scene);
@@ -96,14 +89,4 @@ static void loose_tolerances_do_not_lie(void **state)
     }
     sim_result_free(&truth);
     sim_scene_free(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_step_ends_before_and_within),
-        cmocka_unit_test(other_steps_are_left_alone),
-        cmocka_unit_test(loose_tolerances_do_not_lie),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,10 @@
 /* What is left out of a planar scene: that it changes nothing, and that it is left out. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
 
 static struct error error;
 
@@ -54,9 +50,8 @@ static void same(const struct sim_result *a, const struct sim_result *b, double 
 }
 
 /* 1e-9: what the issue of leaving mats out may cost; what is found is below 1e-10. */
-static void leaving_mats_out_changes_nothing(void **state)
+TEST(leaving_mats_out_changes_nothing)
 {
-    (void)state;
     for (int variant = 0; variant < 9; variant++) {
         struct sim_scene scene = long_strip(variant % 2 ? SIM_CONSISTENT : SIM_REPORT, 160);
         const char *solver = "event";
@@ -105,9 +100,8 @@ static void leaving_mats_out_changes_nothing(void **state)
 
 /* The consistent model's mass matrix carries a load to all nodes at once, far when mats are short
  * and heavy to turn. Samples before the load comes, and after. */
-static void a_load_is_felt_as_far_as_the_mass_matrix_carries_it(void **state)
+TEST(a_load_is_felt_as_far_as_the_mass_matrix_carries_it)
 {
-    (void)state;
     static const struct {
         const char *solver;
         double length_ft, inertia, apart_ft;
@@ -150,9 +144,8 @@ static void a_load_is_felt_as_far_as_the_mass_matrix_carries_it(void **state)
 }
 
 /* A wave front needs N L / c; one that is frozen at the first window would not arrive. */
-static void the_window_grows_with_the_motion(void **state)
+TEST(the_window_grows_with_the_motion)
 {
-    (void)state;
     struct sim_scene scene = long_strip(SIM_REPORT, 160);
     scene.friction = 0.0;
     scene.bump_ft.count = 0;
@@ -168,9 +161,8 @@ static void the_window_grows_with_the_motion(void **state)
 }
 
 /* The cost of a scene is that of its motion: what is at rest beyond does not count. */
-static void mats_beyond_the_reach_cost_nothing(void **state)
+TEST(mats_beyond_the_reach_cost_nothing)
 {
-    (void)state;
     struct sim_scene a = long_strip(SIM_REPORT, 200), b = long_strip(SIM_REPORT, 4096);
     struct sim_result near = good(&a, "event", false), far = good(&b, "event", false);
     assert_int_equal(near.mats_max, far.mats_max);
@@ -187,9 +179,8 @@ static void mats_beyond_the_reach_cost_nothing(void **state)
 }
 
 /* A flat strip at rest: only the mats under the wheel are looked at, and none of them lifts. */
-static void a_flat_strip_stays_flat(void **state)
+TEST(a_flat_strip_stays_flat)
 {
-    (void)state;
     for (int model = 0; model < 2; model++) {
         struct sim_scene scene = long_strip(model ? SIM_CONSISTENT : SIM_REPORT, 300);
         scene.bump_ft.count = 0;
@@ -201,16 +192,4 @@ static void a_flat_strip_stays_flat(void **state)
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(leaving_mats_out_changes_nothing),
-        cmocka_unit_test(a_load_is_felt_as_far_as_the_mass_matrix_carries_it),
-        cmocka_unit_test(the_window_grows_with_the_motion),
-        cmocka_unit_test(mats_beyond_the_reach_cost_nothing),
-        cmocka_unit_test(a_flat_strip_stays_flat),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,8 @@
 /* What is taken for a mistyped word, and what is not. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 #include <string.h>
 
 #include "host/base/spell_suggest.h"
+#include "tests/cmocka_all.h"
 
 static const char *nearest(const char *word, const char *const *candidates)
 {
@@ -17,9 +13,8 @@ static const char *nearest(const char *word, const char *const *candidates)
     return near.best ? near.best : "";
 }
 
-static void mistyped_words_find_theirs(void **state)
+TEST(mistyped_words_find_theirs)
 {
-    (void)state;
     static const char *const commands[] = {"ready",  "log",     "live",   "survey", "report",
                                            "replay", "compare", "params", "sim",    NULL};
     static const struct {
@@ -47,18 +42,16 @@ static void mistyped_words_find_theirs(void **state)
     }
 }
 
-static void dashes_do_not_count(void **state)
+TEST(dashes_do_not_count)
 {
-    (void)state;
     static const char *const options[] = {"--format", "--force", "-o", "--serial", NULL};
     assert_string_equal(nearest("--fromat", options), "--format");
     assert_string_equal(nearest("-serial", options), "--serial");
     assert_string_equal(nearest("--O", options), "-o");
 }
 
-static void it_is_said_as_a_question(void **state)
+TEST(it_is_said_as_a_question)
 {
-    (void)state;
     struct spell_suggest near;
     char text[SPELL_SUGGEST_TEXT];
     spell_suggest_begin(&near, "lgo");
@@ -67,14 +60,4 @@ static void it_is_said_as_a_question(void **state)
     spell_suggest_try(&near, "log");
     spell_suggest_text(&near, text);
     assert_string_equal(text, "; did you mean log?");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mistyped_words_find_theirs),
-        cmocka_unit_test(dashes_do_not_count),
-        cmocka_unit_test(it_is_said_as_a_question),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -69,9 +69,8 @@ static struct store_landing add_landing(struct store *store, int64_t session)
     return landing;
 }
 
-static void made_with_its_marks(void **state)
+TEST(made_with_its_marks)
 {
-    (void)state;
     store_close(fresh("store.db"));
     assert_int_equal(sql_number(path, "PRAGMA application_id"), STORE_APPLICATION);
     assert_int_equal(sql_number(path, "PRAGMA user_version"), STORE_VERSION);
@@ -79,12 +78,11 @@ static void made_with_its_marks(void **state)
         sql_number(path, "SELECT count(*) FROM pragma_journal_mode WHERE journal_mode='wal'"), 1);
 }
 
-static void rows_come_back(void **state)
+TEST(rows_come_back)
 {
     struct error error = {0};
     struct store *store = fresh("store.db");
     struct store_landing back, landing;
-    (void)state;
     assert_int_equal(store_begin(store, &error), MR_OK);
     landing = add_landing(store, add_session(store));
     assert_int_equal(landing.id, 1);
@@ -146,9 +144,8 @@ static void refuse(const char *name, enum store_mode mode, enum mr_status status
     assert_null(store);
 }
 
-static void another_version_is_refused(void **state)
+TEST(another_version_is_refused)
 {
-    (void)state;
     store_close(fresh("store.db"));
     sql(path, "PRAGMA user_version=7; INSERT INTO sessions(started_us, matrig) VALUES(1, '9.8.7')");
     refuse(path, STORE_OPEN, MR_VERSION, "version 7, written by matrig 9.8.7");
@@ -158,9 +155,8 @@ static void another_version_is_refused(void **state)
     assert_int_equal(sql_number(path, "PRAGMA user_version"), 7);
 }
 
-static void foreign_files_are_refused_and_left_alone(void **state)
+TEST(foreign_files_are_refused_and_left_alone)
 {
-    (void)state;
     scratch_path(path, sizeof path, "foreign.db");
     sql(path, "CREATE TABLE recipes(name TEXT)");
     refuse(path, STORE_OPEN, MR_MALFORMED, "foreign.db");
@@ -179,11 +175,10 @@ static void foreign_files_are_refused_and_left_alone(void **state)
 
 /* A logger killed at any moment: what it committed is there, what it had begun is not, and the file
  * opens. */
-static void killed_in_a_transaction(void **state)
+TEST(killed_in_a_transaction)
 {
     int ready[2];
     char byte;
-    (void)state;
     store_close(fresh("kill.db"));
     assert_int_equal(pipe(ready), 0);
     pid_t child = fork();
@@ -248,9 +243,8 @@ static int watched(sqlite3 *database, const char **message,
     (void)message, (void)routines;
     return sqlite3_set_authorizer(database, another_sets_it_up, NULL);
 }
-static void a_new_file_is_seen_whole_or_not_at_all(void **unused)
+TEST(a_new_file_is_seen_whole_or_not_at_all)
 {
-    (void)unused;
     struct store *store = NULL;
     struct error error = {0};
     scratch_path(path, sizeof path, "race.db");
@@ -261,7 +255,7 @@ static void a_new_file_is_seen_whole_or_not_at_all(void **unused)
     store_close(store);
 }
 
-static void simulations_keep_the_newest(void **state)
+TEST(simulations_keep_the_newest)
 {
     struct error error = {0};
     struct store *store = fresh("store.db");
@@ -279,7 +273,6 @@ static void simulations_keep_the_newest(void **state)
                                  back;
     struct store_simulation *rows;
     size_t count;
-    (void)state;
     add_landing(store, add_session(store));
     assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
     assert_true(back.seeds == STORE_NONE && isnan(back.run_ms) && !back.segments_in);
@@ -315,18 +308,4 @@ static void simulations_keep_the_newest(void **state)
     assert_string_equal(back.file, "a.json");
     free(back.segments_in);
     store_close(store);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(made_with_its_marks),
-        cmocka_unit_test(rows_come_back),
-        cmocka_unit_test(another_version_is_refused),
-        cmocka_unit_test(foreign_files_are_refused_and_left_alone),
-        cmocka_unit_test(killed_in_a_transaction),
-        cmocka_unit_test(a_new_file_is_seen_whole_or_not_at_all),
-        cmocka_unit_test(simulations_keep_the_newest),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

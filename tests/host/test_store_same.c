@@ -89,9 +89,8 @@ static void expect_said(int64_t run, const char *field, const char *value, const
     assert_string_equal(why, reason);
 }
 
-static void the_whole_makes_its_part_void(void **state)
+TEST(the_whole_makes_its_part_void)
 {
-    (void)state;
     for (int link = CAN_ALONE; link <= SERIAL_ALONE; link++) {
         begin("same-whole.db");
         int64_t part = add_landing(link, 2, 800, 800, 1200, 0),
@@ -106,9 +105,8 @@ static void the_whole_makes_its_part_void(void **state)
     }
 }
 
-static void what_begins_later_goes_on(void **state)
+TEST(what_begins_later_goes_on)
 {
-    (void)state;
     begin("same-rest.db");
     int64_t part = add_landing(CAN_ALONE, 2, 800, 800, 1200, 0),
             rest = add_landing(CAN_ALONE, 4, STORE_NONE, 1100, 1900, 0);
@@ -123,9 +121,8 @@ static void what_begins_later_goes_on(void **state)
 
 /* The next landing of a board that counts from 1 again, to the millisecond the same; one that is
  * over; one of which a part is missing. */
-static void others_are_left_alone(void **state)
+TEST(others_are_left_alone)
 {
-    (void)state;
     begin("same-none.db");
     add_landing(CAN_ALONE, 2, 800, 800, 1200, 0);
     assert_int_equal(found(add_landing(CAN_ALONE, 4, 800, 800, 1900, 1000000)).cut, 0);
@@ -163,9 +160,8 @@ static int64_t twin_of(int64_t run)
 }
 
 /* Logged twice is told by the captures of the switches: all that both have, and two at least. */
-static void a_twin_has_the_same_captures(void **state)
+TEST(a_twin_has_the_same_captures)
 {
-    (void)state;
     begin("same-twin.db");
     int64_t first = add_landing(CAN_ALONE, 4, 800, 800, 810, 0);
     put_edges(first, 1, 9, 0);
@@ -188,15 +184,4 @@ static void a_twin_has_the_same_captures(void **state)
     assert_no_error(&error);
     assert_int_equal(twin_of(part), 0); /* what is void is nobody's twin */
     end();
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_whole_makes_its_part_void),
-        cmocka_unit_test(what_begins_later_goes_on),
-        cmocka_unit_test(others_are_left_alone),
-        cmocka_unit_test(a_twin_has_the_same_captures),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

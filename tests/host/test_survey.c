@@ -9,11 +9,10 @@
 
 /* ---- the walk ---- */
 
-static void the_walk_is_whole_and_never_jumps(void **state)
+TEST(the_walk_is_whole_and_never_jumps)
 {
     struct survey_plan plan;
     unsigned gaps[SURVEY_LINES] = {0}, stations = 0;
-    (void)state;
     survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_LEFT);
     assert_int_equal(plan.count, 4 * 42 + 13);
     double at_ft = 0.0;
@@ -51,9 +50,8 @@ static void entry(const char *line, bool si, enum survey_word word, double value
         fail_msg("'%s': word %d, %g in", line, e.word, e.value_in);
 }
 
-static void lines_are_read_as_calipers_type_them(void **state)
+TEST(lines_are_read_as_calipers_type_them)
 {
-    (void)state;
     entry("33.512", false, SURVEY_NUMBER, 33.512);
     entry("  +33,512\r", false, SURVEY_NUMBER, 33.512);
     entry("851.2048 mm", false, SURVEY_NUMBER, 33.512);
@@ -84,11 +82,10 @@ static enum survey_outcome typed(struct survey_desk *desk, const char *line, siz
     return survey_desk_take(desk, &e, item);
 }
 
-static void a_reading_beyond_the_joints_is_asked_again(void **state)
+TEST(a_reading_beyond_the_joints_is_asked_again)
 {
     struct survey_desk desk;
     size_t item;
-    (void)state;
     survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
     for (size_t i = 0; i < desk.plan.count; i++)
         desk.previous_in[i] = 33.60;
@@ -115,11 +112,10 @@ static void a_reading_beyond_the_joints_is_asked_again(void **state)
     assert_int_equal(typed(&desk, "33.859", &item), SURVEY_KEPT);
 }
 
-static void undo_skip_back(void **state)
+TEST(undo_skip_back)
 {
     struct survey_desk desk;
     size_t item;
-    (void)state;
     survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
     assert_int_equal(typed(&desk, "u", &item), SURVEY_REFUSED);
     assert_int_equal(typed(&desk, "b", &item), SURVEY_REFUSED);
@@ -185,11 +181,10 @@ static void make(struct survey_readings *now, struct survey_readings *before, do
     }
 }
 
-static void movement_without_noise_is_found_again(void **state)
+TEST(movement_without_noise_is_found_again)
 {
     struct survey_readings now, before;
     static struct survey_change change;
-    (void)state;
     make(&now, &before, 0.0, 1u);
     survey_change(&now, &before, &change);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
@@ -256,12 +251,11 @@ static void dense(const struct survey_change *c, unsigned line, double u[SURVEY_
     }
 }
 
-static void two_ways_of_least_squares_agree(void **state)
+TEST(two_ways_of_least_squares_agree)
 {
     struct survey_readings now, before;
     static struct survey_change change;
     double u[SURVEY_POINTS], error[SURVEY_POINTS];
-    (void)state;
     srand(5);
     make(&now, &before, 1.0, 9u); /* both edges */
     for (unsigned k = 10; k < 17; k++)
@@ -278,14 +272,13 @@ static void two_ways_of_least_squares_agree(void **state)
 }
 
 /* Errors are what they say: over many surveys, departures have the stated spread. */
-static void stated_errors_hold(void **state)
+TEST(stated_errors_hold)
 {
     enum { TRIALS = 400 };
     struct survey_readings now, before;
     static struct survey_change change;
     double squares[3] = {0}, square_bow = 0;
     static const unsigned lines[3] = {0, 1, 3};
-    (void)state;
     srand(11);
     for (int i = 0; i < TRIALS; i++) {
         make(&now, &before, 1.0, 1u);
@@ -306,11 +299,10 @@ static void stated_errors_hold(void **state)
     assert_true(square_bow > 0.4 && square_bow < 1.3);
 }
 
-static void what_was_not_read_is_not_known(void **state)
+TEST(what_was_not_read_is_not_known)
 {
     struct survey_readings now, before;
     static struct survey_change change;
-    (void)state;
     make(&now, &before, 0.0, 1u);
     for (unsigned k = 0; k < SURVEY_SPANS; k++)
         now.gap_in[3][k] = (double)NAN;
@@ -324,11 +316,10 @@ static void what_was_not_read_is_not_known(void **state)
     assert_true(change.moved[1][20].error_in < 0.05 && change.moved[1][21].error_in > 0.2);
 }
 
-static void slack_is_the_mean_of_the_lines(void **state)
+TEST(slack_is_the_mean_of_the_lines)
 {
     struct survey_readings now;
     static struct survey_slack slack;
-    (void)state;
     survey_readings_init(&now);
     now.gap_in[0][4] = 33.60;
     now.gap_in[1][4] = 33.70;
@@ -344,20 +335,4 @@ static void slack_is_the_mean_of_the_lines(void **state)
     assert_true(fabs(slack.segment[5].value_in - 0.12) < 1e-9 &&
                 fabs(slack.segment[5].error_in - 0.005) < 1e-9);
     assert_true(isnan(slack.segment[6].value_in));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_walk_is_whole_and_never_jumps),
-        cmocka_unit_test(lines_are_read_as_calipers_type_them),
-        cmocka_unit_test(a_reading_beyond_the_joints_is_asked_again),
-        cmocka_unit_test(undo_skip_back),
-        cmocka_unit_test(movement_without_noise_is_found_again),
-        cmocka_unit_test(two_ways_of_least_squares_agree),
-        cmocka_unit_test(stated_errors_hold),
-        cmocka_unit_test(what_was_not_read_is_not_known),
-        cmocka_unit_test(slack_is_the_mean_of_the_lines),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

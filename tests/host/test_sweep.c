@@ -30,17 +30,15 @@ static void load(struct sweep *sweep, const char *text)
 }
 
 /* Vectors that the authors of FNV publish with it (draft-eastlake-fnv). */
-static void fnv_is_as_published(void **state)
+TEST(fnv_is_as_published)
 {
-    (void)state;
     assert_int_equal(fnv1a(FNV_BASIS, "", 0), 0xcbf29ce484222325u);
     assert_int_equal(fnv1a(FNV_BASIS, "a", 1), 0xaf63dc4c8601ec8cu);
     assert_int_equal(fnv1a(FNV_BASIS, "foobar", 6), 0x85944171f73967e8u);
 }
 
-static void paths_lead_where_they_say(void **state)
+TEST(paths_lead_where_they_say)
 {
-    (void)state;
     json_t *root = json_loads("{\"a\": [1, {\"b\": 5}], \"c\": {\"4\": 7}}", 0, NULL),
            *copy = json_copy(root), *nine = json_integer(9);
     assert_int_equal(json_integer_value(jsonpath_get(root, "a.1.b")), 5);
@@ -61,9 +59,8 @@ static void paths_lead_where_they_say(void **state)
     json_decref(root);
 }
 
-static void ranges_end_where_they_should(void **state)
+TEST(ranges_end_where_they_should)
 {
-    (void)state;
     struct design_range range;
     struct error error = {0};
     json_t *value = json_loads("{\"from\": 0.1, \"to\": 0.7, \"count\": 7}", 0, NULL);
@@ -149,9 +146,8 @@ static struct found search(const char *condition, sweep_simulate *simulate)
                           outcome};
 }
 
-static void the_smallest_crossing_is_found(void **state)
+TEST(the_smallest_crossing_is_found)
 {
-    (void)state;
     struct found f = search("\"above\": 0", bumpy);
     assert_string_equal(f.verdict, "between");
     assert_true(f.low < 30.0 && f.high >= 30.0 && f.high - f.low <= 0.001 * f.high);
@@ -171,9 +167,8 @@ static void the_smallest_crossing_is_found(void **state)
     json_decref(f.outcome);
 }
 
-static void a_run_that_fails_ends_the_search(void **state)
+TEST(a_run_that_fails_ends_the_search)
 {
-    (void)state;
     struct found f = search("\"above\": 1", folds);
     assert_string_equal(f.status, "folded");
     assert_non_null(strstr(f.reason, "at F = 70: mat 3 is upright"));
@@ -215,10 +210,9 @@ static void ishigami_indices(size_t points, uint64_t seed, struct sweep_influenc
 static const double ishigami_first[] = {0.3139, 0.4424, 0.0},
                     ishigami_total[] = {0.5576, 0.4424, 0.2437};
 
-static void indices_are_as_published(void **state)
+TEST(indices_are_as_published)
 {
     struct sweep_influence found[3];
-    (void)state;
     ishigami_indices(20000, 1, found);
     for (size_t k = 0; k < 3; k++) {
         assert_near(found[k].first.value, ishigami_first[k], 0.02);
@@ -227,10 +221,9 @@ static void indices_are_as_published(void **state)
 }
 
 /* 95 % intervals of 64 points over 200 designs and six indices: 91 to 98 % of them hold. */
-static void intervals_of_indices_hold(void **state)
+TEST(intervals_of_indices_hold)
 {
     unsigned held = 0;
-    (void)state;
     for (uint64_t seed = 1; seed <= 200; seed++) {
         struct sweep_influence found[3];
         ishigami_indices(64, seed, found);
@@ -245,41 +238,23 @@ static void intervals_of_indices_hold(void **state)
     assert_in_range(held, 1092, 1176);
 }
 
-static void nothing_varies_nothing_is_said(void **state)
+TEST(nothing_varies_nothing_is_said)
 {
     double values[40] = {0.0};
     struct sweep_influence found[2];
     size_t used;
-    (void)state;
     assert_false(sweep_indices(values, 10, 2, found, &used));
     for (size_t i = 0; i < 7 * 4; i++)
         values[i] = (double)i;
     assert_false(sweep_indices(values, 7, 2, found, &used)); /* too few */
 }
 
-static void whole_ranges_have_both_ends(void **state)
+TEST(whole_ranges_have_both_ends)
 {
     struct design_range range = {.from = 3.0, .to = 5.0, .whole = true};
     unsigned seen[6] = {0};
-    (void)state;
     for (unsigned i = 0; i < 300; i++)
         seen[(unsigned)design_number(&range, (i + 0.5) / 300.0)]++;
     assert_true(seen[3] == 100 && seen[4] == 100 && seen[5] == 100);
     assert_near(design_number(&range, 1.0), 5.0, 0.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(indices_are_as_published),
-        cmocka_unit_test(intervals_of_indices_hold),
-        cmocka_unit_test(nothing_varies_nothing_is_said),
-        cmocka_unit_test(whole_ranges_have_both_ends),
-        cmocka_unit_test(fnv_is_as_published),
-        cmocka_unit_test(paths_lead_where_they_say),
-        cmocka_unit_test(ranges_end_where_they_should),
-        cmocka_unit_test(the_smallest_crossing_is_found),
-        cmocka_unit_test(a_run_that_fails_ends_the_search),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

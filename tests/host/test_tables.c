@@ -20,9 +20,8 @@ static void begin(const char *name)
     assert_no_error(&error);
 }
 
-static void every_statement_fits_its_struct(void **state)
+TEST(every_statement_fits_its_struct)
 {
-    (void)state;
     begin("statements.db");
     store_prepare_all(store, &error); /* one that does not ends the program */
     assert_no_error(&error);
@@ -111,9 +110,8 @@ static void put_and_look(enum store_table_number which)
     sqlite3_free(sql);
 }
 
-static void every_field_goes_to_its_column_and_comes_back(void **state)
+TEST(every_field_goes_to_its_column_and_comes_back)
 {
-    (void)state;
     unsigned tables = 0;
     begin("fields.db");
     for (int which = 0; which < STORE_TABLE_COUNT; which++) {
@@ -139,9 +137,8 @@ static double number(const char *sql)
     return value;
 }
 
-static void both_links_fill_one_row(void **state)
+TEST(both_links_fill_one_row)
 {
-    (void)state;
     const double none = (double)NAN;
     const struct store_zone can = {.block = 5,
                                    .mats = 3,
@@ -192,9 +189,8 @@ static void both_links_fill_one_row(void **state)
 
 /* A message says a part of a row; the other columns are NULL, and take nothing away from what was
  * said. */
-static void a_blank_row_says_nothing(void **state)
+TEST(a_blank_row_says_nothing)
 {
-    (void)state;
     struct store_band row = store_blank_band;
     const struct mr_band_after after = {
         .band = 2, .after_lb = 90.5f, .change_lb = -3.0f, .error_lb = 0.25f};
@@ -222,9 +218,8 @@ static void a_blank_row_says_nothing(void **state)
     store_close(store);
 }
 
-static void a_configuration_stays_and_a_channel_is_replaced(void **state)
+TEST(a_configuration_stays_and_a_channel_is_replaced)
 {
-    (void)state;
     const struct mr_channel_config first = {.kind = 1, .number = 2, .station_ft = 3.0f},
                                    second = {.kind = 1, .number = 8, .station_ft = 9.0f};
     begin("put.db");
@@ -238,9 +233,8 @@ static void a_configuration_stays_and_a_channel_is_replaced(void **state)
     store_close(store);
 }
 
-static void a_change_of_a_landing_leaves_who_it_is(void **state)
+TEST(a_change_of_a_landing_leaves_who_it_is)
 {
-    (void)state;
     struct store_landing landing = {.session = 3,
                                     .boot = 1,
                                     .board_landing = 5,
@@ -260,17 +254,4 @@ static void a_change_of_a_landing_leaves_who_it_is(void **state)
     assert_true(number("SELECT state FROM landings") == 4);
     assert_true(number("SELECT touchdown_ft FROM landings") == 120);
     store_close(store);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_statement_fits_its_struct),
-        cmocka_unit_test(every_field_goes_to_its_column_and_comes_back),
-        cmocka_unit_test(both_links_fill_one_row),
-        cmocka_unit_test(a_blank_row_says_nothing),
-        cmocka_unit_test(a_configuration_stays_and_a_channel_is_replaced),
-        cmocka_unit_test(a_change_of_a_landing_leaves_who_it_is),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

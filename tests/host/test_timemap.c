@@ -105,9 +105,8 @@ static void check(const char *name, double (*delay_us)(void), unsigned pairs, do
     }
 }
 
-static void intervals_hold_for_delays_of_every_kind(void **s)
+TEST(intervals_hold_for_delays_of_every_kind)
 {
-    (void)s;
     check("exponential", exponential, 60, 1.0, 0.965);
     check("flat", flat, 60, 1.0, 0.965);
     check("half normal", half_normal, 60, 1.0, 0.965);
@@ -115,9 +114,8 @@ static void intervals_hold_for_delays_of_every_kind(void **s)
     check("bus", bus, 60, 1.0, 0.965);
 }
 
-static void intervals_hold_for_short_and_long_sessions(void **s)
+TEST(intervals_hold_for_short_and_long_sessions)
 {
-    (void)s;
     /* With a dozen pairs the strip takes in half of them, and exponential delays thin out there:
      * wider than need be. */
     check("exponential", exponential, 12, 1.0, 0.98);
@@ -141,9 +139,8 @@ static struct timemap_fit refused_of(double rate, double (*delay_us)(void), unsi
     return fit;
 }
 
-static void what_is_no_map_is_refused(void **s)
+TEST(what_is_no_map_is_refused)
 {
-    (void)s;
     assert_int_equal(refused_of(1.0, exponential, 11, EPOCH_US, 0).refusal, TIMEMAP_TOO_FEW);
     assert_int_equal(refused_of(1.0, exponential, 12, EPOCH_US, 0).refusal, TIMEMAP_GOOD);
     assert_int_equal(refused_of(1.0, exponential, 60, 0, 0).refusal, TIMEMAP_NO_DATE);
@@ -163,9 +160,8 @@ static double none(void)
 {
     return 0.0;
 }
-static void without_delays_it_is_exact(void **s)
+TEST(without_delays_it_is_exact)
 {
-    (void)s;
     struct timemap_fit fit = refused_of(1.0, none, 60, EPOCH_US, 0);
     assert_int_equal(fit.refusal, TIMEMAP_GOOD);
     assert_near(fit.fast_ppm.value, 0.0, 0.001);
@@ -175,9 +171,8 @@ static void without_delays_it_is_exact(void **s)
 }
 
 /* 700 pairs: the oldest hundred, which had another rate, are forgotten. */
-static void the_newest_count(void **s)
+TEST(the_newest_count)
 {
-    (void)s;
     struct timemap map = {0};
     struct timemap_fit fit;
     for (unsigned i = 0; i < 700; i++)
@@ -188,16 +183,4 @@ static void the_newest_count(void **s)
     assert_near(fit.from_us, 100e6, 0.5);
     assert_near(fit.to_us, 699e6, 0.5);
     assert_near(fit.fast_ppm.value, 0.0, 0.01);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(intervals_hold_for_delays_of_every_kind),
-        cmocka_unit_test(intervals_hold_for_short_and_long_sessions),
-        cmocka_unit_test(what_is_no_map_is_refused),
-        cmocka_unit_test(without_delays_it_is_exact),
-        cmocka_unit_test(the_newest_count),
-    };
-    return cmocka_run_group_tests_name("host/timemap", tests, NULL, NULL);
 }

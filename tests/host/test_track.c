@@ -110,18 +110,16 @@ static void check(const char *name, double most_ripple, double least, double mos
     assert_true(inside <= most * seen);
 }
 
-static void stations_are_within_their_intervals(void **state)
+TEST(stations_are_within_their_intervals)
 {
-    (void)state;
     /* wider than need be: that it is so even is not taken for granted */
     check("even braking", 0.0, 0.935, 1.0);
     check("1 % ripple", 0.01, 0.935, 0.965); /* about as in tests/runs */
     check("10 % ripple", 0.1, 0.92, 0.965);
 }
 
-static void frames_are_numbered_by_the_gaps_in_time(void **state)
+TEST(frames_are_numbered_by_the_gaps_in_time)
 {
-    (void)state;
     static double t_us[2000];
     static int64_t number[2000], truth[2000];
     uint64_t random = 3;
@@ -144,13 +142,4 @@ static void frames_are_numbered_by_the_gaps_in_time(void **state)
     film_number(t_us, 0, number);
     film_number(t_us, 1, number);
     assert_int_equal(number[0], 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stations_are_within_their_intervals),
-        cmocka_unit_test(frames_are_numbered_by_the_gaps_in_time),
-    };
-    return cmocka_run_group_tests_name("host/track", tests, NULL, NULL);
 }

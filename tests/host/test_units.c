@@ -1,18 +1,13 @@
 /* Numbers and units as people write them. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "common/decimal.h"
 #include "host/base/units.h"
+#include "tests/cmocka_all.h"
 
-static void numbers_are_decimal(void **state)
+TEST(numbers_are_decimal)
 {
     static const struct {
         const char *text;
@@ -26,7 +21,6 @@ static void numbers_are_decimal(void **state)
     };
     static const char *const none[] = {"", " ", "mm", "inf", "nan", "-inf", ".", "-", "+.e5", "e5"};
     const char *end;
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         assert_true(mr_decimal_read(cases[i].text, &end) == cases[i].value);
         assert_int_equal(end - cases[i].text, cases[i].length);
@@ -38,12 +32,11 @@ static void numbers_are_decimal(void **state)
 }
 
 /* What strtod says of the same text, wherever that is decimal. */
-static void as_the_library_reads_them(void **state)
+TEST(as_the_library_reads_them)
 {
     static const char letters[] = "0123456789+-.eE ";
     char text[12];
     uint32_t random = 1;
-    (void)state;
     for (unsigned n = 0; n < 100000; n++) {
         const char *end;
         char *library;
@@ -64,24 +57,13 @@ static const char *word_of(const char *word)
     return unit ? unit->word : "none";
 }
 
-static void a_capital_m_is_mega(void **state)
+TEST(a_capital_m_is_mega)
 {
     static const char *const cases[][2] = {
         {"mm", "mm"},  {"MM", "mm"},   {"m", "m"},    {"cm", "cm"}, {"Metres", "m"},
         {"IN", "in"},  {"Lb", "lb"},   {"KN", "kN"},  {"n", "N"},   {"Kg", "kg"},
         {"M", "none"}, {"Mm", "none"}, {"x", "none"}, {"", "none"},
     };
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
         assert_string_equal(word_of(cases[i][0]), cases[i][1]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(numbers_are_decimal),
-        cmocka_unit_test(as_the_library_reads_them),
-        cmocka_unit_test(a_capital_m_is_mega),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -52,10 +52,9 @@ static void refused(const char *text)
 
 /* Resistors 3.2 % off: the steps are theirs, and nothing else of the configuration
  * changes. */
-static void the_steps_are_taken(void **state)
+TEST(the_steps_are_taken)
 {
     struct mr_config config = sound_config(), learned;
-    (void)state;
     walk_all(&config, 1.032);
     assert_true(walk_is_over(&walk, true));
     assert_true(learns(&learned));
@@ -68,11 +67,10 @@ static void the_steps_are_taken(void **state)
 }
 
 /* A contact that bounced, and an edge without a step, are no switch. */
-static void bounces_do_not_count(void **state)
+TEST(bounces_do_not_count)
 {
     struct mr_config config = sound_config(), learned;
     unsigned number = 0;
-    (void)state;
     walk_start(&walk, &config);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++) {
         if (!config.gate[i].step_codes)
@@ -95,10 +93,9 @@ static void bounces_do_not_count(void **state)
 /* Switches 1 and 2 of the rig add 64 and 120: no. 1 and 8 are 8 apart (64 and 72): a 1 that adds
  * 65.9 is 6.1 from it. One that adds 66.4 is 5.6 from it and 2.4 from what is configured, which is
  * better then; with 2.6 it is not known whether curve or resistor. */
-static void two_that_are_near_are_named(void **state)
+TEST(two_that_are_near_are_named)
 {
     struct mr_config config = sound_config(), learned;
-    (void)state;
     assert_int_equal(config.gate[0].step_codes, 64);
     assert_int_equal(config.gate[7].step_codes, 72);
     walk_all(&config, 1.0);
@@ -119,10 +116,9 @@ static void two_that_are_near_are_named(void **state)
     refused("switches 1 and 8: their steps are 5.4 codes apart, 6 are needed");
 }
 
-static void one_out_of_turn_is_named(void **state)
+TEST(one_out_of_turn_is_named)
 {
     struct mr_config config = sound_config();
-    (void)state;
     walk_all(&config, 1.0);
     double second = walk.answer[WALK_SWITCH][1].codes;
     walk.answer[WALK_SWITCH][1].codes = walk.answer[WALK_SWITCH][2].codes;
@@ -135,15 +131,4 @@ static void one_out_of_turn_is_named(void **state)
     walk_all(&config, 1.0);
     edge(99, 100.0);
     refused("24 steps of 23 switches");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_steps_are_taken),
-        cmocka_unit_test(bounces_do_not_count),
-        cmocka_unit_test(two_that_are_near_are_named),
-        cmocka_unit_test(one_out_of_turn_is_named),
-    };
-    return cmocka_run_group_tests_name("host/walk", tests, NULL, NULL);
 }

@@ -72,13 +72,12 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
     session_end(&s);
 }
 
-static void taken_back_and_written_again(void **state)
+TEST(taken_back_and_written_again)
 {
     static const char *const tables[] = {
         "landings", "links",  "missing", "channels", "calibration", "switches", "frames",
         "edges",    "events", "motion",  "zones",    "results",     "gaps",     "time_maps"};
     char plain[200], failing[200], sql[600];
-    (void)state;
     log_in_transactions("writing-plain.db", false, plain);
     log_in_transactions("writing-failing.db", true, failing);
     assert_true(number(plain, "SELECT count(*) FROM frames") > 10 * FRAMES_A_TRANSACTION);
@@ -128,12 +127,11 @@ static void write_text(const char *path, const char *text)
     fclose(file);
 }
 
-static void a_campaign_taken_away_is_found_out(void **state)
+TEST(a_campaign_taken_away_is_found_out)
 {
     char path[200], elsewhere[200], copy[200], journal[220], where[4096];
     struct store_identity identity;
     struct error error = {0};
-    (void)state;
     scratch_path(elsewhere, sizeof elsewhere, "writing-elsewhere.db");
     scratch_path(copy, sizeof copy, "writing-copy.db");
     struct store *store = open_campaign(scratch_path(path, sizeof path, "writing-away.db"),
@@ -167,12 +165,11 @@ static void a_campaign_taken_away_is_found_out(void **state)
 }
 
 /* Which refusals pass when one waits. */
-static void refusals(void **state)
+TEST(refusals)
 {
     char path[200];
     struct store *first = NULL, *second = NULL;
     struct error error = {0}, busy = {0};
-    (void)state;
     store_open(scratch_path(path, sizeof path, "writing-busy.db"), STORE_CREATE, &first, &error);
     store_open(path, STORE_OPEN, &second, &error);
     assert_no_error(&error);
@@ -190,14 +187,4 @@ static void refusals(void **state)
     assert_int_equal(store_refusal_of(SQLITE_CORRUPT), STORE_TAKES); /* waiting does not help */
     store_close(second);
     store_close(first);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(taken_back_and_written_again),
-        cmocka_unit_test(a_campaign_taken_away_is_found_out),
-        cmocka_unit_test(refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,11 @@
 /* The spread search for zones against a plain one that begins anew at every place, on chains of
  * every kind of disorder. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <string.h>
 
 #include "common/zonescan.h"
+#include "tests/cmocka_all.h"
 
 static struct mr_chain chain;
 static uint64_t random_state;
@@ -145,9 +141,8 @@ static void compare(unsigned quota)
     assert_true(scan.found.compression_lb == most_lb);
 }
 
-static void says_what_a_plain_search_says(void **state)
+TEST(says_what_a_plain_search_says)
 {
-    (void)state;
     random_state = 6;
     for (unsigned round = 0; round < 600; round++) {
         static const unsigned sizes[] = {420, 512, 60, 11, 4, 1}, groups[] = {1, 2, 4};
@@ -159,9 +154,8 @@ static void says_what_a_plain_search_says(void **state)
 
 /* Few places, and pushes that are near to what the joints ahead resist: rows of open joints, of
  * which some close from the next place. */
-static void places_just_short_of_closing(void **state)
+TEST(places_just_short_of_closing)
 {
-    (void)state;
     random_state = 8;
     draw_chain(40, 1);
     for (unsigned round = 0; round < 30000; round++) {
@@ -188,9 +182,8 @@ static void places_just_short_of_closing(void **state)
 
 /* On a runway like the predictor's own, the wheel at its beginning: one visit a joint for the zone
  * that is there; for the one to come one a joint, and some at each place. */
-static void a_search_is_short(void **state)
+TEST(a_search_is_short)
 {
-    (void)state;
     uint32_t most = 0;
     random_state = 7;
     for (unsigned round = 0; round < 200; round++) {
@@ -206,12 +199,4 @@ static void a_search_is_short(void **state)
     }
     print_message("most visits of a search: %u\n", most);
     assert_true(most < 421 + 421 + 105 * 6);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(says_what_a_plain_search_says),
-                                       cmocka_unit_test(places_just_short_of_closing),
-                                       cmocka_unit_test(a_search_is_short)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

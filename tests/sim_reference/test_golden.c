@@ -101,22 +101,19 @@ static void solver_agrees(const char *solver, double rtol, double digits)
     }
 }
 
-static void the_event_solver_agrees(void **state)
+TEST(the_event_solver_agrees)
 {
-    (void)state;
     solver_agrees("event", 1e-10, DIGITS);
 }
 
-static void the_default_agrees(void **state)
+TEST(the_default_agrees)
 {
-    (void)state;
     solver_agrees(NULL, 0, 1e-4);
 }
 
 /* A coarser step of the reference gives the same: the file belongs to this code. */
-static void the_file_is_the_references(void **state)
+TEST(the_file_is_the_references)
 {
-    (void)state;
     static struct ref_scene scene;
     static struct ref_run run;
     static const char *const few[] = {"consistent_falls",
@@ -141,12 +138,4 @@ static void the_file_is_the_references(void **state)
     assert_int_equal(at, COUNT_OF(few));
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_file_is_the_references),
-        cmocka_unit_test(the_event_solver_agrees),
-        cmocka_unit_test(the_default_agrees),
-    };
-    return cmocka_run_group_tests(tests, read_goldens, NULL);
-}
+TESTS_BETWEEN(read_goldens, NULL);

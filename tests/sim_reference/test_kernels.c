@@ -116,9 +116,8 @@ static void compare(const char *path, unsigned seed)
 }
 
 #define SCENE_TEST(name)                         \
-    static void name(void **state)               \
+    TEST(name)                                   \
     {                                            \
-        (void)state;                             \
         compare(SCENES #name ".json", __LINE__); \
     }
 SCENE_TEST(consistent_falls)
@@ -136,25 +135,3 @@ SCENE_TEST(report_rising)
 SCENE_TEST(report_scaled)
 SCENE_TEST(report_slack)
 SCENE_TEST(report_stiff_hinge)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(consistent_falls),
-        cmocka_unit_test(consistent_low),
-        cmocka_unit_test(consistent_ground_damping),
-        cmocka_unit_test(report_ground_damping),
-        cmocka_unit_test(consistent_slack),
-        cmocka_unit_test(consistent_soil_friction),
-        cmocka_unit_test(consistent_standard),
-        cmocka_unit_test(report_following),
-        cmocka_unit_test(report_frictionless),
-        cmocka_unit_test(report_full_both),
-        cmocka_unit_test(report_no_shear),
-        cmocka_unit_test(report_rising),
-        cmocka_unit_test(report_scaled),
-        cmocka_unit_test(report_slack),
-        cmocka_unit_test(report_stiff_hinge),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}

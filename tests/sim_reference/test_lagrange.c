@@ -266,21 +266,18 @@ static void report_model_obeys_lagrange(bool full)
     assert_true(checked_contact > 10 && checked_lifted > 10);
 }
 
-static void the_report_model_with_brackets_is_lagranges(void **state)
+TEST(the_report_model_with_brackets_is_lagranges)
 {
-    (void)state;
     report_model_obeys_lagrange(true);
 }
 
-static void the_low_profile_is_lagranges_with_forces_that_ignore_rotation(void **state)
+TEST(the_low_profile_is_lagranges_with_forces_that_ignore_rotation)
 {
-    (void)state;
     report_model_obeys_lagrange(false);
 }
 
-static void the_consistent_model_is_lagranges(void **state)
+TEST(the_consistent_model_is_lagranges)
 {
-    (void)state;
     const int size = 2 * MATS + 1;
     struct ref_scene s = small_scene(REF_CONSISTENT, true);
     const struct ref_wheel wheel = {MATS, MATS, false};
@@ -301,14 +298,4 @@ static void the_consistent_model_is_lagranges(void **state)
             assert_near(off / 1000, 0, 1e-7);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_report_model_with_brackets_is_lagranges),
-        cmocka_unit_test(the_low_profile_is_lagranges_with_forces_that_ignore_rotation),
-        cmocka_unit_test(the_consistent_model_is_lagranges),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

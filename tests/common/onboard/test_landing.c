@@ -70,9 +70,15 @@ static void push(uint32_t *index)
     wait(index, 0.1);
 }
 
-static void a_hundred_pushbacks_are_no_landing(void **state)
+static int rig_before(void **state)
 {
     (void)state;
+    rig = rig_of(-2.5f, 5.0f);
+    return 0;
+}
+
+TEST_IN(a_hundred_pushbacks_are_no_landing, rig_before, NULL)
+{
     uint32_t index = 0;
     seed_state = 1973;
     open_codes = 0.0;
@@ -101,9 +107,8 @@ static void a_hundred_pushbacks_are_no_landing(void **state)
     assert_int_equal(landing.number, 7);
 }
 
-static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
+TEST_IN(a_pushback_leaves_the_landing_before_as_it_was, rig_before, NULL)
 {
-    (void)state;
     uint32_t index = 0;
     seed_state = 2;
     open_codes = 0.0;
@@ -132,9 +137,8 @@ static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
 
 /* 200 edges without a step, as a loose plug makes them: 96 are told, then no more until there was a
  * pause of 30 s. */
-static void interference_does_not_fill_the_links(void **state)
+TEST_IN(interference_does_not_fill_the_links, rig_before, NULL)
 {
-    (void)state;
     uint32_t index = 0;
     unsigned told = 0;
     seed_state = 3;
@@ -171,9 +175,8 @@ static void interference_does_not_fill_the_links(void **state)
 
 /* 40 edges in one block, more than wait: 32 are answered, the rest are not taken, and nothing was a
  * landing. */
-static void a_burst_beyond_what_waits_is_cut(void **state)
+TEST_IN(a_burst_beyond_what_waits_is_cut, rig_before, NULL)
 {
-    (void)state;
     uint32_t index = 0, ticks[40];
     unsigned told = 0;
     seed_state = 6;
@@ -195,9 +198,8 @@ static void a_burst_beyond_what_waits_is_cut(void **state)
 
 /* Armed, the model is pushed to and fro over the same switches, which stay open: that opened twice
  * is no news then. */
-static void pushing_to_and_fro_is_followed(void **state)
+TEST_IN(pushing_to_and_fro_is_followed, rig_before, NULL)
 {
-    (void)state;
     uint32_t index = 0;
     seed_state = 4;
     open_codes = 0.0;
@@ -223,9 +225,8 @@ static void pushing_to_and_fro_is_followed(void **state)
 
 /* A switch that closes by itself makes a step down: told as 0 codes, for the message has no
  * negative ones, and named by none. */
-static void a_closing_switch_has_no_name(void **state)
+TEST_IN(a_closing_switch_has_no_name, rig_before, NULL)
 {
-    (void)state;
     uint32_t index = 0;
     seed_state = 5;
     open_codes = 0.0;
@@ -247,9 +248,8 @@ static void a_closing_switch_has_no_name(void **state)
 /* The same edges, a block at a time in turn, to two rigs: switches 5 ft apart, and 10 ft apart with
  * their wheel 2 ft ahead. The second landing is twice as fast, and its wheel where its own switches
  * are. */
-static void two_rigs_do_not_know_of_each_other(void **state)
+TEST_IN(two_rigs_do_not_know_of_each_other, rig_before, NULL)
 {
-    (void)state;
     static struct landing near_one, far_one;
     struct mr_config far = rig_of(-5.0f, 10.0f);
     far.site[0].wheel_ahead_ft = 2.0f;
@@ -278,9 +278,8 @@ static void two_rigs_do_not_know_of_each_other(void **state)
 }
 
 /* Of a switch that is not fitted nobody says that it is missing; of one that is, somebody does. */
-static void a_switch_that_is_not_fitted_is_not_missing(void **state)
+TEST_IN(a_switch_that_is_not_fitted_is_not_missing, rig_before, NULL)
 {
-    (void)state;
     for (unsigned fitted = 0; fitted < 2; fitted++) {
         uint32_t index = 0;
         unsigned missing = 0;
@@ -305,27 +304,4 @@ static void a_switch_that_is_not_fitted_is_not_missing(void **state)
         assert_int_equal(missing, fitted);
         assert_near(landing.motion.speed_ft_s.value, 5.0 / 0.18, 0.2);
     }
-}
-
-static int rig_before(void **state)
-{
-    (void)state;
-    rig = rig_of(-2.5f, 5.0f);
-    return 0;
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, rig_before)
-    const struct CMUnitTest tests[] = {
-        TEST(a_hundred_pushbacks_are_no_landing),
-        TEST(a_pushback_leaves_the_landing_before_as_it_was),
-        TEST(interference_does_not_fill_the_links),
-        TEST(pushing_to_and_fro_is_followed),
-        TEST(a_closing_switch_has_no_name),
-        TEST(a_burst_beyond_what_waits_is_cut),
-        TEST(two_rigs_do_not_know_of_each_other),
-        TEST(a_switch_that_is_not_fitted_is_not_missing),
-    };
-    return cmocka_run_group_tests_name("common/onboard/landing", tests, NULL, NULL);
 }

@@ -38,9 +38,8 @@ static struct mr_predictor_input feed(const struct landing *landing, float touch
     return input;
 }
 
-static void the_wheel_is_carried_on(void **state)
+TEST(the_wheel_is_carried_on)
 {
-    (void)state;
     struct landing landing = rolling();
     struct mr_predictor_input input = feed(&landing, 3.0f, 1.5);
     assert_near(input.wheel_ft, 10.0 + 20.0 * 1.5 - 2.0 * 1.5 * 1.5, 1e-4);
@@ -55,17 +54,15 @@ static void the_wheel_is_carried_on(void **state)
     assert_false(feed(&landing, 3.0f, 1.5).braking_known);
 }
 
-static void the_runway_begins_where_it_is_told(void **state)
+TEST(the_runway_begins_where_it_is_told)
 {
-    (void)state;
     struct landing landing = rolling();
     assert_true(feed(&landing, 29.5f, 1.0).on_runway == false); /* the wheel is at 28 ft */
     assert_true(feed(&landing, 27.5f, 1.0).on_runway);
 }
 
-static void without_a_wheel_there_is_none(void **state)
+TEST(without_a_wheel_there_is_none)
 {
-    (void)state;
     struct landing landing = rolling();
     landing.passage.state = MR_PASSAGE_PUSHED;
     struct mr_predictor_input input = feed(&landing, 3.0f, 1.0);
@@ -78,9 +75,8 @@ static void without_a_wheel_there_is_none(void **state)
     assert_true(isnan(input.speed_ft_s));
 }
 
-static void readings_go_in_less_their_zero(void **state)
+TEST(readings_go_in_less_their_zero)
 {
-    (void)state;
     struct landing landing = rolling();
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         readings_in[i] = 0.5f * (float)i;
@@ -92,9 +88,8 @@ static void readings_go_in_less_their_zero(void **state)
     assert_true(isnan(input.displacement_in[7]));
 }
 
-static void a_zero_is_the_mean_of_a_full_quiet_group(void **state)
+TEST(a_zero_is_the_mean_of_a_full_quiet_group)
 {
-    (void)state;
     struct baseline baseline;
     float in[MR_TRANSDUCERS] = {0};
     baseline_forget(&baseline);
@@ -119,26 +114,12 @@ static void a_zero_is_the_mean_of_a_full_quiet_group(void **state)
     assert_near(baseline.in[1], 2.0, 1e-6);
 }
 
-static void what_moved_is_held_until_a_switch_speaks(void **state)
+TEST(what_moved_is_held_until_a_switch_speaks)
 {
-    (void)state;
     static struct mr_predictor predictor;
     struct landing landing = rolling();
     predictor.moved = 5;
     assert_int_equal(predict_held(&predictor, &landing), 5);
     landing.edges = 1;
     assert_int_equal(predict_held(&predictor, &landing), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_wheel_is_carried_on),
-        cmocka_unit_test(the_runway_begins_where_it_is_told),
-        cmocka_unit_test(without_a_wheel_there_is_none),
-        cmocka_unit_test(readings_go_in_less_their_zero),
-        cmocka_unit_test(a_zero_is_the_mean_of_a_full_quiet_group),
-        cmocka_unit_test(what_moved_is_held_until_a_switch_speaks),
-    };
-    return cmocka_run_group_tests_name("common/onboard/predict_feed", tests, NULL, NULL);
 }
