@@ -20,9 +20,9 @@ manuals := $(B)/matrig.1 $(B)/matrig-board.1 $(commands:%=$(B)/matrig-%.1) $(B)/
 
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
 # result; the exceptions' flags are not looked at.
-$(B)/host/host/sim/%.o $(B)/host/host/ensemble/%.o: HOST_FLAGS += -O3 -fno-trapping-math
+$(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
 # Vectors go from function to function, but all of those are inline: no calling convention is in it.
-$(B)/host/host/ensemble/%.o $(B)/host/host/sim/models/%.o: HOST_FLAGS += -Wno-psabi
+$(B)/host/host/sim/models/%.o: HOST_FLAGS += -Wno-psabi
 # GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
 $(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(study_objects): | $(B)/.study-packages

@@ -6,7 +6,7 @@
 
 #include "host/advise/smoother.h"
 #include "host/base/parallel_for.h"
-#include "host/ensemble/chains.h"
+#include "host/sim/models/chains.h"
 
 #define STREAM    1u
 #define LOOK_S    0.05

@@ -3,7 +3,7 @@
  * strip bears, friction, resistance of closing joints, stiffness and damping of joints, and the
  * opening and resistance of each joint. A survey gives ten joints their sum; a landing that was
  * measured teaches the rest (smoother.h). Members are computed eight side by side
- * (host/ensemble/chains.h), on several threads: seed and inputs fix the result, not the threads.
+ * (host/sim/models/chains.h), on several threads: seed and inputs fix the result, not the threads.
  *
  * Feet, pounds, seconds; openings of surveys and movements in inches, as they are read. */
 #ifndef MATRIG_HOST_ADVISE_MEMBERS_H

@@ -1,8 +1,8 @@
 /* Certificates of the sensors of a board, as rows of the campaign's table `certificates`. Rows are
  * only ever added. Of each channel the certificate entered last holds, through its due day (UTC).
  */
-#ifndef MATRIG_HOST_CERTIFICATES_H
-#define MATRIG_HOST_CERTIFICATES_H
+#ifndef MATRIG_HOST_BOARD_CERTIFICATES_H
+#define MATRIG_HOST_BOARD_CERTIFICATES_H
 
 #include "common/config.h"
 #include "host/store/store.h"

@@ -3,8 +3,8 @@
  *
  * Pure: facts in, checks out. Limits are stated with each check; what could not be found out is
  * told as not done, which is no no-go, and is named in the verdict. */
-#ifndef MATRIG_HOST_READY_H
-#define MATRIG_HOST_READY_H
+#ifndef MATRIG_HOST_BOARD_READY_H
+#define MATRIG_HOST_BOARD_READY_H
 
 #include <jansson.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* Asking a board, over serial, whether it is ready, while its CAN is listened to; and hearing it
  * live during a walk. */
-#ifndef MATRIG_HOST_READY_CLIENT_H
-#define MATRIG_HOST_READY_CLIENT_H
+#ifndef MATRIG_HOST_BOARD_READY_CLIENT_H
+#define MATRIG_HOST_BOARD_READY_CLIENT_H
 
 #include "common/block.h"
 #include "host/board/config_client.h"

@@ -9,8 +9,8 @@
  * in a landing the switches open in the same order, at the same levels.
  *
  * Pure. */
-#ifndef MATRIG_HOST_WALK_H
-#define MATRIG_HOST_WALK_H
+#ifndef MATRIG_HOST_BOARD_WALK_H
+#define MATRIG_HOST_BOARD_WALK_H
 
 #include <stdbool.h>
 #include <stdint.h>

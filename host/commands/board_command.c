@@ -14,7 +14,7 @@
 #include "host/collect/boxfill.h"
 #include "host/base/help.h"
 #include "host/commands/commands.h"
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 #include "host/board/identity.h"
 #include "host/base/output.h"
 #include "host/base/xmalloc.h"

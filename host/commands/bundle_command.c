@@ -9,7 +9,7 @@
 #include "host/base/command.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 #include "host/replay/image.h"
 #include "host/store/store.h"
 

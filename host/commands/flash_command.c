@@ -11,7 +11,7 @@
 #include "host/base/answer.h"
 #include "host/board/dialogue.h"
 #include "host/commands/commands.h"
-#include "host/flash/stm32flash.h"
+#include "host/board/stm32flash.h"
 #include "host/link/rx_diagnostics.h"
 #include "host/link/tty.h"
 

@@ -4,9 +4,9 @@
 
 #include "host/base/answer.h"
 #include "host/commands/commands.h"
-#include "host/import/readings.h"
-#include "host/import/import.h"
-#include "host/import/landing.h"
+#include "host/exchange/readings.h"
+#include "host/exchange/import.h"
+#include "host/exchange/landing_import.h"
 #include "host/link/link.h"
 #include "host/store/store_same.h"
 

@@ -14,7 +14,7 @@
 #include "host/board/walk.h"
 #include "host/calibrate/jump.h"
 #include "host/commands/commands.h"
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 #include "host/store/store_readiness.h"
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"

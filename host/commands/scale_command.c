@@ -9,7 +9,7 @@
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/units.h"
-#include "host/scale/scale.h"
+#include "host/landing_series/scale.h"
 
 #define GRAVITY_FT_S2 32.174
 

@@ -6,8 +6,8 @@
  * 1..N+1; in arrays by joint [0] is joint 1. One owner: series_load allocates, series_free
  * releases. A loaded series is only read: any number of threads may play runways of it at
  * once. */
-#ifndef MATRIG_HOST_LANDING_SERIES_H
-#define MATRIG_HOST_LANDING_SERIES_H
+#ifndef MATRIG_HOST_LANDING_SERIES_SERIES_H
+#define MATRIG_HOST_LANDING_SERIES_SERIES_H
 
 #include <jansson.h>
 #include <stdbool.h>

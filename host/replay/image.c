@@ -2,7 +2,7 @@
 
 #include "common/boards.h"
 #include "host/base/data_dir.h"
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 
 void replay_image_of(const struct answers *recorded, char *path, size_t size)
 {

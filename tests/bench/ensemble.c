@@ -10,7 +10,7 @@
 
 #include "common/splitmix.h"
 #include "host/advise/members.h"
-#include "host/ensemble/chains.h"
+#include "host/sim/models/chains.h"
 
 #define MATS        420u
 #define JOINTS      (MATS + 1u)

@@ -1,5 +1,5 @@
 /* Firmware images: ELF, Intel HEX, binary; the first byte chooses the name. */
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/import/readings.h"
-#include "host/import/landing.h"
+#include "host/exchange/readings.h"
+#include "host/exchange/landing_import.h"
 #include "tests/fuzz/fuzz.h"
 
 #define LANDING_S 0.3

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "host/ensemble/chains.h"
+#include "host/sim/models/chains.h"
 
 #define MATS   420u
 #define JOINTS (MATS + 1u)

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/crc32.h"
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 #include "tests/cmocka_all.h"
 #include "tests/host/scratch.h"
 

@@ -24,7 +24,7 @@
 
 #include "common/catalogue.h"
 #include "common/closure.h"
-#include "host/ensemble/chains.h"
+#include "host/sim/models/chains.h"
 #include "host/sim/sim.h"
 #include "host/study/fit/fit.h"
 
@@ -118,7 +118,7 @@ void fit_landings_lay(const struct fit_landings *list, const struct fit_landing 
 /* A displacement from its statistic. */
 double fit_movement_in(double statistic);
 
-/* Beside: the landing of a scene on eight runways side by side (host/ensemble), which differ in
+/* Beside: the landing of a scene on eight runways side by side (sim/models/chains), which differ in
  * joints, friction, stiffness and the share of the thrust that comes to them.
  *
  * In single precision and one pass, as the board's chain: what is wrong with that is far less than

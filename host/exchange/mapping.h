@@ -22,8 +22,8 @@
  *
  * Without "align" time 0 is touchdown of the landing that it is put beside (--like); without that
  * landing the table has its own time. */
-#ifndef MATRIG_HOST_IMPORT_MAPPING_H
-#define MATRIG_HOST_IMPORT_MAPPING_H
+#ifndef MATRIG_HOST_EXCHANGE_MAPPING_H
+#define MATRIG_HOST_EXCHANGE_MAPPING_H
 
 #include <stdbool.h>
 #include <stddef.h>

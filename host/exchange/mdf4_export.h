@@ -1,7 +1,7 @@
 /* A landing as an MDF4 file: readings at 1 kHz, the gear, and the CAN frames with the DBC
  * attached. */
-#ifndef MATRIG_HOST_EXPORT_MDF4_H
-#define MATRIG_HOST_EXPORT_MDF4_H
+#ifndef MATRIG_HOST_EXCHANGE_MDF4_EXPORT_H
+#define MATRIG_HOST_EXCHANGE_MDF4_EXPORT_H
 
 #include <stdio.h>
 

@@ -1,6 +1,6 @@
 /* The message catalogue as a Vector DBC file, for tools that decode CAN. */
-#ifndef MATRIG_HOST_DBC_H
-#define MATRIG_HOST_DBC_H
+#ifndef MATRIG_HOST_EXCHANGE_DBC_H
+#define MATRIG_HOST_EXCHANGE_DBC_H
 
 #include <stdint.h>
 #include <stdio.h>

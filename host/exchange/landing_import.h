@@ -1,9 +1,9 @@
 /* A landing of the campaign from another instrument's samples. */
-#ifndef MATRIG_HOST_IMPORT_LANDING_H
-#define MATRIG_HOST_IMPORT_LANDING_H
+#ifndef MATRIG_HOST_EXCHANGE_LANDING_IMPORT_H
+#define MATRIG_HOST_EXCHANGE_LANDING_IMPORT_H
 
-#include "host/import/import.h"
-#include "host/import/mapping.h"
+#include "host/exchange/import.h"
+#include "host/exchange/mapping.h"
 
 /* The series of the mapping as one landing of a session of its own, in the transaction that is
  * open. By 1 ms blocks: faster samples as their mean over a block, slower ones by straight lines

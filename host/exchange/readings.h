@@ -1,11 +1,11 @@
 /* Readings of other instruments, by a mapping: a table of numbers as other programs write it, or
  * the signals of CAN frames in a candump log. A line that is none is passed over and counted; the
  * verdict names the first. Pure but for memory. */
-#ifndef MATRIG_HOST_IMPORT_READINGS_H
-#define MATRIG_HOST_IMPORT_READINGS_H
+#ifndef MATRIG_HOST_EXCHANGE_READINGS_H
+#define MATRIG_HOST_EXCHANGE_READINGS_H
 
-#include "host/import/import.h"
-#include "host/import/mapping.h"
+#include "host/exchange/import.h"
+#include "host/exchange/mapping.h"
 #include "host/link/candump.h"
 
 /* Fills the series of the mapping's channels. A line that is no row is passed over; the verdict

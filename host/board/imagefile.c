@@ -1,4 +1,4 @@
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 
 #include <elf.h>
 #include <errno.h>

@@ -1,4 +1,4 @@
-#include "host/import/mapping.h"
+#include "host/exchange/mapping.h"
 
 #include <ctype.h>
 #include <jansson.h>
@@ -10,7 +10,7 @@
 #include "common/channels.h"
 #include "host/base/xmalloc.h"
 #include "host/base/quantity.h"
-#include "host/import/textfile.h"
+#include "host/exchange/textfile.h"
 
 #define SWITCH_MAX 64u
 

@@ -1,6 +1,6 @@
 /* A whole file as read-only text, with its SHA-256. */
-#ifndef MATRIG_HOST_IMPORT_TEXTFILE_H
-#define MATRIG_HOST_IMPORT_TEXTFILE_H
+#ifndef MATRIG_HOST_EXCHANGE_TEXTFILE_H
+#define MATRIG_HOST_EXCHANGE_TEXTFILE_H
 
 #include <stdbool.h>
 #include <stddef.h>

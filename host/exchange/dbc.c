@@ -1,4 +1,4 @@
-#include "host/export/dbc.h"
+#include "host/exchange/dbc.h"
 
 #include <stdbool.h>
 #include <string.h>

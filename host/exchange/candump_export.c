@@ -1,4 +1,4 @@
-#include "host/export/export_candump.h"
+#include "host/exchange/candump_export.h"
 
 #include <math.h>
 #include <string.h>

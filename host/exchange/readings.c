@@ -1,4 +1,4 @@
-#include "host/import/readings.h"
+#include "host/exchange/readings.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -7,8 +7,8 @@
 
 #include "common/decimal.h"
 #include "host/base/xmalloc.h"
-#include "host/import/import.h"
-#include "host/import/mapping.h"
+#include "host/exchange/import.h"
+#include "host/exchange/mapping.h"
 
 /* ---- a candump log ---- */
 

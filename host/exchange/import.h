@@ -1,10 +1,10 @@
 /* matrig import: files of other programs into the campaign. What each kind of file needs, and what
  * came of it. */
-#ifndef MATRIG_HOST_IMPORT_IMPORT_H
-#define MATRIG_HOST_IMPORT_IMPORT_H
+#ifndef MATRIG_HOST_EXCHANGE_IMPORT_H
+#define MATRIG_HOST_EXCHANGE_IMPORT_H
 
 #include "host/base/cli.h"
-#include "host/import/textfile.h"
+#include "host/exchange/textfile.h"
 #include "host/store/store_import.h"
 
 #define IMPORT_RUNS_MAX 1000u

@@ -1,4 +1,4 @@
-#include "host/flash/stm32flash.h"
+#include "host/board/stm32flash.h"
 
 #include <fcntl.h>
 #include <stdio.h>

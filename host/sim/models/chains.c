@@ -1,4 +1,4 @@
-#include "host/ensemble/chains.h"
+#include "host/sim/models/chains.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -44,7 +44,7 @@ static inline bool any_set(const masks *mask)
 #define CHOOSE(mask, yes, no) __builtin_ia32_blendvps256(no, yes, (lanes)(mask))
 #define LESSER(a, b)          __builtin_ia32_minps256(a, b)
 #define GREATER(a, b)         __builtin_ia32_maxps256(a, b)
-#include "host/ensemble/chains_kernel.h"
+#include "host/sim/models/chains_kernel.h"
 #undef VARIANT
 #undef ANY
 #undef CHOOSE
@@ -60,7 +60,7 @@ static inline bool any_set(const masks *mask)
 /* Of equal ones the second: so the instructions have it, and zeros keep their sign. */
 #define LESSER(a, b)          CHOOSE((a) < (b), a, b)
 #define GREATER(a, b)         CHOOSE((a) > (b), a, b)
-#include "host/ensemble/chains_kernel.h"
+#include "host/sim/models/chains_kernel.h"
 
 void chains_step(struct chains *c, const unsigned mat[CHAINS_LANES],
                  const float thrust_lb[CHAINS_LANES])

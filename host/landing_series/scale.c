@@ -1,5 +1,5 @@
 /* matrig scale: scene files and studies. */
-#include "host/scale/scale.h"
+#include "host/landing_series/scale.h"
 
 #include <math.h>
 #include <stdio.h>

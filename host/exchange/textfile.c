@@ -1,4 +1,4 @@
-#include "host/import/textfile.h"
+#include "host/exchange/textfile.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -4,8 +4,8 @@
  * lane whose bay sleeps is not touched. Only mats, mats' length and step are common to the eight.
  *
  * Feet, pounds, seconds. One owner: chains_new allocates, chains_free releases. */
-#ifndef MATRIG_HOST_ENSEMBLE_CHAINS_H
-#define MATRIG_HOST_ENSEMBLE_CHAINS_H
+#ifndef MATRIG_HOST_SIM_MODELS_CHAINS_H
+#define MATRIG_HOST_SIM_MODELS_CHAINS_H
 
 #include "common/matchain.h"
 

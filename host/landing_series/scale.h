@@ -1,6 +1,6 @@
 /* matrig scale: scenes and studies at another scale, or with joints turned to a diagonal lay. */
-#ifndef MATRIG_HOST_SCALE_H
-#define MATRIG_HOST_SCALE_H
+#ifndef MATRIG_HOST_LANDING_SERIES_SCALE_H
+#define MATRIG_HOST_LANDING_SERIES_SCALE_H
 
 #include "common/similitude.h"
 #include "host/base/answer.h"

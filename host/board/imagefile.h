@@ -7,8 +7,8 @@
  *           blank, 0xff: they are left out, as is what is blank behind vectors and header
  *
  * No image may hold anything in the configuration's sectors. */
-#ifndef MATRIG_HOST_FLASH_IMAGEFILE_H
-#define MATRIG_HOST_FLASH_IMAGEFILE_H
+#ifndef MATRIG_HOST_BOARD_IMAGEFILE_H
+#define MATRIG_HOST_BOARD_IMAGEFILE_H
 
 #include "common/image.h"
 #include "host/base/error.h"

@@ -1,4 +1,4 @@
-#include "host/import/landing.h"
+#include "host/exchange/landing_import.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* A landing's CAN frames as a candump -L log, stamped with the time of day at which the board sent
  * what they tell, by the time map of the landing (host/link/timemap.h); without a good one, with
  * board time after a date in 2001, and that is told. */
-#ifndef MATRIG_HOST_EXPORT_CANDUMP_H
-#define MATRIG_HOST_EXPORT_CANDUMP_H
+#ifndef MATRIG_HOST_EXCHANGE_CANDUMP_EXPORT_H
+#define MATRIG_HOST_EXCHANGE_CANDUMP_EXPORT_H
 
 #include <stdio.h>
 

@@ -5,12 +5,12 @@
  * ROM, then the program is written, at last vectors and header. A board that loses its power or its
  * cable in between starts into the boot ROM, and the whole is done again. stm32flash reads each
  * part back and erases its sectors alone, so the configuration is kept. */
-#ifndef MATRIG_HOST_FLASH_STM32FLASH_H
-#define MATRIG_HOST_FLASH_STM32FLASH_H
+#ifndef MATRIG_HOST_BOARD_STM32FLASH_H
+#define MATRIG_HOST_BOARD_STM32FLASH_H
 
 #include <stdbool.h>
 
-#include "host/flash/imagefile.h"
+#include "host/board/imagefile.h"
 
 #define STM32FLASH_BAUD 115200 /* the boot ROM promises no more: AN3155 */
 
