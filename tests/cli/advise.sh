@@ -105,25 +105,7 @@ no_stop() {
         fails_with 2 'no plan: .*give --speed and --deceleration' $matrig advise "$tmp/stop.db" --before 2
 }
 check "no landing to take the plan from" no_stop
-check "no DB" fails_with 2 'DB' $matrig advise
-check "a DB that is not there" fails_with 3 'nowhere.db' $matrig advise "$tmp/nowhere.db"
-check "arguments swapped" fails_with 2 'advise' $matrig advise --speed "$db" 30
-check "two DBs" fails_with 2 'one word too many' $matrig advise "$db" "$db"
-check "a deceleration in another unit's size" fails_with 2 'out of range: 0.2 for --deceleration; allowed is 0.5 to 40 ft/s2' $matrig advise "$db" --deceleration 0.2
-check "an unknown unit" fails_with 2 "unknown unit: '5furlong' for --deceleration" $matrig advise "$db" --deceleration 5furlong
-check "a speed as a deceleration" fails_with 2 "a speed instead of an acceleration: '5m/s'" $matrig advise "$db" --deceleration 5m/s
-check "no number" fails_with 2 'not a number' $matrig advise "$db" --speed fast
-check "too few members" fails_with 2 'out of range|64 to' $matrig advise "$db" --members 8
-check "beyond the runway" fails_with 2 'not on the runway: touchdown at 150.0 ft' $matrig advise "$db" --station 150 --speed 30 --deceleration 5
 for profile in '' '0s:4,' '0s:4,59s:64' '0s:4,61s:5'; do
     check "no profile: '$profile'" fails_with 2 "not a profile: '$profile' .*0 to 60 ft/s2" $matrig advise "$db" --speed 30 --profile "$profile"
 done
-check "a profile that is none" fails_with 2 "not a profile: '4,8'" $matrig advise "$db" --speed 30 --profile 4,8
-check "times of a profile that go back" fails_with 2 'times ascending' $matrig advise "$db" --speed 30 --profile 2s:4,1s:8
-check "a profile that does not stop" fails_with 2 'no stop' $matrig advise "$db" --speed 30 --profile 0s:4,2s:0
-check "a profile and a mean" fails_with 2 'both --profile and --deceleration' $matrig advise "$db" --speed 30 --deceleration 5 --profile 0s:4
-check "a profile without a speed" fails_with 2 'profile needs --speed' $matrig advise "$db" --profile 0s:4
-check "keeping what is past" fails_with 2 'keep with --before' $matrig advise "$db" --before 2 --keep
-check "before a landing that is not there" fails_with 2 'RUN 9' $matrig advise "$db" --before 9
-check "before the first" fails_with 5 'no landing before RUN 1' $matrig advise "$db" --before 1
 finish

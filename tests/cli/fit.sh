@@ -54,17 +54,6 @@ check "the model can be the data's" can_be
 check "the residuals are a picture" residuals_drawn
 check "the scene runs, with the fitted resistance" scene_has_it
 check "a runway laid in stretches cannot be: exit code 1, JSON and picture say so" laid_in_stretches
-check "no such parameter" fails_with 2 "unknown parameter: 'frictoin'" $matrig fit "$db" 1 --fit frictoin
-check "no such prior" fails_with 2 'NAME=VALUE:ERROR' $matrig fit "$db" 1 --prior f=0.5
-check "a prior below 0" fails_with 2 'above 0' $matrig fit "$db" 1 --prior f=0.5:-1
-check "a prior twice" fails_with 2 'given twice: f in --prior' $matrig fit "$db" 1 --prior f=0.5:0.1,f=0.6:0.1
-check "a landing twice" fails_with 2 'given twice: RUN 1' $matrig fit "$db" 1 1
-check "a plot in place of the campaign" fails_with 2 "a plot is a .svg, .png or .pdf file" $matrig fit "$db" 1 --plot "$db"
-check "a scene that cannot be written, before anything is fitted" fails_with 3 'cannot write' $matrig fit "$db" 1 -o "$tmp/none/scene.json"
-check "too few draws" fails_with 2 '--draws' $matrig fit "$db" 1 --draws 3
-check "no such landing" fails_with 2 'RUN 9' $matrig fit "$db" 9
-check "a scene that is no chain" fails_with 2 'not a chain' $matrig fit "$db" 1 --scene host/scenes/model_runway_planar.json
-check "no time" fails_with 3 'more time' $matrig fit "$db" 1 --draws 2000 --max-time 1
 check "a landing without transducers" eval "no_transducer && fails_with 5 'no landing to fit: .*no transducer' $matrig fit '$tmp/none.db'"
 check "a landing whose motion is not known" eval "no_switches && fails_with 5 'RUN 1' $matrig fit '$tmp/blind.db' 1"
 check "another version's database" eval "cp '$db' '$tmp/old.db' && sqlite3 '$tmp/old.db' 'pragma user_version = 99' && fails_with 4 'version' $matrig fit '$tmp/old.db'"
