@@ -61,10 +61,6 @@ the_box_completes() {
         [ "$(sqlite3 "$tmp/lossy.db" "select group_concat(distinct link) from (select link from blocks order by link)")" = 1,2 ] &&
         grep -Eq '^# readings from serial block records, 1 kHz; [0-9]+ of [0-9]+ ms from the black box, [0-9]+ stretches' "$tmp/box.csv"
 }
-older_campaigns_know_it_too() { # without the column: by the session
-    cp "$tmp/lossy.db" "$tmp/older.db" && sqlite3 "$tmp/older.db" "alter table blocks drop column link" &&
-        $matrig --quiet export "$tmp/older.db" 1 --format csv -o "$tmp/older.csv" && cmp "$tmp/older.csv" "$tmp/box.csv"
-}
 a_new_calibration_is_not_mixed_with_the_old() { # what CAN brought was computed by the old one: it fills nothing then
     $matrig --quiet bundle "$tmp/again.db" 1 -o "$tmp/anew.db" &&
         sqlite3 "$tmp/anew.db" "insert into recalibrations(landing, idx, item, was, value, made_us) values(1, 0, -1, 1, 1, 0)" &&
@@ -77,6 +73,5 @@ check "summary and report tell the stretches" it_is_told
 check "peak movements are those of the whole landing" peaks_hold
 check "each record in the campaign says how it came" the_campaign_knows
 check "the black box completes the landing, sample by sample" the_box_completes
-check "a campaign of before is read the same" older_campaigns_know_it_too
 check "a landing that is calibrated anew is not filled from CAN" a_new_calibration_is_not_mixed_with_the_old
 finish
