@@ -87,6 +87,26 @@ static struct heard *fly(const char *elf)
     return heard;
 }
 
+static struct heard *full;
+
+static int fly_full(void **state)
+{
+    (void)state;
+    char error[256];
+    if (hil_run_read("tests/runs/landing5.run", &landing5, error, sizeof error) != MR_OK)
+        fail_msg("%s", error);
+    full = fly(FULL);
+    return 0;
+}
+
+static int put_away(void **state)
+{
+    (void)state;
+    close_board(full);
+    hil_run_free(&landing5);
+    return 0;
+}
+
 static size_t count(const struct heard *heard, uint16_t id)
 {
     size_t n = 0;
@@ -127,7 +147,7 @@ static unsigned sequence_length(const struct heard *heard, unsigned unit)
 
 /* ---- the same landing on the rig ---- */
 
-static void assert_same_landing(const struct heard *full, const struct heard *some)
+static void assert_same_landing(const struct heard *some)
 {
     struct mr_touchdown a = touchdown(full), b = touchdown(some);
     /* scans begin some microseconds apart, for the images start at another speed: not a digit of
@@ -137,11 +157,10 @@ static void assert_same_landing(const struct heard *full, const struct heard *so
     assert_int_equal(faults(some), faults(full));
 }
 
-static void four_transducers_measure_the_same(void **state)
+TEST(four_transducers_measure_the_same)
 {
-    (void)state;
-    struct heard *full = fly(FULL), *four = fly(VARIANT("four"));
-    assert_same_landing(full, four);
+    struct heard *four = fly(VARIANT("four"));
+    assert_same_landing(four);
     assert_int_equal(sequence_length(full, HIL_ADC1), 16);
     assert_int_equal(sequence_length(full, HIL_ADC3), 8);
     assert_int_equal(sequence_length(four, HIL_ADC1), 2);
@@ -161,15 +180,13 @@ static void four_transducers_measure_the_same(void **state)
         assert_int_equal(count(four, id), 0);
     /* of absent ones: at start, when arming */
     assert_int_equal(count(four, MR_ID_CHANNEL) - count(four, MR_ID_CHANNEL_ZERO), 2 * 18);
-    close_board(full);
     close_board(four);
 }
 
-static void switches_alone_time_the_landing(void **state)
+TEST(switches_alone_time_the_landing)
 {
-    (void)state;
-    struct heard *full = fly(FULL), *bare = fly(VARIANT("switches"));
-    assert_same_landing(full, bare);
+    struct heard *bare = fly(VARIANT("switches"));
+    assert_same_landing(bare);
     assert_int_equal(sequence_length(bare, HIL_ADC1), 2);
     assert_int_equal(bare->board->state.mcu.adc[HIL_ADC3].cr2, 0);
     assert_int_equal(bare->board->core.state.counters.adc_scans[HIL_ADC3], 0);
@@ -180,7 +197,6 @@ static void switches_alone_time_the_landing(void **state)
     assert_true(count(full, MR_ID_BOX_STATE) > 5);
     assert_true(full->board->state.w25q.operations > 100);
     assert_int_equal(bare->board->state.w25q.operations, 0);
-    close_board(full);
     close_board(bare);
 }
 
@@ -188,10 +204,9 @@ static void switches_alone_time_the_landing(void **state)
 
 /* The record of a landing with all channels, on a board that lacks some: what it has is the
  * record's, sum by sum, and what it says of it is what was said then. */
-static void sums_are_those_of_the_full_configuration(void **state)
+TEST(sums_are_those_of_the_full_configuration)
 {
-    (void)state;
-    struct heard *full = fly(FULL), *four = open_board(VARIANT("four"));
+    struct heard *four = open_board(VARIANT("four"));
     uint64_t edge_tick[32];
     struct hil_replay_command arm = {.block = full->armed.block,
                                      .message = {.code = MR_COMMAND_ARM, .argument = 5, .tag = 1}};
@@ -243,7 +258,6 @@ static void sums_are_those_of_the_full_configuration(void **state)
         if (found + idle < count(full, equal[n]) || found == 0)
             fail_msg("0x%03x: %zu of %zu", equal[n], found, count(full, equal[n]));
     }
-    close_board(full);
     close_board(four);
 }
 
@@ -251,9 +265,8 @@ static void sums_are_those_of_the_full_configuration(void **state)
 
 /* A rig at rest reads (2048 +- 62) * 4 forward and backward, bridges 8 * 496; any set of channels,
  * 20 times a second. */
-static void blocks_keep_their_place_when_channels_change(void **state)
+TEST(blocks_keep_their_place_when_channels_change)
 {
-    (void)state;
     struct heard *heard = open_board(VARIANT("changing"));
     struct hil_run still;
     uint32_t sets = 0, absent = 0, lost = 0, adc3_longer = 0, without_adc3 = 0;
@@ -300,20 +313,4 @@ static void blocks_keep_their_place_when_channels_change(void **state)
     close_board(heard);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(four_transducers_measure_the_same),
-        cmocka_unit_test(switches_alone_time_the_landing),
-        cmocka_unit_test(sums_are_those_of_the_full_configuration),
-        cmocka_unit_test(blocks_keep_their_place_when_channels_change),
-    };
-    char error[256];
-    if (hil_run_read("tests/runs/landing5.run", &landing5, error, sizeof error) != MR_OK) {
-        fprintf(stderr, "%s\n", error);
-        return 1;
-    }
-    int failed = cmocka_run_group_tests_name("hil/absent", tests, NULL, NULL);
-    hil_run_free(&landing5);
-    return failed;
-}
+TESTS_BETWEEN(fly_full, put_away);

@@ -1,21 +1,17 @@
 /* Runways and landings at the ends of what there can be: the predictor's chain against the host's
  * in double precision, closed forms, refusals of what is in other units, and inputs that no
  * instrument should give. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <string.h>
 
 #include "tests/host/predictor_case.h"
+#include "tests/cmocka_all.h"
 
 static struct mr_predictor predictor;
 static struct mr_predictor_zone zone;
 static struct error error;
 
-static float all_gaps_in; /* NaN: as laid */
+static float all_gaps_in = NAN; /* NaN: as laid */
 
 static enum mr_status start(const struct mr_predictor_config *config)
 {
@@ -83,9 +79,8 @@ static double compare(const struct braking *braking, double *most_in, double *tr
     return sqrt(sum / (double)count);
 }
 
-static void extremes_agree_with_the_hosts_chain(void **state)
+TEST(extremes_agree_with_the_hosts_chain)
 {
-    (void)state;
     static const float usual_s = 1e-3f / 6.0f;
     const struct extreme extremes[] = {
         {"usual", 0.5, NAN, 1.0f, usual_s, 420, {33.0, 8.0, 8.0}, 0.005},
@@ -115,9 +110,8 @@ static void extremes_agree_with_the_hosts_chain(void **state)
 }
 
 /* Nothing can move: all is closed, and all of it ahead of the wheel is one zone. */
-static void all_gaps_0_is_one_zone(void **state)
+TEST(all_gaps_0_is_one_zone)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     const struct braking braking = {33.0, 8.0, 8.0};
     all_gaps_in = 0.0f;
@@ -144,9 +138,8 @@ static void all_gaps_0_is_one_zone(void **state)
 /* With nothing but friction, a push F closes what lies ahead as far as n = F / (f w) mats: all open
  * joints of 0.01 in so far, when the wheel stands and pushes. (Static closed form: the push that
  * grows slowly overcomes f w more with each mat.) */
-static void a_standing_push_closes_f_over_fw(void **state)
+TEST(a_standing_push_closes_f_over_fw)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     config.grit_lb = 0.0f;
     config.level = MR_PREDICTOR_PLOUGH;
@@ -167,9 +160,8 @@ static void a_standing_push_closes_f_over_fw(void **state)
 
 /* One mat: it is pushed against the ground, u = gap + (F - c f w) / KL at rest, where friction
  * holds back (c = 1) or on (c = -1). */
-static void one_mat_stops_at_the_ground(void **state)
+TEST(one_mat_stops_at_the_ground)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     config.chain.mats = 1;
     config.grit_lb = 0.0f;
@@ -198,9 +190,8 @@ static void one_mat_stops_at_the_ground(void **state)
 
 /* --- units --- */
 
-static void other_units_are_refused(void **state)
+TEST(other_units_are_refused)
 {
-    (void)state;
     struct {
         const char *name;
         size_t offset;
@@ -250,9 +241,8 @@ static void other_units_are_refused(void **state)
 }
 
 /* Survey in mm: no ten joints are that wide. Readings in mm: no mat follows them. */
-static void readings_in_other_units_are_left_out(void **state)
+TEST(readings_in_other_units_are_left_out)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     const struct braking braking = {35.5, 6.6, 9.2};
     float sum_in[MR_SEGMENTS], before_ft[MR_CHAIN_MATS + 1u];
@@ -284,9 +274,8 @@ static void readings_in_other_units_are_left_out(void **state)
 
 /* All readings jump over their whole range every block: the springs' limit bounds what it does, and
  * they are left out in the end. */
-static void jumping_transducers_do_no_harm(void **state)
+TEST(jumping_transducers_do_no_harm)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     const struct braking braking = {35.5, 6.6, 9.2};
     float most_ft = 0.0f;
@@ -315,9 +304,8 @@ static void jumping_transducers_do_no_harm(void **state)
 
 /* Time stands still for the gear: one place and speed told for ten seconds. The mats come to rest
  * under the standing push. */
-static void time_standing_still_comes_to_rest(void **state)
+TEST(time_standing_still_comes_to_rest)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     const struct mr_predictor_input input = case_input(&(struct braking){35.5, 8.0, 8.0}, 1500);
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
@@ -337,9 +325,8 @@ static void time_standing_still_comes_to_rest(void **state)
 
 /* The gear is taken to stand: what is left of its speed may be rounded below 0. The motion is known
  * all the same. */
-static void a_speed_rounded_below_zero_is_rest(void **state)
+TEST(a_speed_rounded_below_zero_is_rest)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     const struct braking braking = {35.5, 8.0, 8.0};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
@@ -357,9 +344,8 @@ static void a_speed_rounded_below_zero_is_rest(void **state)
 
 /* A bit of memory falls over: a mat at the speed of nothing, or far away. It is noticed, said, and
  * the landing goes on; after the fourth time without the model. */
-static void a_spoilt_chain_falls_back(void **state)
+TEST(a_spoilt_chain_falls_back)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     const struct braking braking = {35.5, 6.6, 9.2};
     const float bad[] = {NAN, INFINITY, 5.0f, -1e20f, 1e9f};
@@ -392,9 +378,8 @@ static void a_spoilt_chain_falls_back(void **state)
 
 /* However often it is begun again, what the transducers have moved closes joints once. Stations 40
  * to 60 approach each other by 0.1 in. */
-static void falling_back_again_closes_nothing_more(void **state)
+TEST(falling_back_again_closes_nothing_more)
 {
-    (void)state;
     struct mr_predictor_config config = case_rig();
     struct mr_predictor_input input = {
         .wheel_ft = 5.0f, .speed_ft_s = 30.0f, .deceleration_ft_s2 = 5.0f, .braking_known = true};
@@ -427,23 +412,4 @@ static void falling_back_again_closes_nothing_more(void **state)
         assert_true(fabsf(12.0f * once_ft - (0.9f - 0.2f)) < 0.02f);
         assert_true(fabsf(now_ft - once_ft) < 1e-5f);
     }
-}
-
-int main(void)
-{
-    all_gaps_in = NAN;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(extremes_agree_with_the_hosts_chain),
-        cmocka_unit_test(all_gaps_0_is_one_zone),
-        cmocka_unit_test(a_standing_push_closes_f_over_fw),
-        cmocka_unit_test(one_mat_stops_at_the_ground),
-        cmocka_unit_test(other_units_are_refused),
-        cmocka_unit_test(readings_in_other_units_are_left_out),
-        cmocka_unit_test(jumping_transducers_do_no_harm),
-        cmocka_unit_test(time_standing_still_comes_to_rest),
-        cmocka_unit_test(a_speed_rounded_below_zero_is_rest),
-        cmocka_unit_test(a_spoilt_chain_falls_back),
-        cmocka_unit_test(falling_back_again_closes_nothing_more),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,9 +1,4 @@
 /* matrig sim: exit codes, one line per error, and the JSON object. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -13,6 +8,7 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
+#include "tests/cmocka_all.h"
 
 #define FOLDER "build/test-tmp/"
 #define SCENE  FOLDER "test_sim_command.json"
@@ -75,9 +71,8 @@ static void one_error_line(const char *names)
     assert_ptr_equal(strchr(err, '\n'), err + strlen(err) - 1);
 }
 
-static void the_object_is_the_contract(void **state)
+TEST(the_object_is_the_contract)
 {
-    (void)state;
     static const char *const keys[] = {"scene",          "model",   "solver",      "status",
                                        "t_end_s",        "run_ms",  "rhs",         "steps",
                                        "rejected",       "events",  "max_lift_ft", "bow_wave",
@@ -116,9 +111,8 @@ static void the_object_is_the_contract(void **state)
     json_decref(object);
 }
 
-static void an_unstable_run_says_where(void **state)
+TEST(an_unstable_run_says_where)
 {
-    (void)state;
     assert_int_equal(SIM(JSON, "host/scenes/wave.json", "--dt", "1e-3"), 5);
     assert_non_null(strstr(err, "unstable"));
     assert_non_null(strstr(err, "mat 1 at 0 s"));
@@ -135,9 +129,8 @@ static void an_unstable_run_says_where(void **state)
     one_error_line("stability limit");
 }
 
-static void a_limit_leaves_what_was_computed(void **state)
+TEST(a_limit_leaves_what_was_computed)
 {
-    (void)state;
     assert_int_equal(SIM(JSON, "host/scenes/consistent_fig3_11_12000.json", "--limit", "0.001"), 5);
     assert_non_null(strstr(err, "the limit of 0.001 s of computing is over"));
     json_t *object = json_loads(out, 0, NULL);
@@ -150,9 +143,8 @@ static void a_limit_leaves_what_was_computed(void **state)
     one_error_line("--limit");
 }
 
-static void errors_have_their_exit_codes(void **state)
+TEST(errors_have_their_exit_codes)
 {
-    (void)state;
     assert_int_equal(SIM(TEXT, "build/test-tmp/none.json"), 3);
     one_error_line("none.json");
     write_text(SCENE, "{\"model\": \"chain\", \"sped\": 3}");
@@ -176,9 +168,8 @@ static void errors_have_their_exit_codes(void **state)
     one_error_line("x.csv");
 }
 
-static void the_table_is_the_history(void **state)
+TEST(the_table_is_the_history)
 {
-    (void)state;
     double t_s, u_ft, last_t_s = -1.0;
     int rows = 0;
     assert_int_equal(SIM(TEXT, "host/scenes/friction_block.json", "--csv", FOLDER "sim.csv"), 0);
@@ -201,9 +192,8 @@ static void the_table_is_the_history(void **state)
 }
 
 /* A list for people, a JSON Schema for programs; neither with a scene. */
-static void keys_are_listed(void **state)
+TEST(keys_are_listed)
 {
-    (void)state;
     assert_int_equal(SIM(TEXT, "--keys"), 0);
     assert_non_null(strstr(out, "\nground_damping  0           lb s/ft "));
     assert_non_null(strstr(out, "\nmodel           report "));
@@ -215,17 +205,12 @@ static void keys_are_listed(void **state)
     assert_non_null(strstr(err, "--keys"));
 }
 
-int main(void)
+static int begin(void **state)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_object_is_the_contract),
-        cmocka_unit_test(an_unstable_run_says_where),
-        cmocka_unit_test(a_limit_leaves_what_was_computed),
-        cmocka_unit_test(errors_have_their_exit_codes),
-        cmocka_unit_test(the_table_is_the_history),
-        cmocka_unit_test(keys_are_listed),
-    };
+    (void)state;
     mkdir("build", 0777);
     mkdir("build/test-tmp", 0777);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return 0;
 }
+
+TESTS_BETWEEN(begin, NULL);
