@@ -1,6 +1,6 @@
-/* The slow log: a row a minute of mat temperature and mean band tensions, so that the campaign shows
- * how bands pull back overnight as the mats cool. A row is made at each full minute of the block
- * index while no landing is going on, of the means of its last four seconds, and sent in six
+/* The slow log: a row a minute of mat temperature and mean band tensions, so that the campaign
+ * shows how bands pull back overnight as the mats cool. A row is made at each full minute of the
+ * block index while no landing is going on, of the means of its last four seconds, and sent in six
  * messages, one a block. matrig log stores it; the board keeps nothing. */
 #ifndef MATRIG_FIRMWARE_SLOWLOG_H
 #define MATRIG_FIRMWARE_SLOWLOG_H

@@ -9,8 +9,9 @@
 
 #include <cmocka.h>
 
-/* TEST(name) { ... } is a test, TEST_IN one with its own set-up and teardown; tests/main.c runs them in
- * the order of their lines. TESTS_BETWEEN: set-up before the first, teardown after the last. */
+/* TEST(name) { ... } is a test, TEST_IN one with its own set-up and teardown; tests/main.c runs
+ * them in the order of their lines. TESTS_BETWEEN: set-up before the first, teardown after
+ * the last. */
 struct unit_test {
     unsigned line;
     struct CMUnitTest test;

@@ -18,7 +18,8 @@
  * (an access or a setting that the emulator does not model; with address, size and PC) or MR_HALTED
  * (lockup, or something that silicon would not survive).
  *
- * Two boards share nothing; one board belongs to one thread. Same ELF, options, run file and injected input: same bytes. */
+ * Two boards share nothing; one board belongs to one thread. Same ELF, options, run file and
+ * injected input: same bytes. */
 #ifndef MATRIG_HIL_BOARD_H
 #define MATRIG_HIL_BOARD_H
 

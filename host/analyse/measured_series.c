@@ -18,8 +18,8 @@ struct measured_span {
     bool any;
 };
 
-/* Block records of a landing, in order, as far as their times can belong to it. `from`, `moments` and
- * `aside` are given. */
+/* Block records of a landing, in order, as far as their times can belong to it. `from`, `moments`
+ * and `aside` are given. */
 struct measured_blocks {
     struct mr_block *block;
     uint8_t *source; /* enum measured_source */

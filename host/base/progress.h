@@ -1,5 +1,5 @@
-/* Progress of work that takes long: a thread of its own prints a line on stderr every 30 s, whatever
- * the work is busy with, terminal or not. */
+/* Progress of work that takes long: a thread of its own prints a line on stderr every 30 s,
+ * whatever the work is busy with, terminal or not. */
 #ifndef MATRIG_HOST_BASE_PROGRESS_H
 #define MATRIG_HOST_BASE_PROGRESS_H
 

@@ -45,8 +45,8 @@ void ready_client_begin(struct ready_client *talk, struct dialogue *dialogue,
 enum mr_status ready_client_meet(struct ready_client *talk, struct error *error);
 /* Everything else that the facts have: readings, shunts, self-test, black box, time. */
 enum mr_status ready_client_ask(struct ready_client *talk, struct error *error);
-/* Keeps the board live for `seconds` (firmware/landinglink.h); MR_OK when it answered so, MR_NOT_NOW: not
- * idle, MR_TIMEOUT. */
+/* Keeps the board live for `seconds` (firmware/landinglink.h); MR_OK when it answered so,
+ * MR_NOT_NOW: not idle, MR_TIMEOUT. */
 enum mr_status ready_client_live(struct ready_client *talk, int seconds, struct error *error);
 
 /* What this board was at its last landing, its last shunt calibration, and how its channels were

@@ -2,10 +2,10 @@
  *
  * Serial: every frame has a number; a jump says how many are lost. CAN: frames have none, so
  * `can_health.sent`, which counts the frames queued before that one, is held against the frames
- * received since the one before; and the messages of a series (common/catalogue.h) step by its blocks
- * while a landing is recorded, which tells whose frames are missing. A step alone proves nothing;
- * it is believed when the next can_health confirms that frames are lost, or when none comes any
- * more.
+ * received since the one before; and the messages of a series (common/catalogue.h) step by its
+ * blocks while a landing is recorded, which tells whose frames are missing. A step alone proves
+ * nothing; it is believed when the next can_health confirms that frames are lost, or when none
+ * comes any more.
  *
  * Where frames were lost, as far as the link saw it: queue (the receive queue of this computer),
  * lock, slow disk, full disk, processor (the queue to the campaign had no room, for that reason),

@@ -1,5 +1,5 @@
 /* The commands that matrig-study runs: what each is asked for, as its rows (host/commands/) put it
- * there, and its run (host/study/). matrig has the rows alone, and links none of their libraries. */
+ * there, and its run (host/study/). matrig has the rows alone and links none of their libraries. */
 #ifndef MATRIG_HOST_COMMANDS_STUDIES_H
 #define MATRIG_HOST_COMMANDS_STUDIES_H
 

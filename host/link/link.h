@@ -200,7 +200,7 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
 uint64_t link_now_us(void);
 
 /* How far the time of day is ahead of the monotonic clock (host/base/monotonic_clock.h),
- * microseconds; a look in which the processor was taken away between the two clocks is taken again. */
+ * microseconds; when the processor was taken away between the two clocks, they are read again. */
 uint64_t link_clock_ahead_us(void);
 
 #endif

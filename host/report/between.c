@@ -1,4 +1,4 @@
-/* Sections of the campaign: what was measured between the landings, by surveys and by the slow log. */
+/* Sections of the campaign: measurements between the landings, by surveys and by the slow log. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

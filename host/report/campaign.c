@@ -1,4 +1,4 @@
-/* The campaign's sections: each landing as a row, sums over them, advice, observations and notes. */
+/* The campaign's sections: a row per landing, sums over them, advice, observations and notes. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

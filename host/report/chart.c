@@ -13,7 +13,8 @@
 #define COLUMNS_SMALL 80u
 #define STEPS         2500.0 /* of a range: finer than a pixel */
 #define DECIMALS_MOST 9
-#define AROUND_PX     40u /* title, label and distance of a plot: its place is kept until it is drawn */
+/* title, label and distance of a plot: its place is kept until it is drawn */
+#define AROUND_PX     40u
 
 const char *chart_label(char label[CHART_LABEL], const char *what, enum unit_kind kind, bool si)
 {

@@ -56,8 +56,8 @@ struct chart_series {
     size_t count;
 };
 void figure_series(struct figure *figure, const struct chart_series *series);
-/* "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor", "seen". NaN in x0
- * or y0: over all of that axis. */
+/* "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor", "seen". NaN
+ * in x0 or y0: over all of that axis. */
 void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
                   double y1, const char *text);
 

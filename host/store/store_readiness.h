@@ -32,8 +32,8 @@ enum mr_status store_readiness_all(struct store *store, const char *board_uid,
 /* The board that was logged or checked last; empty: none. */
 enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error);
 
-/* Adds a certificate of a sensor, in a transaction of its own; and the one that holds of each channel
- * of a board. */
+/* Adds a certificate of a sensor, in a transaction of its own; and the one that holds of each
+ * channel of a board. */
 enum mr_status store_certificate_add(struct store *store, const struct store_certificate *row,
                                      struct error *error);
 enum mr_status store_certificates(struct store *store, const char *board_uid,

@@ -22,7 +22,7 @@
 #define FIRST_STATION 4   /* transducer 1, in tens of feet */
 #define LANDINGS_MOST 8
 
-/* The rig of host/landing_series/series/rig.json; brake as in tests/runs: it takes hold within 50 ms. */
+/* The rig of host/landing_series/series/rig.json; brake as in tests/runs: 50 ms to take hold. */
 #define RIG                                                                                      \
     "\"model\": \"chain\", \"N\": 420, \"L\": 0.2857142857142857, \"W\": 0.466, \"KL\": 2.9e5, " \
     "\"CL\": 5, \"slack\": "                                                                     \

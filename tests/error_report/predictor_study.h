@@ -8,8 +8,8 @@
  * knows a survey before the first landing and eight transducers at 40 to 110 ft; it carries its own
  * state: what a rig would see.
  *
- * A solver of the simulator (`staggered`, single passes in double precision) runs the same landings on
- * `own` at three steps: what the same time buys there.
+ * A solver of the simulator (`staggered`, single passes in double precision) runs the same landings
+ * on `own` at three steps: what the same time buys there.
  *
  * Cycles: what the predictor counts times the instructions measured on the emulated board
  * (predictor_cost.h). Units in, s. */

@@ -1,6 +1,7 @@
 /* Whether the fit notices that its model cannot be the data's: campaigns of tests/fit/runway.h,
  * right ones and four kinds of wrong ones, each fitted and checked (host/study/fit/misfit.h).
- * Prints how many of each are called impossible, with Wilson's 95 % intervals, and how often the intervals hold.
+ * Prints how many of each are called impossible, with Wilson's 95 % intervals, and how often the
+ * intervals hold.
  *
  *   misfits FOLDER [FIRST [RIGHT [WRONG [MATS]]]]
  *

@@ -1,5 +1,5 @@
-/* Files of points of a calibration, of a transducer and of a gage. What is taken has finite numbers,
- * and no sign in the file that could scale a unit. */
+/* Files of points of a calibration, of a transducer and of a gage. What is taken has finite
+ * numbers, and no sign in the file that could scale a unit. */
 #include <math.h>
 #include <string.h>
 

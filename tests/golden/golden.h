@@ -10,8 +10,8 @@
  *     matrig-golden-given 1
  *     uid W W W                              identity of the board, 8 hex digits each
  *     crystal 1                              0: the crystal did not start
- *     config N                               the configuration: N lines of host/board/config_text.h,
- *                                            by name, with units
+ *     config N                               the configuration: N lines by name, with units
+ *                                            (host/board/config_text.h)
  *     survey BLOCK TAG SEGMENT INCHES        a command by name, with its argument in the unit that
  *                                            people use
  *     runway BLOCK TAG SCALE LANDINGS MATS   the predictor's runway when armed; then the openings

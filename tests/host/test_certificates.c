@@ -1,5 +1,5 @@
-/* Certificates: which one holds, until when, and the verdict of matrig ready. Days are compared with
- * GNU date (date -u -d 2026-03-02 +%s), factors with tables of the normal distribution. */
+/* Certificates: which one holds, until when, and the verdict of matrig ready. Days are compared
+ * with GNU date (date -u -d 2026-03-02 +%s), factors with tables of the normal distribution. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -196,8 +196,8 @@ TEST(smooth_scenes_show_the_order)
     assert_false(study.lifts);
     sim_scene_free(&scene);
 
-    /* The joints' damper acts on the last half step's speeds (staggered.h), half a step late: at least
-     * first order. */
+    /* The joints' damper acts on the last half step's speeds (staggered.h), half a step late: at
+     * least first order. */
     scene = oscillator(SIM_CHAIN, 50.0);
     run(&scene);
     fixed = slope_of("staggered", false);
@@ -335,8 +335,8 @@ TEST(the_march_gives_way_and_springs_back)
 }
 
 /* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed
- * again, with dampers. The march and `staggered` share no code; the answers differ by less with every
- * finer step. */
+ * again, with dampers. The march and `staggered` share no code; the answers differ by less with
+ * every finer step. */
 TEST(two_methods_agree_on_grit)
 {
     const double gap_ft = 0.0015, grit_lb = 10.0;

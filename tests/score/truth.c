@@ -268,9 +268,9 @@ static void make_planar(struct sim_scene *scene, uint32_t number)
     sim_scene_set_list(&scene->ground_ft, heights_ft, SCORE_JOINTS);
 }
 
-/* Ground and gear of another rig than the one that host/landing_series's elastic ground was fitted to:
- * stiffness within 1.5 times of that, what springs back, the length that an axle presses and where
- * the lines stand are drawn. */
+/* Ground and gear of another rig than the one that host/landing_series's elastic ground was fitted
+ * to: stiffness within 1.5 times of that, what springs back, the length that an axle presses and
+ * where the lines stand are drawn. */
 static void make_elastic(struct sim_scene *scene, uint32_t number)
 {
     uint64_t state = 0xe1a50000u + number;

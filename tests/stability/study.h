@@ -81,8 +81,8 @@ struct study_limits {
 void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
                  struct study_answer *answers);
 
-/* The same for a landing with solver staggered: answers[0]; then event in answers[1]; and, where that
- * does not answer or says something else, implicit in answers[2]. */
+/* The same for a landing with solver staggered: answers[0]; then event in answers[1]; and, where
+ * that does not answer or says something else, implicit in answers[2]. */
 void study_fixed(const struct sim_scene *scene, const struct study_limits *limits,
                  struct study_answer *answers);
 

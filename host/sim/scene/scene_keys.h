@@ -32,7 +32,7 @@ struct sim_key {
     const char *const *choices; /* ends with NULL */
     const char *unit;           /* "lb s/ft"; "" for a pure number or a name */
     const char *meaning;        /* one line for people */
-    /* of an element's key: power of cos with joints laid diagonally (host/landing_series/scale.c) */
+    /* of an element's key: power of cos with joints laid diagonally (landing_series/scale.c) */
     int lay;
 };
 
