@@ -227,7 +227,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
 
 TEST(the_power_goes_at_many_points)
 {
-    const unsigned points = tests_take(25, 100);
+    const unsigned points = tests_take(12, 100);
     struct hil_options options = ear_options();
     struct ear *ear = ear_open(&options, 5);
     unsigned landed = 0, cuts = 0;

@@ -205,13 +205,13 @@ TEST(what_is_stated_covers_the_circuits)
            (double)config.channel[0].gain_error);
 }
 
-/* Twenty boards (make long: a thousand): every switch has its name, every trimmed bridge is inside
+/* Ten boards (make long: a thousand): every switch has its name, every trimmed bridge is inside
  * the amplifier's range, the command zero is taken, and what a calibration leaves is what it says.
  * */
 TEST(boards_name_and_measure)
 {
     static struct board_outcome o;
-    unsigned boards = tests_take(20, 1000), named = 0, inside = 0, edge = 0;
+    unsigned boards = tests_take(10, 1000), named = 0, inside = 0, edge = 0;
     double zero_lb = 0.0, zero_in = 0.0, worst_lb = 0.0, worst_in = 0.0;
     for (uint64_t seed = 0; seed < boards; seed++) {
         board_play(&(struct board_request){.seed = seed, .vdda_v = board_vdda_v(seed)}, &o);
@@ -255,7 +255,7 @@ TEST(no_switch_is_misnamed_at_typical_inl)
 {
     static struct board_outcome o;
     struct hil_figures f;
-    unsigned boards = tests_take(20, 1000), bad = 0;
+    unsigned boards = tests_take(10, 1000), bad = 0;
     hil_figures_reference(&f);
     f.adc_inl_typical_lsb = f.adc_inl_most_lsb = 1.5;
     struct board_request request = {.figures = &f, .only_switches = true};

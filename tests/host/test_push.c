@@ -128,7 +128,7 @@ TEST(intervals_hold_of_divisions)
                                                  .most_lb = 40.0,
                                                  .rounds = true,
                                                  .down = true},
-                                 tests_take(200, TRIALS), 7u, "divisions of 0.5 lb and 0.001 in");
+                                 tests_take(120, TRIALS), 7u, "divisions of 0.5 lb and 0.001 in");
     held(&tally, tally.k, 1.0);
     held(&tally, tally.unloading, 1.0);
     held(&tally, tally.law, 1.0);
@@ -145,7 +145,7 @@ TEST(worse_gages_widen)
                                                  .each = 1,
                                                  .most_lb = 40.0,
                                                  .down = true},
-                                 tests_take(200, TRIALS), 99u, "twice the noise");
+                                 tests_take(120, TRIALS), 99u, "twice the noise");
     held(&tally, tally.k, 0.994);
     held(&tally, tally.unloading, 0.994);
     held(&tally, tally.law, 0.994);
@@ -164,7 +164,7 @@ TEST(places_widen)
                                                  .each = 3,
                                                  .most_lb = 40.0,
                                                  .down = true},
-                                 tests_take(200, TRIALS), 3u, "places 15 % apart, three each");
+                                 tests_take(120, TRIALS), 3u, "places 15 % apart, three each");
     /* t with the scatter of six tests is not exact */
     assert_true(tally.k > 0.9 * tally.trials && tally.law > 0.9 * tally.trials);
     held(&tally, tally.unloading, 0.994);
@@ -180,7 +180,7 @@ TEST(what_slides_is_told_and_left_out)
                                                  .each = 1,
                                                  .most_lb = 40.0,
                                                  .down = true},
-                                 tests_take(200, TRIALS), 11u, "slides at 0.3");
+                                 tests_take(120, TRIALS), 11u, "slides at 0.3");
     held(&tally, tally.k, 0.994);
     held(&tally, tally.unloading, 0.994);
     held(&tally, tally.law, 0.994);
@@ -201,11 +201,11 @@ TEST(rigid_ground_is_not_called_elastic)
                           .each = 2,
                           .most_lb = 40.0,
                           .down = true};
-    struct tally tally = run_all(&trial, tests_take(200, TRIALS), 5u, "rigid");
+    struct tally tally = run_all(&trial, tests_take(120, TRIALS), 5u, "rigid");
     assert_true(tally.elastic <= 1);
     assert_true(tally.rigid > tally.trials / 2);
     trial.friction = 0.3;
-    tally = run_all(&trial, tests_take(200, TRIALS), 6u, "rigid, slides at 0.3");
+    tally = run_all(&trial, tests_take(120, TRIALS), 6u, "rigid, slides at 0.3");
     assert_true(tally.elastic <= 2);
     assert_int_equal(tally.slid, 2 * tally.trials);
 }
@@ -222,7 +222,7 @@ TEST(a_weak_push_cannot_tell)
                                                  .each = 1,
                                                  .most_lb = 3.0,
                                                  .down = true},
-                                 tests_take(200, TRIALS), 8u, "3 lb");
+                                 tests_take(120, TRIALS), 8u, "3 lb");
     assert_true(tally.rigid <= 10); /* the odds ask for 20 to 1 */
     assert_true(tally.elastic + tally.rigid < tally.trials / 2);
 }
