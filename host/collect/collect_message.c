@@ -573,7 +573,7 @@ static void slow_row(struct side *side, const struct mr_slow_row *message, uint6
     side->slow_gages = 0;
 }
 
-/* A row that is whole is stored, of one link. */
+/* A row that is whole is stored. */
 static enum mr_status slow_tension(struct collector *collector, struct side *side,
                                    const struct mr_slow_tension *message, struct error *error)
 {
@@ -583,8 +583,7 @@ static enum mr_status slow_tension(struct collector *collector, struct side *sid
         return MR_OK;
     for (unsigned k = 0; k < 3u && side->slow_gages < MR_GAGES; k++)
         side->slow.tension_lb[side->slow_gages++] = (double)lb[k];
-    if (side->slow_gages < MR_GAGES || !collector->identity.board_uid[0] ||
-        (side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
+    if (side->slow_gages < MR_GAGES || !collector->identity.board_uid[0])
         return MR_OK;
     snprintf(side->slow.board_uid, sizeof side->slow.board_uid, "%s",
              collector->identity.board_uid);
