@@ -7,14 +7,14 @@
 static const struct stream_truth brisk = {
     .v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8, .warn = true};
 
-static void log_one(struct session *s, bool can, bool serial, struct stream_truth *truth)
+static void log_one(struct session *s, bool can, bool serial)
 {
-    *truth = brisk;
+    struct stream_truth truth = brisk;
     session_begin(s, can, serial);
     stream_hello(&s->stream, MR_LAYOUT);
     stream_configuration(&s->stream);
     stream_idle(&s->stream, 300);
-    stream_landing(&s->stream, truth, 5);
+    stream_landing(&s->stream, &truth, 5);
     session_log(s, "measured.db");
     assert_no_error(&s->error);
 }
@@ -73,9 +73,8 @@ static void check_channels(const struct measured *m, double digit_in, double dig
 TEST(from_block_records)
 {
     struct session s;
-    struct stream_truth truth;
     struct measured m;
-    log_one(&s, true, true, &truth);
+    log_one(&s, true, true);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.source, MEASURED_SERIAL);
     assert_int_equal(m.first_block, 300);
@@ -92,9 +91,8 @@ TEST(from_block_records)
 TEST(from_can_alone)
 {
     struct session s;
-    struct stream_truth truth;
     struct measured m;
-    log_one(&s, true, false, &truth);
+    log_one(&s, true, false);
     assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
     assert_int_equal(m.source, MEASURED_CAN);
     check_gear(&m);
@@ -111,9 +109,8 @@ TEST(from_can_alone)
 TEST(a_wrong_can_value_is_found)
 {
     struct session s;
-    struct stream_truth truth;
     struct measured m;
-    log_one(&s, true, true, &truth);
+    log_one(&s, true, true);
     store_close(s.store);
     s.store = NULL;
     assert_int_equal(system("sqlite3 build/test-tmp/measured.db \"UPDATE frames SET data = X'FF7F' "
@@ -186,9 +183,8 @@ TEST(armed_long_before)
 TEST(warning_and_wheel)
 {
     struct session s;
-    struct stream_truth truth;
     struct summary summary;
-    log_one(&s, true, true, &truth);
+    log_one(&s, true, true);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
     const struct zone_warning *w = &summary.zones.warning;
     assert_true(w->warned);
@@ -217,9 +213,8 @@ TEST(warning_and_wheel)
 TEST(units_of_json)
 {
     struct session s;
-    struct stream_truth truth;
     struct summary summary;
-    log_one(&s, true, true, &truth);
+    log_one(&s, true, true);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
     json_t *report = summary_json(&summary, false);
     json_t *si = summary_json(&summary, true);

@@ -67,6 +67,16 @@ static void run(const struct trial *t, uint64_t *seed, struct tally *tally)
     push_ground_free(&ground);
 }
 
+/* Two loads, any ground and axle law, the gages that a push test is planned with. */
+static const struct trial usual = {.law = -1.0,
+                                   .friction = 0.5,
+                                   .force_error_lb = 0.5,
+                                   .moved_error_in = 0.001,
+                                   .loads = 2,
+                                   .each = 1,
+                                   .most_lb = 40.0,
+                                   .down = true};
+
 static struct tally run_all(const struct trial *trial, unsigned trials, uint64_t seed,
                             const char *what)
 {
@@ -98,15 +108,8 @@ static void held(const struct tally *tally, unsigned count, double most)
 
 TEST(intervals_hold)
 {
-    struct tally tally = run_all(&(struct trial){.law = -1.0,
-                                                 .friction = 0.5,
-                                                 .force_error_lb = 0.5,
-                                                 .moved_error_in = 0.001,
-                                                 .loads = 2,
-                                                 .each = 1,
-                                                 .most_lb = 40.0,
-                                                 .down = true},
-                                 TRIALS, 20260314u, "0.5 lb and 0.001 in of noise");
+    struct trial trial = usual;
+    struct tally tally = run_all(&trial, TRIALS, 20260314u, "0.5 lb and 0.001 in of noise");
     held(&tally, tally.k, 0.994);
     held(&tally, tally.unloading, 0.994);
     held(&tally, tally.law, 0.994);
@@ -119,16 +122,10 @@ TEST(intervals_hold)
  * times too large, so the intervals hold more often. */
 TEST(intervals_hold_of_divisions)
 {
-    struct tally tally = run_all(&(struct trial){.law = -1.0,
-                                                 .friction = 0.5,
-                                                 .force_error_lb = 0.5,
-                                                 .moved_error_in = 0.001,
-                                                 .loads = 2,
-                                                 .each = 1,
-                                                 .most_lb = 40.0,
-                                                 .rounds = true,
-                                                 .down = true},
-                                 tests_take(120, TRIALS), 7u, "divisions of 0.5 lb and 0.001 in");
+    struct trial trial = usual;
+    trial.rounds = true;
+    struct tally tally = run_all(&trial, tests_take(120, TRIALS), 7u,
+                                 "divisions of 0.5 lb and 0.001 in");
     held(&tally, tally.k, 1.0);
     held(&tally, tally.unloading, 1.0);
     held(&tally, tally.law, 1.0);
@@ -137,15 +134,10 @@ TEST(intervals_hold_of_divisions)
 /* Gages twice as bad as they are said to be: the scatter says so. */
 TEST(worse_gages_widen)
 {
-    struct tally tally = run_all(&(struct trial){.law = -1.0,
-                                                 .friction = 0.5,
-                                                 .force_error_lb = 1.0,
-                                                 .moved_error_in = 0.002,
-                                                 .loads = 2,
-                                                 .each = 1,
-                                                 .most_lb = 40.0,
-                                                 .down = true},
-                                 tests_take(120, TRIALS), 99u, "twice the noise");
+    struct trial trial = usual;
+    trial.force_error_lb = 1.0;
+    trial.moved_error_in = 0.002;
+    struct tally tally = run_all(&trial, tests_take(120, TRIALS), 99u, "twice the noise");
     held(&tally, tally.k, 0.994);
     held(&tally, tally.unloading, 0.994);
     held(&tally, tally.law, 0.994);
@@ -155,16 +147,11 @@ TEST(worse_gages_widen)
 /* Places that differ by 15 %: readings of one place alone would state 5 %. */
 TEST(places_widen)
 {
-    struct tally tally = run_all(&(struct trial){.law = -1.0,
-                                                 .friction = 0.5,
-                                                 .spread = 0.15,
-                                                 .force_error_lb = 0.5,
-                                                 .moved_error_in = 0.001,
-                                                 .loads = 2,
-                                                 .each = 3,
-                                                 .most_lb = 40.0,
-                                                 .down = true},
-                                 tests_take(120, TRIALS), 3u, "places 15 % apart, three each");
+    struct trial trial = usual;
+    trial.spread = 0.15;
+    trial.each = 3;
+    struct tally tally = run_all(&trial, tests_take(120, TRIALS), 3u,
+                                 "places 15 % apart, three each");
     /* t with the scatter of six tests is not exact */
     assert_true(tally.k > 0.9 * tally.trials && tally.law > 0.9 * tally.trials);
     held(&tally, tally.unloading, 0.994);
@@ -172,15 +159,9 @@ TEST(places_widen)
 
 TEST(what_slides_is_told_and_left_out)
 {
-    struct tally tally = run_all(&(struct trial){.law = -1.0,
-                                                 .friction = 0.3,
-                                                 .force_error_lb = 0.5,
-                                                 .moved_error_in = 0.001,
-                                                 .loads = 2,
-                                                 .each = 1,
-                                                 .most_lb = 40.0,
-                                                 .down = true},
-                                 tests_take(120, TRIALS), 11u, "slides at 0.3");
+    struct trial trial = usual;
+    trial.friction = 0.3;
+    struct tally tally = run_all(&trial, tests_take(120, TRIALS), 11u, "slides at 0.3");
     held(&tally, tally.k, 0.994);
     held(&tally, tally.unloading, 0.994);
     held(&tally, tally.law, 0.994);
