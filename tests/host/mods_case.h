@@ -9,6 +9,7 @@
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/model_mat.h"
 
 #define G  32.174
 #define PI 3.14159265358979323846
@@ -74,11 +75,7 @@ static inline struct sim_scene runway(void)
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
     scene.mats = 120;
-    scene.length_ft = 2.0 / 7.0;
-    scene.weight_lb = 0.466;
-    scene.kl_lb_ft = 2.9e5;
-    scene.cl_lb_s_ft = 5.0;
-    scene.slack_ft = 0.0025;
+    model_mat_chain(&scene);
     scene.left = scene.right = SIM_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.3;

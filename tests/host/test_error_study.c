@@ -13,6 +13,7 @@
 #include "host/sim/check/error_study.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/sim.h"
+#include "tests/host/model_mat.h"
 
 static struct error error;
 static struct error_study study;
@@ -341,11 +342,7 @@ TEST(two_methods_agree_on_grit)
 {
     const double gap_ft = 0.0015, grit_lb = 10.0;
     struct sim_scene scene = plain(SIM_CHAIN, 20);
-    scene.length_ft = 2.0 / 7.0;
-    scene.weight_lb = 0.466;
-    scene.kl_lb_ft = 2.9e5;
-    scene.cl_lb_s_ft = 5.0;
-    scene.slack_ft = 0.0025;
+    model_mat_chain(&scene);
     scene.left = scene.right = SIM_FIXED;
     scene.force_lb = 13.0;
     scene.vac_ft_s = 28.0;

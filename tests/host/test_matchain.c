@@ -8,6 +8,7 @@
 #include "common/matchain.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/model_mat.h"
 
 #define MATS         420
 #define STATIONS     8
@@ -54,11 +55,7 @@ static void fine(struct sim_result *result, struct sim_scene *scene)
     sim_scene_defaults(scene);
     scene->model = SIM_CHAIN;
     scene->mats = MATS;
-    scene->length_ft = 2.0 / 7.0;
-    scene->weight_lb = 0.466;
-    scene->kl_lb_ft = 2.9e5;
-    scene->cl_lb_s_ft = 5.0;
-    scene->slack_ft = 0.0025;
+    model_mat_chain(scene);
     scene->left = scene->right = SIM_FIXED;
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = 0.3;

@@ -5,6 +5,7 @@
 
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/model_mat.h"
 
 #define G 32.174
 
@@ -206,11 +207,7 @@ static struct sim_scene ploughed(int mats, double gap, double grit, const struct
                                  size_t count)
 {
     struct sim_scene scene = plain(mats);
-    scene.length_ft = 2.0 / 7.0;
-    scene.weight_lb = 0.466;
-    scene.kl_lb_ft = 2.9e5;
-    scene.cl_lb_s_ft = 5.0;
-    scene.slack_ft = 0.0025;
+    model_mat_chain(&scene);
     scene.friction_law = SIM_STICK;
     scene.right = SIM_FIXED;
     set_list(&scene.gap0_ft, &gap, 1);

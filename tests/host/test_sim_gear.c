@@ -8,6 +8,7 @@
 #include "host/sim/models/chain.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/model_mat.h"
 
 #define G        32.174
 #define MATS     110
@@ -194,17 +195,8 @@ static struct sim_scene rig(enum sim_model model, double foot_mats)
     sim_scene_defaults(&scene);
     scene.model = model;
     scene.mats = MATS;
-    scene.length_ft = 2.0 / 7.0;
-    scene.weight_lb = 0.466;
-    scene.inertia_slug_ft2 = 1.19e-4;
-    scene.kv_lb_ft = 1.3e4;
-    scene.cv_lb_s_ft = 60.0;
-    scene.kt_lb_ft_rad = 41.6;
+    model_mat_planar(&scene);
     scene.ct_lb_ft_s_rad = 1.57e-4;
-    scene.tad_deg = 7.0;
-    scene.kl_lb_ft = 2.9e5;
-    scene.cl_lb_s_ft = 5.0;
-    scene.slack_ft = 0.0025;
     scene.left = scene.right = SIM_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.3;

@@ -8,6 +8,7 @@
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/wheel.h"
 #include "tests/cmocka_all.h"
+#include "tests/host/model_mat.h"
 
 #define G 32.174
 
@@ -35,11 +36,7 @@ static struct sim_scene short_runway(void)
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
     scene.mats = 80;
-    scene.length_ft = 2.0 / 7.0;
-    scene.weight_lb = 0.466;
-    scene.kl_lb_ft = 2.9e5;
-    scene.cl_lb_s_ft = 5.0;
-    scene.slack_ft = 0.0025;
+    model_mat_chain(&scene);
     scene.left = SIM_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.2;
@@ -464,11 +461,7 @@ TEST(a_joint_that_tears_by_the_step_is_within_the_stated_error)
     sim_scene_defaults(&scene);
     scene.model = SIM_CHAIN;
     scene.mats = 8;
-    scene.length_ft = 2.0 / 7.0;
-    scene.weight_lb = 0.466;
-    scene.kl_lb_ft = 2.9e5;
-    scene.cl_lb_s_ft = 5.0;
-    scene.slack_ft = 0.0025;
+    model_mat_chain(&scene);
     fill(&scene.gap0_ft, gaps, 9);
     fill(&scene.grit_lb, grits, 9);
     scene.left = SIM_FIXED;
