@@ -253,22 +253,6 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
     return result;
 }
 
-/* Movements and their stations change; mats, landings and ratios do not. */
-static json_t *scaled_fact(const struct scale_request *request, const json_t *entry,
-                           const struct series_fact *fact)
-{
-    static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
-    json_t *result = json_deep_copy(entry);
-    bool length = (fact->quantity <= SERIES_MEAN_IN || fact->quantity == SERIES_APART_FT) &&
-                  fact->against_first == 0;
-    for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
-        if (json_object_get(entry, lengths[i]))
-            json_object_set_new(result, lengths[i],
-                                scaled(request, json_object_get(entry, lengths[i]), "ft"));
-    }
-    return result;
-}
-
 /* What elastic ground adds to the scene. */
 static void scale_elastic(const struct scale_request *request, const char *path,
                           const json_t *source, json_t *result, struct error *error)
@@ -310,6 +294,7 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
                  request->to_model ? "model" : "prototype", request->n,
                  request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
     strcat(note, " Texts (name, observed) are the original's.");
+    json_object_del(result, "facts"); /* observed at the other scale */
     json_object_set_new(result, "_scaled", json_string(note));
     json_t *other = scaled_scene(request, scene, error);
     json_object_del(other, "F"); /* the landings give them */
@@ -321,11 +306,6 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
     if (json_object_get(source, "stations_ft"))
         json_object_set_new(result, "stations_ft",
                             scaled(request, json_object_get(source, "stations_ft"), "ft"));
-    json_array_foreach(json_object_get(source, "facts"), i, entry)
-    {
-        json_array_set_new(json_object_get(result, "facts"), i,
-                           scaled_fact(request, entry, &c->facts[i]));
-    }
     json_decref(scene);
     json_decref(held);
     return result;

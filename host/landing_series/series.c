@@ -520,12 +520,6 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
     if (flat && !json_is_boolean(flat))
         keys_wrong(r, "", "press_flat", "true or false");
     c->press_flat = json_is_true(flat);
-    double landing = 0.0, within = 0.0;
-    keys_number(r, "", root, "observed_landing", -1.0, SERIES_LANDINGS_MAX, &landing);
-    c->observed_landing = (int)landing;
-    keys_number(r, "", root, "within", 0.0, SERIES_LANDINGS_MAX, &within);
-    c->within = (int)within;
-    keys_number(r, "", root, "needed", 0.0, 1.0, &c->needed);
     read_sections(r, root, c);
     read_seeds(r, root, c);
     json_t *scene = keys_failed(r) ? NULL : series_scene_json(r->path, root, r->error);
@@ -537,8 +531,6 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
         check_lengths(r, c);
     if (!keys_failed(r))
         read_stations(r, root, c);
-    if (!keys_failed(r))
-        facts_read(r, root, c);
     json_decref(scene);
 }
 
@@ -563,7 +555,6 @@ static enum mr_status from_json(struct landing_series *c, const char *where, con
         .back_ft_s = 5.0,
         .back_drag_ft_s2 = 4.0,
         .skip_share = 0.9,
-        .needed = 0.625,
     };
     read_root(&r, root, c);
     if (keys_failed(&r))

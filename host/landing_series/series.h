@@ -22,7 +22,6 @@
 #define SERIES_PROFILE_MAX  16
 #define SERIES_STATIONS_MAX 64
 #define SERIES_WAVES_MAX    8
-#define SERIES_FACTS_MAX    12
 #define SERIES_FAILURES_MAX 8
 
 /* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
@@ -56,35 +55,6 @@ struct series_landing {
     bool modified; /* a modification was applied or removed before this landing */
 };
 
-/* What else was seen than where the runway buckled: a quantity over some landings, and its
- * range. */
-enum series_quantity {
-    SERIES_MOVED_IN,  /* sum of the movements */
-    SERIES_EACH_IN,   /* their mean */
-    SERIES_MOST_IN,   /* their largest */
-    SERIES_MEAN_IN,   /* their mean, of the mean over all stations */
-    SERIES_ZONE_MATS, /* longest closed zone */
-    SERIES_WAVES,     /* landings with a wave */
-    SERIES_SLACK,     /* landings in which a band went slack */
-    SERIES_TORN,      /* landings in which joints tore */
-    SERIES_FAILURES,  /* most stations that one landing buckled at */
-    /* from the first of them to the second, downfield; none where there is one */
-    SERIES_APART_FT
-};
-enum series_when { SERIES_IN_LANDINGS, SERIES_BEFORE_BUCKLING, SERIES_AT_BUCKLING };
-
-struct series_fact {
-    char says[160];
-    enum series_quantity quantity;
-    enum series_when when;
-    size_t first, last; /* landings, from 1 */
-    /* the quantity is divided by what it is over these; 0: not */
-    size_t against_first, against_last;
-    double station_ft; /* of movements; NaN: wherever they are largest */
-    double low, high;
-    double needed; /* share of the runways that has to agree */
-};
-
 struct landing_series {
     char name[80];
     struct series_landing *landings;
@@ -116,11 +86,6 @@ struct landing_series {
     /* where the parameters come from: calibrated on this series, predicted, assumed */
     char basis[400];
     char afterwards[240]; /* what was put in after its row had been seen: no prediction any more */
-    int observed_landing; /* 0: not stated; -1: never */
-    int within;           /* landings: a runway that buckles so near to it agrees */
-    double needed;        /* share of the runways that has to agree */
-    struct series_fact facts[SERIES_FACTS_MAX];
-    size_t fact_count;
 };
 
 /* The keys of a study's sections, as a file has them; series_key_count of them, section by

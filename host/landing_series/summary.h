@@ -24,12 +24,6 @@ struct series_landing_summary {
     struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
 };
 
-struct series_fact_summary {
-    size_t agree;               /* runways */
-    bool enough;                /* as many as the fact needs */
-    struct series_spread value; /* of those that have one */
-};
-
 struct series_summary {
     size_t runways;                                   /* that were played to their end */
     size_t failed;                                    /* that could not be */
@@ -39,7 +33,6 @@ struct series_summary {
     struct series_spread station_ft, buckle_landing;  /* of those that buckled */
     struct series_spread zone_before, peak_before_in; /* of them, in the landing before */
     struct series_landing_summary *landing;           /* landing_count */
-    struct series_fact_summary fact[SERIES_FACTS_MAX];
     double ms_chain, ms_planar;
 };
 
@@ -47,29 +40,6 @@ struct series_summary {
 void series_summarise(struct series_summary *summary, const struct landing_series *series,
                       const struct series_run *runs);
 void series_summary_free(struct series_summary *summary);
-
-/* Runways that agree with what was observed (landing, within); of those that were played to their
- * end. */
-size_t series_agree(const struct landing_series *series, const struct series_run *runs);
-
-/* How well the runways foretold where the observed one buckled: -log2 of the share that they give
- * that landing (never: that too), with one runway spread over all that could have happened, so that
- * none is impossible. 0: certain and right. NaN where nothing is stated. */
-double series_log_score_bits(const struct landing_series *series, const struct series_run *runs);
-
-/* Facts: what a report says of a series besides where the runway buckled, and how a runway of the
- * series compares. */
-
-/* The key `facts` of a series whose landings and stations have been read. */
-void facts_read(const struct keys *keys, const json_t *root, struct landing_series *series);
-
-/* The fact's quantity on one runway; NaN where it has none, as its landings were not reached. A
- * landing in which the runway buckled counts for SERIES_AT_BUCKLING alone. */
-double facts_value(const struct landing_series *series, const struct series_fact *fact,
-                   const struct series_run *run);
-
-/* "0.25 to 0.33 in", "at least 3 times", "35 mats or more": the range that agrees. */
-void facts_range_text(const struct series_fact *fact, char *text, size_t size);
 
 /* What matrig study answers: an ensemble's outcome, in words and tables, and for programs every
  * landing of every runway. */

@@ -10,18 +10,15 @@ drawn() {
 check "with units, its five stated places and values" drawn
 table() { grep -q '^| g |' "$tmp/figures.md" && grep -q 'agrees' "$tmp/figures.md" && grep -q 'DIFFERS' "$tmp/figures.md"; }
 check "and a table that can say either" table
-# What the report tells of the series besides its buckle: in words, in JSON, on the page, and as rows of the scoreboard.
+# What the report states of the series besides its buckle: rows of the scoreboard.
 told() {
     local standard=host/landing_series/series/standard.json
-    build/matrig --quiet study $standard --seeds 1 >"$tmp/c.txt" &&
-        build/matrig --quiet --json study $standard --seeds 1 >"$tmp/c.json" &&
-        SEEDS=1 build/tests/scoreboard/scoreboard $standard >"$tmp/c.md" 2>/dev/null || return 1
+    SEEDS=1 build/tests/scoreboard/scoreboard $standard >"$tmp/c.md" 2>/dev/null || return 1
     cat "$tmp/c.md"
-    grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
-        [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&
+    [ "$(grep -c '^| - |' "$tmp/c.md")" -eq 7 ] &&
         grep -q '^| standard pattern | .*few runways: .* bits | landing .*few runways: .* bits |$' "$tmp/c.md"
 }
-check "facts of a series are told" told
+check "facts of a series are rows of the scoreboard" told
 ground() {
     local fresh=host/landing_series/series/control_fresh.json
     build/matrig --quiet study $fresh --seeds 1 | grep -q '^ground *weightless gear' &&

@@ -13,6 +13,7 @@
 #include "host/landing_series/play.h"
 #include "host/landing_series/summary.h"
 #include "host/sim/sim.h"
+#include "tests/scoreboard/facts.h"
 
 #define RIG                                                                                      \
     "\"N\":%d,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":1.3e4,\"CV\":60,\"KT\":" \
@@ -22,6 +23,7 @@
     "\"f\":0.5,\"friction\":\"stick\",\"v0\":0,\"thrust\":\"jump\""
 
 static struct error error;
+static struct facts facts;
 
 static const char *file_of(const char *text)
 {
@@ -456,11 +458,12 @@ TEST(test_log_score)
         double share;
     } cases[] = {{2, 2.2 / 4.0}, {1, 0.2 / 4.0}, {-1, 1.2 / 4.0}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        series.observed_landing = cases[i].seen;
-        assert_true(fabs(pow(2.0, -series_log_score_bits(&series, runs)) - cases[i].share) < 1e-12);
+        facts.observed_landing = cases[i].seen;
+        double bits = series_log_score_bits(&series, &facts, runs);
+        assert_true(fabs(pow(2.0, -bits) - cases[i].share) < 1e-12);
     }
-    series.observed_landing = 0;
-    assert_true(isnan(series_log_score_bits(&series, runs)));
+    facts.observed_landing = 0;
+    assert_true(isnan(series_log_score_bits(&series, &facts, runs)));
 }
 
 TEST(test_every_series_can_be_read)
@@ -483,8 +486,11 @@ TEST(test_every_series_can_be_read)
             assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
             assert_true(series.seeds >= 16 && series.observed[0] != 0);
             assert_true(series.basis[0] != 0 && series.awaits[0] == 0);
-            for (size_t k = 0; k < series.fact_count; k++)
-                quotes_its_section(&series, series.facts[k].says);
+            json_t *root = json_load_file(files.gl_pathv[i], 0, NULL);
+            assert_int_equal(facts_read(files.gl_pathv[i], root, &series, &facts, &error), MR_OK);
+            json_decref(root);
+            for (size_t k = 0; k < facts.count; k++)
+                quotes_its_section(&series, facts.fact[k].says);
             series_free(&series);
         }
         count++;
@@ -551,14 +557,16 @@ TEST(test_scenes_are_the_rig_scaled)
 
 static struct error error;
 
-static enum mr_status read_facts(const char *facts, struct landing_series *series)
+static enum mr_status read_facts(const char *list, struct landing_series *series)
 {
     char text[1200];
-    snprintf(text, sizeof text, "{" LANDINGS SCENE ",\"facts\":[%s]}", facts);
+    snprintf(text, sizeof text, "{" LANDINGS SCENE ",\"facts\":[%s]}", list);
     json_t *root = json_loads(text, 0, NULL);
     assert_non_null(root);
     error = (struct error){0};
-    enum mr_status status = series_from_json(series, "test", root, &error);
+    if (series_from_json(series, "test", root, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    enum mr_status status = facts_read("test", root, series, &facts, &error);
     json_decref(root);
     return status;
 }
@@ -602,9 +610,9 @@ static void values(const char *keys, double of[2])
     snprintf(fact, sizeof fact, "{\"says\":\"x\",\"at_least\":0,%s}", keys);
     if (read_facts(fact, &series) != MR_OK)
         fail_msg("%s", error.text);
-    assert_int_equal(series.fact_count, 1);
+    assert_int_equal(facts.count, 1);
     for (int i = 0; i < 2; i++)
-        of[i] = facts_value(&series, &series.facts[0], &c.runs[i]);
+        of[i] = facts_value(&series, &facts.fact[0], &c.runs[i]);
     series_free(&series);
 }
 
@@ -691,20 +699,19 @@ TEST(test_agreement)
         "{\"says\":\"b\",\"quantity\":\"torn\",\"landings\":[4,4],\"at_least\":1,\"needed\":1}";
     struct landing_series series;
     struct case_ c;
-    struct series_summary summary;
     write_down(&c);
     assert_int_equal(read_facts(two, &series), MR_OK);
     series.seeds = 2;
-    series_summarise(&summary, &series, c.runs);
-    assert_int_equal(summary.fact[0].agree, 1);
-    assert_true(summary.fact[0].enough);
-    assert_int_equal(summary.fact[0].value.count, 2);
-    assert_near(summary.fact[0].value.middle, 30.0, 1e-12);
+    struct series_fact_summary fact = facts_summarise(&series, &facts.fact[0], c.runs);
+    assert_int_equal(fact.agree, 1);
+    assert_true(fact.enough);
+    assert_int_equal(fact.value.count, 2);
+    assert_near(fact.value.middle, 30.0, 1e-12);
     /* the other never came to landing 4: it does not agree */
-    assert_int_equal(summary.fact[1].agree, 1);
-    assert_false(summary.fact[1].enough);
-    assert_int_equal(summary.fact[1].value.count, 1);
-    series_summary_free(&summary);
+    fact = facts_summarise(&series, &facts.fact[1], c.runs);
+    assert_int_equal(fact.agree, 1);
+    assert_false(fact.enough);
+    assert_int_equal(fact.value.count, 1);
     series_free(&series);
 }
 
@@ -740,6 +747,7 @@ TEST(test_mistakes)
     struct landing_series series;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         assert_int_equal(read_facts(cases[i].fact, &series), MR_MALFORMED);
+        series_free(&series);
         if (!strstr(error.text, cases[i].says))
             fail_msg("%s: '%s' does not name %s", cases[i].fact, error.text, cases[i].says);
     }

@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/landing_series/summary.h"
+#include "tests/scoreboard/facts.h"
 
 #define LEAST_SEEDS 16
 
@@ -76,6 +76,7 @@ static void print_predicted(const struct landing_series *c, const struct series_
 /* A series on one ground. */
 struct played {
     struct landing_series series;
+    struct facts facts;
     struct series_run *runs;
     struct series_summary summary;
     double cpu_s;
@@ -95,27 +96,28 @@ static void print_share(size_t agree, size_t runways, double needed)
 static void print_outcome(const struct played *p)
 {
     const struct landing_series *c = &p->series;
-    double bits = series_log_score_bits(c, p->runs);
+    double bits = series_log_score_bits(c, &p->facts, p->runs);
     print_predicted(c, &p->summary);
-    if (c->observed_landing == 0) {
+    if (p->facts.observed_landing == 0) {
         printf("; nothing to compare with");
         return;
     }
     printf("; ");
-    print_share(series_agree(c, p->runs), p->summary.runways, c->needed);
+    print_share(series_agree(c, &p->facts, p->runs), p->summary.runways, p->facts.needed);
     printf(", %.2g bits", bits);
 }
 
 static void print_fact(const struct played *p, size_t i)
 {
-    const struct series_fact_summary *fact = &p->summary.fact[i];
-    if (fact->value.count == 0)
+    const struct facts *facts = &p->facts;
+    struct series_fact_summary fact = facts_summarise(&p->series, &facts->fact[i], p->runs);
+    if (fact.value.count == 0)
         printf("none has it");
     else
-        printf("%.3g (%.3g to %.3g)%s", fact->value.middle, fact->value.low, fact->value.high,
-               fact->value.count < p->summary.runways ? " of those that have it" : "");
+        printf("%.3g (%.3g to %.3g)%s", fact.value.middle, fact.value.low, fact.value.high,
+               fact.value.count < p->summary.runways ? " of those that have it" : "");
     printf("; ");
-    print_share(fact->agree, p->summary.runways, p->series.facts[i].needed);
+    print_share(fact.agree, p->summary.runways, facts->fact[i].needed);
 }
 
 static void print_rows(const struct played *weightless, const struct played *elastic)
@@ -126,10 +128,10 @@ static void print_rows(const struct played *weightless, const struct played *ela
     printf(" | ");
     print_outcome(elastic);
     puts(" |");
-    for (size_t i = 0; i < c->fact_count; i++) {
+    for (size_t i = 0; i < weightless->facts.count; i++) {
         char range[64];
-        facts_range_text(&c->facts[i], range, sizeof range);
-        printf("| - | %s: %s | ", c->facts[i].says, range);
+        facts_range_text(&weightless->facts.fact[i], range, sizeof range);
+        printf("| - | %s: %s | ", weightless->facts.fact[i].says, range);
         print_fact(weightless, i);
         printf(" | ");
         print_fact(elastic, i);
@@ -148,7 +150,12 @@ static int play(struct played *p, const char *path, const char *ground)
 {
     struct error error = {0};
     *p = (struct played){0};
-    if (series_load_on(&p->series, path, ground, &error) != MR_OK) {
+    json_t *root = json_load_file(path, 0, NULL);
+    if (series_load_on(&p->series, path, ground, &error) == MR_OK &&
+        facts_read(path, root, &p->series, &p->facts, &error) != MR_OK)
+        series_free(&p->series);
+    json_decref(root);
+    if (error.status != MR_OK) {
         fprintf(stderr, "scoreboard: %s\n", error.text);
         return 3;
     }
