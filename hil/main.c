@@ -9,8 +9,6 @@
 #include "common/version.h"
 #include "hil/arguments.h"
 #include "hil/board/board.h"
-#include "hil/board/cellfile.h"
-#include "hil/board/which.h"
 #include "hil/core/registers.h"
 #include "hil/core/wall.h"
 #include "hil/debug/profile.h"

@@ -1,13 +1,20 @@
 #include "hil/board/board.h"
 
+#include <errno.h>
+#include <limits.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unicorn/unicorn.h>
+#include <unistd.h>
 
+#include "common/image.h"
 #include "hil/board/parts.h"
-#include "hil/board/which.h"
+#include "hil/board/precious.h"
+#include "hil/core/bus.h"
 #include "hil/core/context.h"
 #include "hil/core/cpu.h"
 #include "hil/core/cpu_registers.h"
@@ -15,6 +22,7 @@
 #include "hil/core/event.h"
 #include "hil/core/exception.h"
 #include "hil/core/hclk.h"
+#include "hil/core/memory.h"
 #include "hil/core/nvic.h"
 #include "hil/core/scb.h"
 #include "hil/core/systick.h"
@@ -374,4 +382,375 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
 uint32_t hil_board_register(const struct hil_board *board, unsigned number)
 {
     return hil_cpu_register(&board->core, number);
+}
+
+/* ---- how the parts are joined: the chip's pins to the rig, its wires to the links ---- */
+
+static void cut_supply(void *device)
+{
+    hil_supply_cut(device);
+}
+
+static void wire_core(struct hil_board *board)
+{
+    struct hil_core *core = &board->core;
+    core->memory = &board->memories->own;
+    core->no_ccm = board->options.type->no_ccm;
+    core->watch_alignment = board->options.watch_alignment;
+    hil_event_create(core);
+    hil_systick_create(core);
+    hil_clock_start(&core->state.clock, 16000000);
+    hil_bus_create(core);
+}
+
+/* In the order in which those who listen to pins are told: rig, chip, camera. */
+static void wire_pins(struct hil_board *board)
+{
+    struct hil_core *core = &board->core;
+    struct hil_mcu *mcu = &board->mcu;
+    board->rig.core = board->camera.core = core;
+    board->rig.state = &board->state.rig;
+    board->rig.bare = board->options.bare;
+    board->rig.gpio = board->camera.gpio = &mcu->gpio;
+    board->rig.adc = &mcu->adc;
+    board->rig.type = board->options.type;
+    board->rig.electronics = &board->electronics;
+    board->camera.options = &board->options;
+    board->camera.state = &board->state.camera;
+    for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
+        const struct hil_pull *pull = &board->options.type->pull[i];
+        hil_gpio_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->up);
+    }
+    hil_rig_create(&board->rig);
+    hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
+    hil_camera_create(&board->camera);
+}
+
+static void wire_chips(struct hil_board *board)
+{
+    const struct hil_options *options = &board->options;
+    board->w25q = (struct hil_w25q_device){
+        .core = &board->core,
+        .options = options,
+        .state = &board->state.w25q,
+        .orders = &board->state.nor_orders,
+        .rules = &board->mcu.rules,
+        .spi = &board->mcu.spi,
+        .cells = board->memories->nor,
+        .began = {hil_faults_nor_operation, &board->faults},
+        .cut = {cut_supply, &board->supply},
+    };
+    board->tmp112 = (struct hil_tmp112_device){
+        .core = &board->core, .options = options, .state = &board->state.tmp112};
+    board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
+    board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
+    board->mcu.flash.began = (struct hil_call){hil_faults_flash_operation, &board->faults};
+    board->mcu.flash.cut = (struct hil_call){cut_supply, &board->supply};
+    hil_flash_create(&board->mcu.flash);
+    hil_w25q_create(&board->w25q);
+    board->supply = (struct hil_supply_device){
+        .core = &board->core,
+        .state = &board->state.supply,
+        .flash = &board->mcu.flash,
+        .rcc = &board->mcu.rcc,
+        .nor = &board->w25q,
+        .thermometer = &board->tmp112,
+    };
+    hil_supply_create(&board->supply);
+}
+
+static void wire_links(struct hil_board *board)
+{
+    board->lines = (struct hil_lines_device){
+        .core = &board->core,
+        .options = &board->options,
+        .state = &board->state.lines,
+        .frame_sent = {hil_faults_can_sent, &board->faults},
+    };
+    hil_lines_create(&board->lines, board->options.seed);
+    board->mcu.can.wire = board->mcu.usart.wire = hil_lines_wire(&board->lines);
+}
+
+static void wire_runs(struct hil_board *board)
+{
+    struct hil_mcu *mcu = &board->mcu;
+    board->script = (struct hil_script_device){
+        .core = &board->core,
+        .state = &board->state.script,
+        .rig = &board->rig,
+        .can = &mcu->can,
+        .usart = &mcu->usart,
+    };
+    hil_script_create(&board->script);
+    board->replay.core = &board->core;
+    board->replay.state = &board->state.replay;
+    board->replay.gpio = &mcu->gpio;
+    board->replay.adc = &mcu->adc;
+    board->replay.rcc = &mcu->rcc;
+    board->replay.tim = &mcu->tim;
+    board->replay.can = &mcu->can;
+    board->replay.usart = &mcu->usart;
+    board->replay.rig = &board->rig;
+    hil_replay_create(&board->replay);
+    board->faults = (struct hil_faults_device){
+        .core = &board->core,
+        .options = &board->options,
+        .state = &board->state.faults,
+        .lines = &board->lines,
+        .rig = &board->rig,
+        .camera = &board->camera,
+        .supply = &board->supply,
+        .rcc = &mcu->rcc,
+        .can = &mcu->can,
+        .i2c = &mcu->i2c,
+        .nor = &board->state.nor_orders,
+        .thermometer = &board->state.tmp112,
+    };
+    hil_faults_create(&board->faults);
+}
+
+void hil_board_fit_electronics(struct hil_board *board)
+{
+    hil_electronics_make(&board->electronics, &board->options, board->options.figures);
+    board->mcu.adc.vdda_v = board->electronics.vdda_v;
+    board->mcu.adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
+}
+
+void hil_board_wire(struct hil_board *board)
+{
+    wire_core(board);
+    wire_pins(board);
+    hil_board_fit_electronics(board);
+    wire_chips(board);
+    wire_links(board);
+    wire_runs(board);
+}
+
+/* ---- which board an image is for, by its header (common/image.h) ---- */
+
+enum mr_status hil_which_head(const uint8_t *flash, const struct hil_board_type **type, char *error,
+                              size_t size)
+{
+    struct mr_image image;
+    enum mr_status status = mr_image_get(&image, flash);
+    if (status != MR_OK && status != MR_CRC) /* damaged, it says so all the same */
+        return MR_OK;
+    const struct hil_board_type *found = hil_board_type_of(image.board);
+    if (!found) {
+        snprintf(error, size,
+                 "the image is for board %u, which this matrig-board does not know; take the one "
+                 "that came with the image",
+                 image.board);
+        return MR_VERSION;
+    }
+    *type = found;
+    return MR_OK;
+}
+
+static bool read_elf(const char *path, struct hil_memory *memory)
+{
+    char unused[256];
+    return path && hil_elf_load(path, memory, unused, sizeof unused) == MR_OK;
+}
+
+static bool read_flash(const char *path, struct hil_memory *memory)
+{
+    FILE *file = path ? fopen(path, "rb") : NULL;
+    size_t n = file ? fread(memory->flash, 1, MR_IMAGE_HEAD, file) : 0;
+    if (file)
+        fclose(file);
+    return n == MR_IMAGE_HEAD;
+}
+
+enum mr_status hil_which_files(const char *elf, const char *flash,
+                               const struct hil_board_type **type, char *error, size_t size)
+{
+    struct hil_memory *memory = calloc(1, sizeof *memory);
+    enum mr_status status = MR_OK;
+    if (!memory)
+        abort();
+    if (read_elf(elf, memory) || (!elf && read_flash(flash, memory)))
+        status = hil_which_head(memory->flash, type, error, size);
+    free(memory);
+    return status;
+}
+
+/* ---- flash and NOR as files, so that they outlast the program ---- */
+
+#define OPTION_BYTES 16u
+
+static enum mr_status fail(struct hil_board *board, enum mr_status status, const char *path,
+                           const char *why)
+{
+    snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
+    return status;
+}
+
+/* What no memory holds: an Intel HEX, a run file, a note. UTF-8 has no 0xff; erased cells are
+ * that. */
+static bool is_text(const uint8_t *bytes, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (bytes[i] == 0xff || bytes[i] == 0x7f || !bytes[i] ||
+            (bytes[i] < ' ' && !strchr("\t\n\r", bytes[i])))
+            return false;
+    }
+    return n > 0;
+}
+
+/* Can the file take the place of `path` at the end? Said before the run, not after it. */
+static enum mr_status check_place(struct hil_board *board, const char *path)
+{
+    char folder[PATH_MAX];
+    struct stat st;
+    const char *slash = strrchr(path, '/');
+    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
+        return fail(board, MR_USAGE, path,
+                    "no regular file, and one would take its place; give another");
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
+             slash ? path : ".");
+    if (access(folder, W_OK | X_OK) == 0)
+        return MR_OK;
+    snprintf(board->core.reason, sizeof board->core.reason,
+             "%s: cannot write there at the end: %s; give another path", path, strerror(errno));
+    return MR_IO;
+}
+
+/* Up to `room` bytes of a file; *n 0 and MR_OK when there is none. */
+static enum mr_status read_file(struct hil_board *board, const char *path, uint8_t *bytes,
+                                size_t room, size_t *n)
+{
+    *n = 0;
+    enum mr_status status = check_place(board, path);
+    if (status != MR_OK)
+        return status;
+    if (hil_is_precious(path))
+        return fail(board, MR_MALFORMED, path,
+                    "a database or a program, to be overwritten; give another");
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        return errno == ENOENT ? MR_OK : fail(board, MR_IO, path, strerror(errno));
+    *n = fread(bytes, 1, room, file);
+    bool failed = ferror(file) != 0, more = fgetc(file) != EOF;
+    fclose(file);
+    if (failed)
+        return fail(board, MR_IO, path, "cannot be read; give another");
+    if (more)
+        return fail(board, MR_MALFORMED, path,
+                    "larger than the memory it is to fill; give another");
+    if (is_text(bytes, *n))
+        return fail(board, MR_MALFORMED, path,
+                    "a text, to be overwritten; give a .bin, or a path where nothing is");
+    return MR_OK;
+}
+
+static enum mr_status write_file(struct hil_board *board, const char *path, const uint8_t *bytes,
+                                 size_t n)
+{
+    char resolved[PATH_MAX], beside[PATH_MAX];
+    const char *told = path;
+    if (realpath(path, resolved)) /* what a symbolic link names is replaced, not the link */
+        path = resolved;
+    if ((size_t)snprintf(beside, sizeof beside, "%s.new", path) >= sizeof beside)
+        return fail(board, MR_IO, told, "path too long; give a shorter one");
+    FILE *file = fopen(beside, "wb");
+    if (!file)
+        return fail(board, MR_IO, told, strerror(errno));
+    bool good = fwrite(bytes, 1, n, file) == n;
+    good = fclose(file) == 0 && good;
+    if (good && rename(beside, path) == 0)
+        return MR_OK;
+    remove(beside);
+    return fail(board, MR_IO, told, "cannot be written; make room or give another");
+}
+
+static uint8_t *must_allocate(size_t n)
+{
+    uint8_t *bytes = malloc(n);
+    if (!bytes)
+        abort();
+    return bytes;
+}
+
+static bool take_options(struct hil_board *board, const uint8_t *bytes)
+{
+    uint16_t half[8];
+    for (unsigned i = 0; i < 8; i++)
+        half[i] = (uint16_t)(bytes[2 * i] | bytes[2 * i + 1] << 8);
+    if ((half[0] ^ half[1]) != 0xffff || (half[4] ^ half[5]) != 0xffff)
+        return false;
+    board->state.mcu.flash.options = half[0] | (uint32_t)(half[4] & 0xfffu) << 16;
+    return true;
+}
+
+enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
+{
+    uint8_t *bytes = must_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
+    size_t n;
+    memset(bytes, 0xff, HIL_FLASH_SIZE);
+    enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
+    if (status == MR_OK && n > HIL_FLASH_SIZE &&
+        (n != HIL_FLASH_SIZE + OPTION_BYTES || !take_options(board, bytes + HIL_FLASH_SIZE)))
+        status = fail(board, MR_MALFORMED, path,
+                      "no flash file: what follows the first MiB is no option bytes; give another");
+    if (status == MR_OK && n) {
+        memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
+        status = hil_board_fits(board, path);
+    }
+    if (status == MR_OK)
+        status = hil_board_restart(board);
+    free(bytes);
+    return status;
+}
+
+enum mr_status hil_board_save_flash(struct hil_board *board, const char *path)
+{
+    uint8_t *bytes = must_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
+    bool factory = board->state.mcu.flash.options == HIL_FLASH_OPTIONS_FACTORY;
+    memcpy(bytes, board->core.memory->flash, HIL_FLASH_SIZE);
+    for (unsigned i = 0; i < OPTION_BYTES; i++)
+        bytes[HIL_FLASH_SIZE + i] = (uint8_t)(hil_flash_option_word(&board->mcu.flash, i / 4u) >>
+                                              (8u * (i % 4u)));
+    enum mr_status status = write_file(board, path, bytes,
+                                       HIL_FLASH_SIZE + (factory ? 0 : OPTION_BYTES));
+    free(bytes);
+    return status;
+}
+
+enum mr_status hil_board_load_nor(struct hil_board *board, const char *path)
+{
+    uint8_t *bytes = must_allocate(HIL_NOR_SIZE);
+    size_t n;
+    enum mr_status status = read_file(board, path, bytes, HIL_NOR_SIZE, &n);
+    if (status == MR_OK)
+        status = hil_w25q_poke(&board->w25q, 0, bytes, n);
+    free(bytes);
+    return status;
+}
+
+enum mr_status hil_board_save_nor(struct hil_board *board, const char *path)
+{
+    uint8_t *bytes = must_allocate(HIL_NOR_SIZE);
+    enum mr_status status = hil_w25q_peek(&board->w25q, 0, bytes, HIL_NOR_SIZE);
+    if (status == MR_OK)
+        status = write_file(board, path, bytes, HIL_NOR_SIZE);
+    free(bytes);
+    return status;
+}
+
+enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path)
+{
+    uint8_t *old = must_allocate(HIL_FLASH_SIZE), *flash = board->core.memory->flash;
+    memcpy(old, flash, HIL_FLASH_SIZE);
+    enum mr_status status = hil_board_load_elf(board, path);
+    for (unsigned sector = 0; status == MR_OK && sector < HIL_FLASH_SECTORS; sector++) {
+        uint32_t at = hil_flash_sector_start(sector), end = hil_flash_sector_start(sector + 1),
+                 i = at;
+        while (i < end && flash[i] == 0xff)
+            i++;
+        if (i == end)
+            memcpy(flash + at, old + at, end - at);
+    }
+    free(old);
+    return status;
 }

@@ -103,4 +103,31 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
 /* Core registers by the numbers of hil_cpu_register. */
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
+/* Which board an image is for, by the first bytes of flash. An image without a header is for any
+ * board: `type` stays as it is. MR_VERSION: for a board that is not modelled; `error` says
+ * which. */
+enum mr_status hil_which_head(const uint8_t *flash, const struct hil_board_type **type, char *error,
+                              size_t size);
+/* By what is in a file; a file that cannot be read leaves `type` as it is, for whoever loads it
+ * says why. Either may be NULL; the ELF has precedence. MR_VERSION, as above. */
+enum mr_status hil_which_files(const char *elf, const char *flash,
+                               const struct hil_board_type **type, char *error, size_t size);
+
+/* What the flash and the NOR of a board hold, as files, so that it outlasts the program.
+ *
+ * A flash file is the 1 MiB from 0x08000000, shorter ones are erased above; when the option bytes
+ * are not factory new, their 16 bytes (as at 0x1FFFC000) follow. A NOR file is 16 MiB, likewise.
+ *
+ * Load; a file that is not there leaves the memory as it is. Flash: the chip is reset, as at power
+ * on. MR_IO; MR_MALFORMED: not such a file; MR_VERSION: for another board. hil_board_reason says
+ * why. MR_HALTED: nothing in it to run. */
+enum mr_status hil_board_load_flash(struct hil_board *board, const char *path);
+enum mr_status hil_board_load_nor(struct hil_board *board, const char *path);
+/* Write, by way of a file beside it, so that a failure leaves the old one. MR_IO. */
+enum mr_status hil_board_save_flash(struct hil_board *board, const char *path);
+enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
+/* Load an ELF as a flasher would: sectors that it has nothing in keep their content. As
+ * hil_board_load_elf. */
+enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path);
+
 #endif

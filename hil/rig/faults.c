@@ -22,7 +22,7 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 #include "hil/rig/camera.h"
-#include "hil/rig/fault_log.h"
+#include "hil/rig/lines.h"
 #include "hil/rig/supply.h"
 
 #define tell(dev, fault, ...) \

@@ -1,12 +1,13 @@
 #include "hil/rig/lines.h"
 
+#include <stdarg.h>
 #include <string.h>
 
 #include "hil/core/core.h"
 #include "hil/core/event.h"
+#include "hil/core/time.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
-#include "hil/rig/fault_log.h"
 
 _Static_assert(sizeof(struct hil_can_frame) <= 24, "a held frame has 24 bytes");
 
@@ -193,4 +194,25 @@ void hil_lines_create(struct hil_lines_device *dev, uint64_t seed)
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev)
 {
     return (struct hil_wire){dev, suffers, delay_ps, random_below, can_out, serial_out};
+}
+
+/* ---- the line that reports a fault ---- */
+
+void hil_fault_tell(struct hil_core *core, FILE *log, unsigned file_line, const char *format, ...)
+{
+    char text[160];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    core->state.counters.faults_injected++;
+    hil_trace(core, "fault: %s", text);
+    if (!log)
+        return;
+    uint64_t t_ns = hil_now_ps(core) / HIL_NS_PS;
+    fprintf(log, "fault at %llu.%09llu s: %s", (unsigned long long)(t_ns / 1000000000u),
+            (unsigned long long)(t_ns % 1000000000u), text);
+    if (file_line)
+        fprintf(log, " (line %u)", file_line);
+    fputc('\n', log);
 }

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "hil/core/peripheral.h"
 #include "hil/periph/can_frame.h"
@@ -61,5 +62,12 @@ struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
 /* From now on; told. */
 void hil_lines_order(struct hil_lines_device *dev, enum hil_line line, enum hil_line_fault kind,
                      const struct hil_line_effect *effect);
+
+/* Reports a fault that fired, or a frame or byte that suffered one: a line with its virtual time to
+ * the log and to the trace, and a count. `log` NULL: nobody reads it. `file_line` of the fault file
+ * that ordered it; 0: none. */
+__attribute__((format(printf, 4, 5))) void hil_fault_tell(struct hil_core *core, FILE *log,
+                                                          unsigned file_line, const char *format,
+                                                          ...);
 
 #endif

@@ -1,9 +1,8 @@
 /* Each board's own image on the emulated board of that name, and on no other: chip, package, clock
  * and what is soldered to its pins. */
 #include "common/boards.h"
-#include "hil/board/cellfile.h"
 #include "hil/board/parts.h"
-#include "hil/board/which.h"
+#include "hil/board/board.h"
 #include "hil/core/bus.h"
 #include "hil/periph/board_type.h"
 #include "tests/cmocka_all.h"

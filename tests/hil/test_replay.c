@@ -1,7 +1,6 @@
 /* Replay's parts: codes that have given sums and counts, and the file's parser. The whole of it:
  * tests/cli/replay.sh. */
 #include "common/crc32.h"
-#include "hil/rig/codes.h"
 #include "hil/rig/replay.h"
 #include "tests/hil/bench.h"
 

@@ -8,7 +8,7 @@
 
 #include "tests/hil/bench.h"
 
-#include "hil/board/cellfile.h"
+#include "hil/board/board.h"
 #include "hil/board/parts.h"
 #include "hil/chips/w25q.h"
 #include "hil/link/pty.h"

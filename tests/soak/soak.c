@@ -18,7 +18,6 @@
 #include "common/framing.h"
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
-#include "hil/board/cellfile.h"
 #include "hil/rig/faults.h"
 #include "host/collect/account.h"
 #include "host/collect/timebase.h"
