@@ -6,7 +6,7 @@
 #include "host/log/logger.h"
 #include "host/base/monotonic_clock.h"
 
-#define FRAMES_PER_TURN READER_FRAMES
+#define FRAMES_PER_TURN 64u /* less than what a second of any board is: the links stay in step */
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
 
 /* The link is over, for whatever reason; a broken one is remembered, and the others go on. */
@@ -143,9 +143,8 @@ enum mr_status logger_receive(struct logger *logger, unsigned link, struct error
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    logger->more[link] = false;
-    if (link_reader_fd(reader) >= 0 && !link_queue_unread(queue))
-        logger->more[link] = link_reader_turn(reader);
+    if (!link_queue_unread(queue)) /* else what the last turn said of it holds */
+        logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_turn(reader);
     size_t most = logger_kind(link) == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
     for (size_t taken = 0; taken < most && status == MR_OK && link_queue_take(queue, &item);) {
         taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;

@@ -29,7 +29,7 @@ seal shunts
 printf 'matrig-faults 1\nat 3 gage 5 drift 1.03 0\n' >"$tmp/drift.faults"
 
 shunts_are_stored() {
-    play shunts --faults "$tmp/drift.faults" && [ "$(in_db shunts 'select count(*) from shunts where links = 3')" = 28 ] &&
+    play shunts --faults "$tmp/drift.faults" && [ "$(in_db shunts 'select count(*) from shunts where links = 2')" = 28 ] &&
         [ "$(in_db shunts 'select group_concat(gage) from shunts where verdict <> 0')" = 5 ] &&
         [ "$(in_db shunts 'select count(*) from shunts where abs(span_lb - 40) < 0.05')" = 27 ]
 }
@@ -47,7 +47,7 @@ figures_are_the_truth() {
     cp tests/runs/landing5.run "$tmp/plain.run" && play plain || return 1
     local band
     for band in 1 2; do
-        [ "$(in_db plain "select abs(least_lb - $(truth $band min)) < 0.5 and abs(most_lb - $(truth $band max)) < 0.5 and links = 3 from bands where band = $band")" = 1 ] || return 1
+        [ "$(in_db plain "select abs(least_lb - $(truth $band min)) < 0.5 and abs(most_lb - $(truth $band max)) < 0.5 and links = 2 from bands where band = $band")" = 1 ] || return 1
     done
     [ "$(in_db plain 'select count(*) from band_events')" = 0 ]
 }
@@ -65,7 +65,7 @@ grep -av '^end ' tests/runs/landing5.run | awk '/^samples/ { on = 1; print "samp
 seal slip
 slip_is_named() {
     play slip && [ "$(in_db slip 'select band, gage, reason from band_events where reason between 3 and 7')" = '2|11|3' ] &&
-        [ "$(in_db slip 'select abs(block - 3200) < 20 and abs(value_lb - 25) < 2 and links = 3 from band_events where reason = 3')" = 1 ] &&
+        [ "$(in_db slip 'select abs(block - 3200) < 20 and abs(value_lb - 25) < 2 and links = 2 from band_events where reason = 3')" = 1 ] &&
         [ "$(in_db slip 'select change_lb < -8 from bands where band = 2')" = 1 ] &&
         $matrig report "$tmp/slip.db" -o "$tmp/report.html" >/dev/null && in_report '<td class="n">2</td><td>connection slip</td><td class="n">11</td>'
 }
