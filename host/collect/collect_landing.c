@@ -256,9 +256,10 @@ static enum mr_status enter(struct collector *collector, struct side *side,
     if (slot && slot == side->current)
         return MR_OK;
     enum mr_status status = leave(collector, side, error);
-    if (status == MR_OK && !slot) {
+    if (status == MR_OK && !slot)
         status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
-    }
+    else if (status == MR_OK) /* what this link reported before it came to the landing */
+        status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
     if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
