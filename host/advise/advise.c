@@ -7,6 +7,7 @@
 
 #include "host/base/statistics.h"
 #include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
 
 #define SPEED_SPREAD     0.01 /* of a speed planned */
 #define TOUCHDOWN_SPREAD 0.5  /* ft */
@@ -97,15 +98,15 @@ static void find_outside(struct advise *advise)
 static void take_plan_history(struct advise *advise)
 {
     const struct past *past = &advise->past;
-    double *log_ratio = calloc(past->landings + 1, sizeof *log_ratio);
+    double *log_ratio = xcalloc(past->landings + 1, sizeof *log_ratio);
     size_t count = 0;
-    for (size_t i = 0; log_ratio && i < past->landings; i++) {
+    for (size_t i = 0; i < past->landings; i++) {
         const struct past_landing *landing = &past->landing[i];
         if (landing->measured && landing->planned_ft_s2 > 0.0)
             log_ratio[count++] = log(landing->seen.braking.mean_ft_s2 / landing->planned_ft_s2);
     }
     advise->planned = (unsigned)count;
-    advise_plan_met(log_ratio, log_ratio ? count : 0, &advise->plan.bias, &advise->plan.spread);
+    advise_plan_met(log_ratio, count, &advise->plan.bias, &advise->plan.spread);
     free(log_ratio);
 }
 
@@ -177,17 +178,17 @@ static void find_hardest(struct advise *advise)
 static enum mr_status find_rows(struct advise *advise, struct error *error)
 {
     struct advise_members *members = &advise->members;
-    struct advise_braking *braking = calloc(members->count, sizeof *braking);
-    struct advise_met *met = calloc(members->count, sizeof *met);
+    struct advise_braking *braking = xcalloc(members->count, sizeof *braking);
+    struct advise_met *met = xcalloc(members->count, sizeof *met);
     double mean_ft_s2[ADVISE_ROWS];
-    bool good = braking && met;
+    bool good = true;
     advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
         tell(advise, "trying decelerations", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
         if (good && i == advise->plan_row)
-            good = advise_worth(members, braking, met, advise->worth);
+            advise_worth(members, braking, met, advise->worth);
         advise->rows++;
     }
     free(braking);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/base/statistics.h"
+#include "host/base/xmalloc.h"
 
 #define STREAM         2u
 #define PRIOR_LANDINGS 4.0
@@ -77,9 +78,7 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
     const struct mr_chain_params *chain = &members->runway.chain;
     double end_ft = (double)chain->mat_length_ft * chain->mats;
     size_t played = 0, off = 0, come = 0, by[ADVISE_STATIONS] = {0};
-    float *at_ft = calloc(members->count, sizeof *at_ft);
-    if (!at_ft)
-        return false;
+    float *at_ft = xcalloc(members->count, sizeof *at_ft);
     advise_draw_braking(members, plan, mean_ft_s2, braking);
     if (!advise_play(members, braking, false, met)) {
         free(at_ft);
@@ -216,13 +215,14 @@ static size_t spread_out(const double *input, size_t inputs, size_t count, doubl
 double advise_explained(const double *input, size_t inputs, const bool *event, size_t count)
 {
     double mean = 0.0, explained = 0.0;
-    double *column = calloc(2 * inputs * count + 1, sizeof *column),
-           *a = calloc(4 * inputs * inputs + 1, sizeof *a), *b = calloc(2 * inputs + 1, sizeof *b),
-           *covariance = calloc(2 * inputs + 1, sizeof *b);
+    double *column = xcalloc(2 * inputs * count + 1, sizeof *column),
+           *a = xcalloc(4 * inputs * inputs + 1, sizeof *a),
+           *b = xcalloc(2 * inputs + 1, sizeof *b),
+           *covariance = xcalloc(2 * inputs + 1, sizeof *b);
     for (size_t m = 0; m < count; m++)
         mean += event[m] / (double)count;
     double variance = mean * (1.0 - mean) * (double)count;
-    size_t n = column && a && b && covariance ? spread_out(input, inputs, count, column) : 0;
+    size_t n = spread_out(input, inputs, count, column);
     if (n && n + 2 < count && variance > 0.0) {
         for (size_t i = 0; i < n; i++) {
             for (size_t m = 0; m < count; m++)
@@ -274,12 +274,12 @@ static size_t group_inputs(const struct advise_members *members, size_t m,
     }
 }
 
-bool advise_worth(const struct advise_members *members, const struct advise_braking *braking,
+void advise_worth(const struct advise_members *members, const struct advise_braking *braking,
                   const struct advise_met *met, double share[ADVISE_GROUPS])
 {
-    double *input = calloc(members->count * ADVISE_STATIONS, sizeof *input);
-    bool *event = calloc(members->count, sizeof *event);
-    for (unsigned g = 0; input && event && g < ADVISE_GROUPS; g++) {
+    double *input = xcalloc(members->count * ADVISE_STATIONS, sizeof *input);
+    bool *event = xcalloc(members->count, sizeof *event);
+    for (unsigned g = 0; g < ADVISE_GROUPS; g++) {
         size_t inputs = 1;
         for (size_t m = 0; m < members->count; m++) {
             double own[ADVISE_STATIONS];
@@ -289,8 +289,6 @@ bool advise_worth(const struct advise_members *members, const struct advise_brak
         }
         share[g] = advise_explained(input, inputs, event, members->count);
     }
-    bool good = input && event;
     free(input);
     free(event);
-    return good;
 }

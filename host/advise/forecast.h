@@ -45,8 +45,8 @@ void advise_plan_met(const double *log_ratio, size_t count, double *bias, double
 void advise_draw_braking(const struct advise_members *members, const struct advise_plan *plan,
                          double mean_ft_s2, struct advise_braking *braking);
 
-/* One row. `braking` and `met` have room for all members and hold what was played. False: no
- * memory. */
+/* One row. `braking` and `met` have room for all members and hold what was played. False: the
+ * chains cannot be played. */
 bool advise_row(struct advise_members *members, const struct advise_plan *plan, double mean_ft_s2,
                 struct advise_braking *braking, struct advise_met *met, struct advise_row *row);
 
@@ -86,7 +86,7 @@ const char *advise_group_measure(enum advise_group group);
  * were known exactly: Var(E[event | group]) / Var(event), the group's first-order index, from a
  * regression of the event on the group's inputs and their squares, adjusted for their number.
  * 0 where all members come to a zone, or none does. */
-bool advise_worth(const struct advise_members *members, const struct advise_braking *braking,
+void advise_worth(const struct advise_members *members, const struct advise_braking *braking,
                   const struct advise_met *met, double share[ADVISE_GROUPS]);
 /* The same of any inputs, [count][inputs]. */
 double advise_explained(const double *input, size_t inputs, const bool *event, size_t count);

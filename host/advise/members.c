@@ -7,6 +7,7 @@
 #include "host/advise/smoother.h"
 #include "host/base/parallel_for.h"
 #include "host/sim/models/chains.h"
+#include "host/base/xmalloc.h"
 
 #define STREAM    1u
 #define LOOK_S    0.05
@@ -98,9 +99,7 @@ enum mr_status advise_members_draw(struct advise_members *members,
     };
     if (!sensible(runway) || count < CHAINS_LANES || count > ADVISE_MOST)
         return MR_USAGE;
-    members->member = calloc(members->count, sizeof *members->member);
-    if (!members->member)
-        return MR_FULL;
+    members->member = xcalloc(members->count, sizeof *members->member);
     for (size_t m = 0; m < members->count; m++) {
         struct advise_member *member = &members->member[m];
         draw_unknowns(member, runway, &members->chance);
@@ -322,8 +321,8 @@ static bool rolling(const struct batch *b)
 
 static bool play_batch(struct batch *b)
 {
-    float(*grit_lb)[ADVISE_JOINTS] = calloc(CHAINS_LANES, sizeof *grit_lb);
-    struct chains *chains = grit_lb ? start(b, grit_lb) : NULL;
+    float(*grit_lb)[ADVISE_JOINTS] = xcalloc(CHAINS_LANES, sizeof *grit_lb);
+    struct chains *chains = start(b, grit_lb);
     unsigned mat[CHAINS_LANES], away = 0;
     float thrust_lb[CHAINS_LANES];
     if (!chains) {
@@ -426,13 +425,12 @@ static void lesson_free(struct lesson *l)
     free(l->met);
 }
 
-static bool lesson_get(struct lesson *l, const struct advise_members *members)
+static void lesson_get(struct lesson *l, const struct advise_members *members)
 {
-    *l = (struct lesson){.state = calloc(members->count * STATES, sizeof *l->state),
-                         .predicted = calloc(members->count * DATA, sizeof *l->predicted),
-                         .braking = calloc(members->count, sizeof *l->braking),
-                         .met = calloc(members->count, sizeof *l->met)};
-    return l->state && l->predicted && l->braking && l->met;
+    *l = (struct lesson){.state = xcalloc(members->count * STATES, sizeof *l->state),
+                         .predicted = xcalloc(members->count * DATA, sizeof *l->predicted),
+                         .braking = xcalloc(members->count, sizeof *l->braking),
+                         .met = xcalloc(members->count, sizeof *l->met)};
 }
 
 static void write_down(const struct advise_members *members, struct lesson *l)
@@ -534,13 +532,13 @@ bool advise_learn(struct advise_members *members, const struct advise_seen *seen
 {
     struct lesson lesson;
     double was[ADVISE_UNKNOWNS], mean;
-    bool good = lesson_get(&lesson, members);
+    bool good = true;
+    lesson_get(&lesson, members);
     advise_survey(members, seen->before_in, seen->survey_error_in);
-    for (size_t m = 0; good && m < members->count; m++)
+    for (size_t m = 0; m < members->count; m++)
         lesson.braking[m] = seen->braking;
-    if (good)
-        write_down(members, &lesson);
-    for (unsigned k = 0; good && k < ADVISE_UNKNOWNS; k++)
+    write_down(members, &lesson);
+    for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
         smoother_spread(lesson.state, members->count, STATES, k, &mean, &was[k]);
     for (unsigned i = 0; good && i < PASSES; i++)
         good = pass(members, seen, &lesson);

@@ -91,7 +91,7 @@ struct advise_met {
 };
 
 /* Draws `count` members, rounded up to eight, of a runway that nobody has read. MR_USAGE: the
- * runway's parameters make no sense; MR_FULL: no memory. advise_members_free in every case. */
+ * runway's parameters make no sense. advise_members_free in every case. */
 enum mr_status advise_members_draw(struct advise_members *members,
                                    const struct advise_runway *runway, size_t count, uint64_t seed);
 void advise_members_free(struct advise_members *members);
@@ -115,7 +115,7 @@ struct advise_seen {
     double survey_error_in;
 };
 /* Takes in what a landing shows: the survey before it, then its readings, in two passes of the
- * smoother, then the landing itself. False: no memory, or a chain ran away. */
+ * smoother, then the landing itself. False: a chain ran away. */
 bool advise_learn(struct advise_members *members, const struct advise_seen *seen);
 
 /* Spreads what was learned about its mean again, `times` above 1: for a landing unlike those. */

@@ -10,6 +10,7 @@
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
 #include "host/survey/survey.h"
+#include "host/base/xmalloc.h"
 
 #define LEAST_FT_S 1.0 /* slower, braking is not told from the end of the movement */
 
@@ -230,12 +231,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
                            (long long)before, store_path(store));
     if (status == MR_OK)
         status = take_runway(store, row, count, past, error);
-    past->landing = status == MR_OK ? calloc(count, sizeof *past->landing) : NULL;
-    if (status == MR_OK && !past->landing)
-        status = error_set(error, MR_FULL,
-                           "no memory for %zu landings: matrig advise; close other "
-                           "programs",
-                           count);
+    past->landing = status == MR_OK ? xcalloc(count, sizeof *past->landing) : NULL;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         struct past_landing *landing = &past->landing[i];
         landing->run = row[i].id;

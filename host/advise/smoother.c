@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/xmalloc.h"
+
 /* What one pass works with: the readings that there are, `n` of them. */
 struct work {
     size_t n;
@@ -15,18 +17,17 @@ struct work {
     double *shift;       /* [members] */
 };
 
-static bool get_memory(struct work *w, const struct smoother *s)
+static void get_memory(struct work *w, const struct smoother *s)
 {
     size_t wide = s->data ? s->data : 1;
     *w = (struct work){
-        .datum = calloc(wide, sizeof *w->datum),
-        .away = calloc(s->members * wide, sizeof *w->away),
-        .matrix = calloc(wide * wide, sizeof *w->matrix),
-        .innovations = calloc(s->members * wide, sizeof *w->innovations),
-        .gain = calloc(wide, sizeof *w->gain),
-        .shift = calloc(s->members, sizeof *w->shift),
+        .datum = xcalloc(wide, sizeof *w->datum),
+        .away = xcalloc(s->members * wide, sizeof *w->away),
+        .matrix = xcalloc(wide * wide, sizeof *w->matrix),
+        .innovations = xcalloc(s->members * wide, sizeof *w->innovations),
+        .gain = xcalloc(wide, sizeof *w->gain),
+        .shift = xcalloc(s->members, sizeof *w->shift),
     };
-    return w->datum && w->away && w->matrix && w->innovations && w->gain && w->shift;
 }
 
 static void free_memory(struct work *w)
@@ -139,12 +140,14 @@ static void move(struct work *w, const struct smoother *s, size_t state)
 bool smoother_take(const struct smoother *s, struct chance *chance)
 {
     struct work w = {0};
-    bool good = s->members >= 2 && get_memory(&w, s);
-    for (size_t d = 0; good && d < s->data; d++) {
+    if (s->members < 2)
+        return false;
+    get_memory(&w, s);
+    for (size_t d = 0; d < s->data; d++) {
         if (isfinite(s->read[d]))
             w.datum[w.n++] = d;
     }
-    if (good && w.n) {
+    if (w.n) {
         fill_matrix(&w, s);
         factor(&w);
         innovate(&w, s, chance);
@@ -152,7 +155,7 @@ bool smoother_take(const struct smoother *s, struct chance *chance)
             move(&w, s, state);
     }
     free_memory(&w);
-    return good;
+    return true;
 }
 
 void smoother_spread(const double *state, size_t members, size_t states, size_t column,

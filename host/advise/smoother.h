@@ -25,7 +25,7 @@ struct smoother {
     const void *context;
 };
 
-/* One pass. Readings are perturbed member by member, their mean is not. False: no memory, or too
+/* One pass. Readings are perturbed member by member, their mean is not. False: too
  * few members (below 2). Without a reading nothing changes. */
 bool smoother_take(const struct smoother *smoother, struct chance *chance);
 

@@ -11,6 +11,7 @@
 #include "host/sim/sim.h"
 #include "host/sim/sim_answer.h"
 #include "host/commands/studies.h"
+#include "host/base/xmalloc.h"
 
 #define M_PER_FT  0.3048
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
@@ -98,20 +99,15 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
 }
 
 /* With --csv the mats asked for are sampled at their middles. */
-static enum mr_status ask_history(struct request *request, const struct sim_scene *scene,
-                                  double **stations, struct error *error)
+static void ask_history(struct request *request, const struct sim_scene *scene, double **stations)
 {
     size_t count = sim_shown_count(scene);
-    *stations = calloc(count, sizeof **stations);
-    if (!*stations)
-        return error_set(error, MR_FULL, "out of memory: a history of %zu mats; give fewer u_mats",
-                         count);
+    *stations = xcalloc(count, sizeof **stations);
     for (size_t i = 0; i < count; i++)
         (*stations)[i] = (sim_shown_mat(scene, i) - 0.5) * scene->length_ft;
     request->options.station_ft = *stations;
     request->options.station_count = count;
     request->options.sample_dt_s = fmin(HISTORY_S, sim_scene_end_s(scene) / 1000.0);
-    return MR_OK;
 }
 
 static int show_keys(const struct cli *cli)
@@ -141,8 +137,9 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);
-    if (!request.csv_path || ask_history(&request, &scene, &stations, &error) == MR_OK)
-        run_scene(&request, &scene, cli, &result, &error);
+    if (request.csv_path)
+        ask_history(&request, &scene, &stations);
+    run_scene(&request, &scene, cli, &result, &error);
     bool usable = error.status == MR_OK || result.status == SIM_INTERRUPTED ||
                   result.status == SIM_UNPREDICTABLE;
     if (usable && request.csv_path) {
