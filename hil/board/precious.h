@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-/* Is it a file that must not be overwritten by mistake: a campaign (SQLite), what SQLite keeps
- * beside one, or a program (ELF)? */
+/* Is it a file that must not be overwritten by mistake: a campaign (SQLite) or a program
+ * (ELF)? */
 bool hil_is_precious(const char *path);
 /* Is there a file, of whatever content, that does not begin with `head` as a record of this program
  * does? */
