@@ -94,7 +94,7 @@ struct hil_cpu {
     uint32_t block_instructions; /* of the block that runs, not yet counted into time */
     uint32_t block_address;
     uint32_t block_size;
-    bool walking; /* it is walked through: hil/core/onlooker.h */
+    bool walking; /* it is walked through: hil/core/core.h */
     bool asleep;
     bool event; /* the event register that WFE waits for */
 };
