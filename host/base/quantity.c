@@ -10,7 +10,7 @@
 #include "common/decimal.h"
 
 /* What units are made of. A mass is force time2 / length. */
-enum base { LENGTH, FORCE, TIME, ANGLE, VOLTAGE, RESISTANCE, TEMPERATURE, BASES };
+enum base { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, BASES };
 
 #define LB    44482216152605.0 /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
 #define FEET  3048.0           /* 1 ft = 0.3048 m */
@@ -26,9 +26,7 @@ enum base { LENGTH, FORCE, TIME, ANGLE, VOLTAGE, RESISTANCE, TEMPERATURE, BASES 
 #define OF_MASS         {-1, 1, 2}
 #define OF_STRESS       {-2, 1}
 #define OF_ANGLE        {0, 0, 0, 1}
-#define OF_VOLTAGE      {0, 0, 0, 0, 1}
-#define OF_RESISTANCE   {0, 0, 0, 0, 0, 1}
-#define OF_TEMPERATURE  {0, 0, 0, 0, 0, 0, 1}
+#define OF_TEMPERATURE  {0, 0, 0, 0, 1}
 /* clang-format on */
 
 /* 1 of this word is times / over * 10^ten of the SI units of its bases; `times` and `over` are
@@ -57,10 +55,7 @@ static const struct word words[] = {
     {"Pa", OF_STRESS, 1, 1, 0, false},        {"kPa", OF_STRESS, 1, 1, 3, false},
     {"MPa", OF_STRESS, 1, 1, 6, false},       {"GPa", OF_STRESS, 1, 1, 9, false},
     {"rad", OF_ANGLE, 1, 1, 0, false},        {"deg", OF_ANGLE, M_PI, 180, 0, false},
-    {"V", OF_VOLTAGE, 1, 1, 0, false},        {"mV", OF_VOLTAGE, 1, 1, -3, false},
-    {"ohm", OF_RESISTANCE, 1, 1, 0, false},   {"kohm", OF_RESISTANCE, 1, 1, 3, false},
-    {"Mohm", OF_RESISTANCE, 1, 1, 6, false},  {"K", OF_TEMPERATURE, 1, 1, 0, false},
-    {"F", OF_TEMPERATURE, 5, 9, 0, false},
+    {"K", OF_TEMPERATURE, 1, 1, 0, false},    {"F", OF_TEMPERATURE, 5, 9, 0, false},
 };
 
 /* The first unit of a kind stands for it. */
@@ -81,8 +76,6 @@ static const struct quantity_kind kinds[] = {
     {"a moment of inertia", "slug ft2, kg m2", "kg m2", NULL},
     {"a mass", "kg, slug", "kg", NULL},
     {"a rate of force", "lb/s, N/s, lb/h, N/h", "N/s", NULL},
-    {"a voltage", "V, mV", "V", NULL},
-    {"a resistance", "ohm, kohm, Mohm", "ohm", NULL},
     {"a difference of temperature", "F, K, degF, degC", "K", NULL},
     {"a thermal expansion", "1/F, 1/K", "1/K", NULL},
 };
