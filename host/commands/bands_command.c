@@ -17,7 +17,7 @@
 struct request {
     struct band_design design;
     double width_ft, thickness_ft; /* of a band; 0: the area is given */
-    bool area_given, design_only, strict;
+    bool area_given, design_only;
     int64_t passes;
 };
 
@@ -121,10 +121,6 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     if (command_parse(&command_bands, argc, argv, cli, request, words, error) != MR_OK)
         return error->status;
     request->design.passes = (int)request->passes;
-    if (request->strict && request->design_only)
-        return error_set(
-            error, MR_USAGE,
-            "at odds: --strict is about the model, which --design-only leaves out; give one");
     return read_words(words, request, error);
 }
 
@@ -217,13 +213,6 @@ static void judge_model(const struct band_design *d, const struct band_check *c,
              "%s only",
              force(f, c->load_lb).text, said(f, UNIT_STATION, c->load_ft).text,
              force(f, d->connection_lb).text);
-}
-
-/* The report's own example has its bands at the limit of the theory, so that any knock in the model
- * goes beyond it: what the model says against the theory is a warning, unless --strict. */
-static int exit_code(const struct request *request, const struct findings *f)
-{
-    return f->theory_fails || (request->strict && f->model_fails) ? 1 : 0;
 }
 
 struct figure {
@@ -330,8 +319,7 @@ static struct answer *answer_of(const struct request *request, const struct band
     answer_close(answer);
     if (f->model_fails && !f->theory_fails)
         answer_sentence(answer, NULL,
-                        "the theory allows this band, the model does not: leave it more room%s",
-                        request->strict ? "" : " (a warning; --strict makes it the exit code)");
+                        "the theory allows this band, the model does not: leave it more room");
     answer_flag(answer, "holds_by_theory", NULL, !f->theory_fails);
     if (request->design_only)
         answer_none(answer, "holds_in_model", NULL, "");
@@ -340,6 +328,8 @@ static struct answer *answer_of(const struct request *request, const struct band
     return answer;
 }
 
+/* The report's own example has its bands at the limit of the theory, so that any knock in the model
+ * goes beyond it: what the model says against the theory is a warning. */
 static int bands_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
@@ -355,7 +345,7 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
     if (!request.design_only)
         judge_model(d, &check, &findings);
     return answer_show(cli, answer_of(&request, &check, &findings, cli->si),
-                       exit_code(&request, &findings));
+                       findings.theory_fails ? 1 : 0);
 }
 
 #define VALUES struct request
@@ -379,7 +369,6 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--design-only", design_only, "leave the model out"),
     OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0,
                  "how often the aircraft passes in the model; else {standard}"),
-    OPTION_FLAG("--strict", strict, "exit 1 for what only the model finds, too"),
     HELP_NOTE("Exit 1 when the band goes loose or yields by theory. What the model says otherwise "
               "is a warning: the report's own example has\n"
               "its bands at the theory's limit, and R goes from rivet to rivet in knocks. "),
@@ -391,7 +380,7 @@ static const struct command_part parts[] = {
 const struct command command_bands = {
     "bands",
     bands_command,
-    "[NAME=VALUE[UNIT]...] [--design-only] [--passes N] [--strict]",
+    "[NAME=VALUE[UNIT]...] [--design-only] [--passes N]",
     "design restraining bands by Appendix C, and check them in the model",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "[NAME=VALUE[UNIT]...]"},

@@ -41,7 +41,7 @@ check "so does too little tension" fails --design-only length=1000ft tension=40k
 # the model: half the brakes on a short band, T0 40 kip of 112.5. Theory: 40 - 30 x 0.32 - 15 = 15.4 to 55 kip; rigid mats without
 # friction that push with R have the band at 25 to 55
 small="deceleration=0.25g length=600ft tension=40kip --passes 1"
-in_model() { holds "$@" --strict && grep -q '"holds_in_model":true' "$tmp/o.json"; }
+in_model() { holds "$@" && grep -q '"holds_in_model":true' "$tmp/o.json"; }
 check "a band with much in hand holds in the model" in_model $small
 side=tail
 check "least tension between theory's, with friction and without, less a knock of R/4" says least_lb 17700 9800 $small
@@ -49,15 +49,14 @@ check "largest tension theory's, and a knock of up to R/3" says most_lb 60000 50
 check "T0 of 14 kip is too little for R/2 = 15 kip" fails deceleration=0.25g length=600ft tension=14kip --passes 1
 loose() { fails deceleration=0.25g length=600ft tension=14kip --passes 1 && grep -q "model's band goes loose" "$tmp/o"; }
 check "and the model's band goes loose too" loose
-jolt() { fails $small grip=5kip --strict && grep -q "connections slip" "$tmp/o"; }
+jolt() { holds $small grip=5kip && grep -q '"holds_in_model":false' "$tmp/o.json" && grep -q "connections slip" "$tmp/o.json"; }
 check "connections that hold 5 kip slip under 30" jolt
 # 600 ft: 30 connections, 9.6 kip; R 30 kip: T0 up to 97.5 kip by C.9, at which theory comes to A fy and knocks go beyond
 warned() {
     timeout 600 $m bands deceleration=0.25g length=600ft tension=97.5kip --passes 1 >"$tmp/o" && cat "$tmp/o" &&
-        grep -Eq "^(finding)? +disagree: the model's band yields" "$tmp/o" && grep -q -- "--strict makes it" "$tmp/o"
+        grep -Eq "^(finding)? +disagree: the model's band yields" "$tmp/o" && grep -q "leave it more room" "$tmp/o"
 }
 check "a band at the theory's limit: a warning" warned
-check "and with --strict a failure" fails deceleration=0.25g length=600ft tension=97.5kip --passes 1 --strict
 load() { $m bands $small | grep -q "disagree: a connection carries up to"; }
 in_newtons() { # T0 14 kip are 62275.1 N, n F' + R/2 of 24.6 kip 109426 N
     $m --si bands deceleration=0.25g length=600ft tension=14kip --passes 1 >"$tmp/o"
@@ -79,5 +78,4 @@ check "two sections" fails_with 2 "width and thickness, or area" $m bands width=
 check "half a row" fails_with 2 "rows are whole" $m bands every=2.5
 check "not a word" fails_with 2 "NAME=VALUE" $m bands weight
 check "an input twice" fails_with 2 "given twice: yield" $m bands yield=50ksi yield=40ksi
-check "strict about a model that is left out" fails_with 2 "at odds: --strict" $m bands --design-only --strict
 finish
