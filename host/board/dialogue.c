@@ -27,23 +27,12 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
     mr_deframer_init(&dialogue->deframer);
 }
 
-static enum mr_status check_one_board(const char *can, struct error *error)
-{
-    unsigned boards;
-    if (link_count_boards(can, &boards, error) != MR_OK || boards == 1)
-        return error->status;
-    return error_set(error, MR_USAGE,
-                     "one board is spoken with: %s names %u; leave one base, or use matrig log for "
-                     "all",
-                     can, boards);
-}
-
 enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
                              struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
-    enum mr_status status = can ? check_one_board(can, error) : MR_OK;
-    if (status == MR_OK && serial)
+    enum mr_status status = MR_OK;
+    if (serial)
         status = link_open(serial, LINK_SERIAL, &link[LINK_SERIAL], error);
     if (status == MR_OK && can)
         status = link_open(can, LINK_CAN, &link[LINK_CAN], error);

@@ -799,7 +799,7 @@ static void judge_whose_can(const struct ready_facts *f, struct ready_report *re
                                       told ? "another board" : "others, and not the board,",
                                       f->can_base, told ? can : "unknown", serial);
     limit(c, "the board itself");
-    advise(c, "give its base, as can0@0x190, or its own serial line");
+    advise(c, "give its base, as can:can0,base=0x190, or its own serial line");
 }
 
 static void judge_can(const struct ready_facts *f, struct ready_report *report)

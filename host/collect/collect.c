@@ -253,11 +253,6 @@ int64_t collector_take_same(struct collector *collector, struct store_same *same
     return run;
 }
 
-bool collector_turned_away(const struct collector *collector)
-{
-    return collector->turned_away;
-}
-
 static void tell_other_on_can(const struct collector *collector,
                               struct collector_progress *progress)
 {

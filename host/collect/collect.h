@@ -40,8 +40,6 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
                                uint64_t host_us, struct error *error);
-/* The last error was that: the board itself, not the campaign. Another board's log may go on. */
-bool collector_turned_away(const struct collector *collector);
 /* What a link has counted so far, troubles above all: those that are new are accounted, and
  * recorded at the next collector_put_counts. Call it before what came after them goes in. */
 enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,

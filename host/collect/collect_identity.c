@@ -19,7 +19,6 @@ static enum mr_status another_board(struct collector *collector, struct side *si
         if (!collector->side[LINK_SERIAL].ended || side->others < COLLECT_OTHERS_IN_ROW)
             return MR_OK;
     }
-    collector->turned_away = true;
     return error_set(error, why,
                      "another board speaks than the one this log began with (%s): %s; end this log "
                      "and begin a new one",
@@ -36,7 +35,6 @@ static enum mr_status hello(struct collector *collector, struct side *side,
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
         return another_board(collector, side, MR_VERSION, now, error);
     }
-    collector->turned_away |= message->layout != MR_LAYOUT;
     if (message->layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
                          "the board speaks layout %u, this matrig layout %u: %s; use firmware and "

@@ -86,7 +86,6 @@ struct collector {
     int64_t session;
     struct side side[LINK_KINDS];
     uint16_t can_base;
-    bool turned_away;                          /* the board is one that this log cannot take */
     const struct collector_listener *listener; /* NULL: nobody */
     bool hello;
     struct slot slot[SLOTS];

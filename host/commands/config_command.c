@@ -232,12 +232,12 @@ static enum mr_status look_for_base(const struct request *request, struct sessio
 /* Where the board is on CAN from now on, as a LINK. */
 static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_MAX])
 {
-    struct link_bases old;
+    uint16_t old;
     struct error error = {0};
-    char spec[LINK_SPEC_MAX - sizeof "@0x000"];
+    char spec[LINK_SPEC_MAX - sizeof ",base=0x000"];
     snprintf(spec, sizeof spec, "%s", request->can ? request->can : "LINK");
-    (void)link_take_bases(spec, &old, &error);
-    snprintf(out, LINK_SPEC_MAX, "%s@0x%03x", spec, base);
+    (void)link_take_base(spec, &old, &error);
+    snprintf(out, LINK_SPEC_MAX, "%s,base=0x%03x", spec, base);
 }
 
 static int set(const struct request *request, struct error *error)

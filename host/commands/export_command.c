@@ -10,7 +10,7 @@
 #include "host/exchange/dbc.h"
 #include "host/exchange/candump_export.h"
 #include "host/exchange/mdf4_export.h"
-#include "host/link/bases.h"
+#include "host/link/link.h"
 #include "host/base/output.h"
 #include "host/base/command.h"
 #include "host/base/units.h"

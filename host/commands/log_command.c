@@ -37,8 +37,8 @@ static void watch_clock(struct logger *logger)
         logger->cli,
         "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
         (double)jump_us / 1e6);
-    /* Behind what was stamped before; one link of each board brings the event. */
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    /* Behind what was stamped before; one link brings the event. */
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool told = link > 0 && logger->open[0];
         if (logger->open[link])
             link_queue_put_clock(link_reader_queue(logger->reader[link]), told ? 0 : jump_us);
@@ -66,14 +66,14 @@ static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
 
 /* Waits until something is in a queue, a recording is readable, a signal or a deadline. */
 static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t deadline_us,
-                                    bool ready[LOGGER_LINKS], bool *signalled, struct error *error)
+                                    bool ready[LINK_KINDS], bool *signalled, struct error *error)
 {
-    enum { SIGNALS = LOGGER_LINKS, TYPED, NEWS, POLLED };
+    enum { SIGNALS = LINK_KINDS, TYPED, NEWS, POLLED };
     struct pollfd polled[POLLED];
     bool held = is_held(logger);
     int wait_ms = quiet_ms(logger, deadline_us);
     uint64_t counted;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool takes = logger->open[link] && !held;
         ready[link] = takes && (link_queue_listen(link_reader_queue(logger->reader[link])) ||
                                 logger->more[link]);
@@ -90,7 +90,7 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 &&
         errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
-    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+    for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
                       (logger->open[link] && !held &&
                        link_queue_unread(link_reader_queue(logger->reader[link])));
@@ -101,11 +101,11 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
 }
 
 /* What has come, and what is due of it: into the campaign, and to the user. */
-static enum mr_status write_turn(struct logger *logger, const bool ready[LOGGER_LINKS],
+static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS],
                                  struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (unsigned link = 0; link < LOGGER_LINKS && status == MR_OK; link++) {
+    for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (ready[link])
             status = logger_receive(logger, link, error);
     }
@@ -119,7 +119,7 @@ static enum mr_status write_turn(struct logger *logger, const bool ready[LOGGER_
 static bool any_open(const struct logger *logger)
 {
     bool any = false;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+    for (unsigned link = 0; link < LINK_KINDS; link++)
         any |= logger->open[link];
     return any;
 }
@@ -128,7 +128,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
 {
     uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : monotonic_us() + (uint64_t)(for_s * 1e6);
     while (!logger->ended_by) {
-        bool ready[LOGGER_LINKS] = {false};
+        bool ready[LINK_KINDS] = {false};
         bool signalled = false;
         enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled,
                                               error);
@@ -158,27 +158,21 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
     return MR_OK;
 }
 
-static enum mr_status open_collectors(struct logger *logger, struct error *error)
+static enum mr_status open_collector(struct logger *logger, struct error *error)
 {
-    enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++) {
-        struct logger_board *board = &logger->board[i];
-        const struct link *serial = logger->link[logger_link_of(i, LINK_SERIAL)];
-        status = collector_open(logger->store, board->can, board->base,
-                                serial ? link_spec(serial) : NULL, &board->collector, error);
-        board->hold_run = STORE_NONE;
-    }
-    logger->collecting = status == MR_OK;
-    return status;
+    const struct link *can = logger->link[LINK_CAN], *serial = logger->link[LINK_SERIAL];
+    logger->hold_run = STORE_NONE;
+    return collector_open(logger->store, can ? link_spec(can) : NULL, logger->base,
+                          serial ? link_spec(serial) : NULL, &logger->collector, error);
 }
 
-/* A session of each board begins, when the campaign takes it: what comes meanwhile waits. */
+/* The session begins, when the campaign takes it: what comes meanwhile waits. */
 static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
         enum mr_status status = logger_begin(logger, error);
         if (status == MR_OK)
-            status = open_collectors(logger, error);
+            status = open_collector(logger, error);
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_take_refusal(logger->store);
@@ -202,9 +196,9 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
         return error_set(error, MR_IO,
                          "no eventfd (%s): the links; check the limits of this system",
                          strerror(errno));
-    for (unsigned link = 0; link < LOGGER_LINKS && status == MR_OK; link++) {
+    for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (logger->link[link])
-            status = link_reader_open(logger->link[link], logger_kind(link), 0, logger->news,
+            status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news,
                                       watch_blame, &logger->watch, &logger->reader[link], error);
     }
     return status == MR_OK
@@ -220,7 +214,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     if (status != MR_OK)
         return status;
     if (logger->live.hub)
-        collector_listen(logger->board[0].collector, &logger->live.listener);
+        collector_listen(logger->collector, &logger->live.listener);
     /* The session is in the campaign before anything else: a transaction that fails later leaves it
      * there. */
     status = logger_commit(logger, error);
@@ -284,65 +278,11 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
 static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec,
                                 struct error *error)
 {
-    enum mr_status status = link_open(spec, logger_kind(link), &logger->link[link], error);
+    enum mr_status status = link_open(spec, (enum link_kind)link, &logger->link[link], error);
     if (status == MR_OK)
         link_patience(logger->link[link], logger->wait_s);
     logger->open[link] = status == MR_OK;
     return status;
-}
-
-/* The serial lines of several boards, in the boards' order: A,B; ,B when the first has none. */
-static enum mr_status open_lines(struct logger *logger, const char *given, struct error *error)
-{
-    char *copy = strdup(given), *rest = copy, *one;
-    enum mr_status status = copy ? MR_OK
-                                 : error_set(error, MR_FULL,
-                                             "no memory: links of boards; close other programs");
-    for (unsigned i = 0; status == MR_OK && (one = strsep(&rest, ",")) != NULL; i++) {
-        if (i == logger->boards)
-            status = error_set(error, MR_USAGE,
-                               "more serial lines than boards: %s; --can names %u, as can0@0,0x190",
-                               given, logger->boards);
-        else if (*one)
-            status = open_link(logger, logger_link_of(i, LINK_SERIAL), one, error);
-    }
-    free(copy);
-    return status;
-}
-
-/* The line of the only board; a comma is of several, unless it is in the name of a file. */
-static enum mr_status open_line(struct logger *logger, const char *given, struct error *error)
-{
-    const char *path = strchr(given, ':');
-    if (strchr(given, ',') && access(given, F_OK) != 0 && access(path ? path + 1 : "", F_OK) != 0)
-        return error_set(error, MR_USAGE,
-                         "serial lines of several boards: %s; name their bases too, as --can "
-                         "can0@0,0x190",
-                         given);
-    return open_link(logger, logger_link_of(0, LINK_SERIAL), given, error);
-}
-
-/* What is said of a board alone names it alone. */
-static enum mr_status name_boards(struct logger *logger, struct error *error)
-{
-    const struct link *can = logger->link[0];
-    struct link_bases bases = *link_bases(can);
-    size_t all = strlen(link_spec(can));
-    char at[LINK_BASES_TEXT];
-    link_bases_text(&bases, at);
-    logger->boards = bases.count;
-    for (unsigned i = 0; i < logger->boards; i++) {
-        struct logger_board *board = &logger->board[i];
-        struct link_bases alone = {.base = {bases.base[i]}, .count = 1, .given = bases.given};
-        char its[LINK_BASES_TEXT];
-        link_bases_text(&alone, its);
-        board->base = bases.base[i];
-        if (asprintf(&board->can, "%.*s%s", (int)(all - strlen(at)), link_spec(can), its) < 0) {
-            board->can = NULL;
-            return error_set(error, MR_FULL, "no memory: links of boards; close other programs");
-        }
-    }
-    return MR_OK;
 }
 
 /* An existing database is checked before any link is opened; a new one is made only once the links
@@ -356,12 +296,11 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
     if (status == MR_OK && live)
         status = open_live(logger, live, can, serial, db, error);
     if (status == MR_OK && can)
-        status = open_link(logger, 0, can, error);
+        status = open_link(logger, LINK_CAN, can, error);
     if (status == MR_OK && can)
-        status = name_boards(logger, error);
+        logger->base = link_base(logger->link[LINK_CAN]);
     if (status == MR_OK && serial)
-        status = logger->boards > 1 ? open_lines(logger, serial, error)
-                                    : open_line(logger, serial, error);
+        status = open_link(logger, LINK_SERIAL, serial, error);
     if (status == MR_OK && !logger->store)
         status = open_store(logger, db, error);
     return status;
@@ -369,8 +308,7 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 
 static void close_all(struct logger *logger)
 {
-    for (unsigned i = 0; i < logger->boards; i++)
-        collector_close(logger->board[i].collector);
+    collector_close(logger->collector);
     watch_call(&logger->watch, true); /* the journal is written back */
     if (logger->store && store_overwritten(logger->store))
         store_leave(logger->store, false);
@@ -378,12 +316,10 @@ static void close_all(struct logger *logger)
         store_close(logger->store);
     watch_call(&logger->watch, false);
     watch_close(&logger->watch);
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         link_reader_close(logger->reader[link]);
         link_close(logger->link[link]);
     }
-    for (unsigned i = 0; i < logger->boards; i++)
-        free(logger->board[i].can);
     if (logger->news >= 0)
         close(logger->news);
     image_symbols_free(&logger->symbols);
@@ -394,19 +330,6 @@ struct request {
     double for_s, wait_s;
     bool listen, commands;
 };
-
-/* The live page has room for one board. */
-static enum mr_status check_live(const struct request *request, struct error *error)
-{
-    unsigned boards;
-    if (!request->live || !request->can)
-        return MR_OK;
-    if (link_count_boards(request->can, &boards, error) != MR_OK || boards == 1)
-        return error->status;
-    return error_set(error, MR_USAGE,
-                     "--live shows one board: %s names %u; leave --live out, or name one",
-                     request->can, boards);
-}
 
 static int log_command(int argc, char **argv, const struct cli *cli)
 {
@@ -423,8 +346,6 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && r.listen && r.commands)
         status = error_set(&error, MR_USAGE,
                            "--listen and --commands: nothing is sent, or commands are; give one");
-    if (status == MR_OK)
-        status = check_live(&r, &error);
     if (status == MR_OK)
         status = output_check(r.page, r.db, &error);
     struct mr_symbols symbols = {0};
@@ -446,13 +367,12 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 
     struct logger logger = {.cli = cli,
                             .landings = json_array(),
-                            .boards = 1,
                             .symbols = symbols,
                             .wait_s = r.wait_s,
                             .look = {.db = r.db, .page = r.page, .si = cli->si}};
     logger.hold.cause = WATCH_NONE;
     logger.news = -1;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+    for (unsigned link = 0; link < LINK_KINDS; link++)
         logger.mute[link] = r.listen;
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
@@ -462,7 +382,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run(&logger, signals, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
-    if (logger.collecting)
+    if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
     quicklook_service(&logger.look, true);
     json_decref(logger.landings);
@@ -474,12 +394,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    OPTION_TEXT("--can", "LINK", can,
-                "the board's CAN bus; of several boards with their bases: can0@0,0x190"),
-    OPTION_TEXT(
-        "--serial", "LINK", serial,
-        "the board's serial port; either link may be left out. Of several boards A,B in the "
-        "order of the bases"),
+    OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
+    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port; either link may be left out"),
     OPTION_TEXT("--db", "DB", db, "campaign database, made when it does not exist"),
     OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
                   "stop after S seconds; else at the end of the links, or on Ctrl-C"),

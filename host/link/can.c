@@ -82,14 +82,14 @@ void can_control_take(struct msghdr *message, struct can_control *control)
     }
 }
 
-size_t can_board_filters(const struct link_bases *bases, struct can_filter *filters, size_t most)
+size_t can_board_filters(uint16_t base, struct can_filter *filters, size_t most)
 {
     size_t messages, count = 0;
     const struct mr_message_info *info = mr_catalogue(&messages);
-    for (size_t i = 0; i < bases->count * messages && count < most; i++)
-        filters[count++] = (struct can_filter){
-            .can_id = mr_can_to_bus(info[i % messages].id, bases->base[i / messages]),
-            .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
+    for (size_t i = 0; i < messages && count < most; i++)
+        filters[count++] = (struct can_filter){.can_id = mr_can_to_bus(info[i].id, base),
+                                               .can_mask = CAN_SFF_MASK | CAN_EFF_FLAG |
+                                                           CAN_RTR_FLAG};
     return count;
 }
 
@@ -366,7 +366,7 @@ static bool ask_for_stamps(int fd)
 static bool ask_for_board(struct link *link)
 {
     struct can_filter filters[CAN_RAW_FILTER_MAX];
-    size_t count = can_board_filters(&link->bases, filters, CAN_RAW_FILTER_MAX);
+    size_t count = can_board_filters(link->base, filters, CAN_RAW_FILTER_MAX);
     return setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters,
                       (socklen_t)(count * sizeof filters[0])) == 0;
 }

@@ -39,9 +39,9 @@ struct can_control {
 /* SO_TIMESTAMPING or SO_TIMESTAMPNS, and SO_RXQ_OVFL, of a message that recvmsg(2) gave. */
 void can_control_take(struct msghdr *message, struct can_control *control);
 
-/* Filters that pass the messages of the boards at these bases, and to them, and nothing else; at
- * most `most` of them. How many. */
-size_t can_board_filters(const struct link_bases *bases, struct can_filter *filters, size_t most);
+/* Filters that pass the messages of the board at this base, and to it, and nothing else; at most
+ * `most` of them. How many. */
+size_t can_board_filters(uint16_t base, struct can_filter *filters, size_t most);
 
 /* CAN error frames, as SocketCAN makes them: LINK_ID_ERROR in the identifier, the class of the
  * error in its other bits, details in the data (linux/can/error.h). Pure. */

@@ -36,6 +36,8 @@ static const struct kind {
 };
 #define KINDS (sizeof kinds / sizeof kinds[0])
 
+#define BASE_OPTION ",base="
+
 static const struct kind *find_kind(const char *spec)
 {
     for (size_t i = 0; i < KINDS; i++) {
@@ -163,14 +165,44 @@ enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LIN
     return refuse_name(spec, error);
 }
 
+enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
+                              struct error *error)
+{
+    bool hex = text[0] == '0' && (text[1] == 'x' || text[1] == 'X');
+    const char *digits = text + (hex ? 2 : 0);
+    char *end;
+    unsigned long value = strtoul(digits, &end, hex ? 16 : 10);
+    if (!isxdigit((unsigned char)*digits) || *end || strlen(digits) > 8)
+        return error_set(error, MR_USAGE, "no base of CAN identifiers: '%s' of %s; write 0x190",
+                         text, where);
+    if (value > MR_CAN_BASE_MOST)
+        return error_set(error, MR_USAGE,
+                         "base 0x%03lx: %s; 0x%03x at most, or identifiers would be beyond 0x%x",
+                         value, where, MR_CAN_BASE_MOST, MR_CAN_ID_MOST);
+    *base = (uint16_t)value;
+    return MR_OK;
+}
+
+enum mr_status link_take_base(char *spec, uint16_t *base, struct error *error)
+{
+    char whole[LINK_SPEC_MAX];
+    char *at = strrchr(spec, ',');
+    *base = 0;
+    if (!at || strncmp(at, BASE_OPTION, sizeof BASE_OPTION - 1) != 0)
+        return MR_OK;
+    snprintf(whole, sizeof whole, "%s", spec);
+    *at = '\0';
+    return link_read_base(at + sizeof BASE_OPTION - 1, whole, base, error);
+}
+
 bool link_is_can(const char *spec)
 {
     struct stat info;
-    struct link_bases bases;
+    uint16_t base;
     struct error ignored = {0};
     char plain[LINK_SPEC_MAX];
     snprintf(plain, sizeof plain, "%s", spec);
-    (void)link_take_bases(plain, &bases, &ignored); /* whoever opens it says what is wrong there */
+    (void)link_take_base(plain, &base, &ignored); /* whoever opens it says what is wrong there */
     return strncmp(plain, "can:", 4) == 0 ||
            (!find_kind(plain) && stat(plain, &info) != 0 && is_can(plain));
 }
@@ -217,18 +249,19 @@ static void release(struct link *link)
 
 static void write_spec(struct link *link)
 {
-    char at[LINK_BASES_TEXT];
-    link_bases_text(&link->bases, at);
-    sprintf(link->spec, "%s%s", link->name, at);
+    if (link->base)
+        sprintf(link->spec, "%s" BASE_OPTION "0x%03x", link->name, link->base);
+    else
+        strcpy(link->spec, link->name);
 }
 
 enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
                          struct error *error)
 {
     char spec[LINK_SPEC_MAX], plain[LINK_SPEC_MAX];
-    struct link_bases bases = {.count = 1};
+    uint16_t base = 0;
     snprintf(plain, sizeof plain, "%s", given);
-    if ((kind == LINK_CAN && link_take_bases(plain, &bases, error) != MR_OK) ||
+    if ((kind == LINK_CAN && link_take_base(plain, &base, error) != MR_OK) ||
         link_complete(plain, kind, spec, error) != MR_OK)
         return error->status;
     const struct kind *found = find_kind(spec);
@@ -241,7 +274,7 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
                          kind == LINK_CAN ? "--serial" : "--can");
 
     struct link *made = calloc(1, sizeof *made);
-    char *name = strdup(spec), *whole = malloc(strlen(spec) + LINK_BASES_TEXT);
+    char *name = strdup(spec), *whole = malloc(strlen(spec) + sizeof BASE_OPTION "0x190");
     if (!made || !name || !whole) {
         free(made);
         free(name);
@@ -254,7 +287,7 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
     made->fd = -1;
     made->name = name;
     made->spec = whole;
-    made->bases = bases;
+    made->base = base;
     write_spec(made);
     made->away_most_us = AWAY_MAX_US;
     pthread_mutex_init(&made->device, NULL);
@@ -296,19 +329,14 @@ bool link_recorded(const struct link *link)
     return link->ops->recorded;
 }
 
-const struct link_bases *link_bases(const struct link *link)
-{
-    return &link->bases;
-}
-
 uint16_t link_base(const struct link *link)
 {
-    return link->bases.base[0];
+    return link->base;
 }
 
 void link_set_base(struct link *link, uint16_t base)
 {
-    link->bases = (struct link_bases){.base = {base}, .count = 1, .given = true};
+    link->base = base;
     write_spec(link);
     if (link->ops->moved)
         link->ops->moved(link);

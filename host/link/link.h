@@ -8,9 +8,8 @@
  * with :board the board's messages alone, serial: a serial port, 8N1, 2000000 baud unless given, or
  * the usual rate at which frames come, pty: the pseudo-terminal of an emulated board.
  *
- * Behind a LINK that carries CAN, @BASE says where on the bus the board is (common/canbase.h):
- * can0@0x190; @0,0x190 is two boards. Without it the base is 0. Frames carry the identifiers that
- * are on the bus, both ways: who takes them knows whose they are.
+ * A LINK that carries CAN may end in ,base=N, the board's base on the bus (common/canbase.h):
+ * can:can0,base=0x190. Without it the base is 0. Frames carry the identifiers of the bus both ways.
  *
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW:
  * bytes may wait inside the link where poll does not see them. Call link_service at least once a
@@ -25,8 +24,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/canbase.h"
 #include "host/base/error.h"
-#include "host/link/bases.h"
 #include "common/framing.h"
 
 enum link_kind { LINK_CAN, LINK_SERIAL };
@@ -150,13 +149,19 @@ void link_close(struct link *link); /* NULL is allowed */
 /* How long a device that went away is waited for. */
 void link_patience(struct link *link, double seconds);
 
+/* Takes ,base=N off a LINK that carries CAN, in place; 0 without it. MR_USAGE: no base. */
+enum mr_status link_take_base(char *spec, uint16_t *base, struct error *error);
+/* Reads a base, decimal or 0x190, from all of `text`. MR_USAGE: no base; `where` names the text's
+ * place. */
+enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
+                              struct error *error);
+
 /* Its sender waits until it is read: nothing is lost by not reading. */
 bool link_waits(const struct link *link);
 /* It was recorded earlier: reading decides how fast it goes. */
 bool link_recorded(const struct link *link);
 
-/* Where its boards are; serial: 0. link_base: the first one's. */
-const struct link_bases *link_bases(const struct link *link);
+/* The base of its board; serial: 0. */
 uint16_t link_base(const struct link *link);
 /* Its board has moved to another base. */
 void link_set_base(struct link *link, uint16_t base);

@@ -24,7 +24,7 @@ struct link_ops {
     void (*service)(struct link *link); /* about once a second */
     enum mr_status (*line)(struct link *link, int baud, struct error *error);
     void (*close)(struct link *link); /* NULL: close(2) of fd */
-    void (*moved)(struct link *link); /* its bases are others */
+    void (*moved)(struct link *link); /* its board has another base */
 };
 
 #define LINK_BUFFER 65536u
@@ -36,9 +36,9 @@ struct link {
     const char *form; /* "unix:PATH", as people write it */
     enum link_kind kind;
     int fd;
-    char *name; /* of which it was opened, without @BASE */
-    char *spec; /* with it */
-    struct link_bases bases;
+    char *name;    /* of which it was opened, without the base */
+    char *spec;    /* with it */
+    uint16_t base; /* of its board on CAN */
     struct link_counters counters;
     /* the counters and `away`: one thread may diagnose a link while another one reads it */
     pthread_mutex_t heard;

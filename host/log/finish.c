@@ -39,8 +39,8 @@ bool logger_signalled(struct logger *logger, int signals)
 /* All that is in the queues. MR_TOO_FEW: nothing is left. */
 static enum mr_status take_turn(struct logger *logger, struct error *error)
 {
-    bool ready[LOGGER_LINKS] = {false}, any = false;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    bool ready[LINK_KINDS] = {false}, any = false;
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         ready[link] = logger->reader[link] &&
                       link_queue_unread(link_reader_queue(logger->reader[link]));
         any |= ready[link];
@@ -48,7 +48,7 @@ static enum mr_status take_turn(struct logger *logger, struct error *error)
     if (!any)
         return MR_TOO_FEW;
     logger_keep_in_step(logger, ready);
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (ready[link] && logger_receive(logger, link, error) != MR_OK)
             return error->status;
     }
@@ -58,8 +58,8 @@ static enum mr_status take_turn(struct logger *logger, struct error *error)
 static enum mr_status write_end(struct logger *logger, struct error *error)
 {
     enum mr_status status = logger_begin(logger, error);
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = collector_end(logger->board[i].collector, logger->ended_by, error);
+    if (status == MR_OK)
+        status = collector_end(logger->collector, logger->ended_by, error);
     return status == MR_OK ? logger_commit(logger, error) : status;
 }
 
@@ -100,16 +100,13 @@ static bool save_queue(struct logger *logger, unsigned link, uint64_t since_us,
                        struct side_file *side)
 {
     struct link_queue *queue = link_reader_queue(logger->reader[link]);
-    enum link_kind kind = logger_kind(link);
+    enum link_kind kind = (enum link_kind)link;
     struct link_item item;
     char line[CANDUMP_LINE_MAX];
     if (!open_side_file(side, store_path(logger->store), kind == LINK_CAN ? ".log" : ".bin"))
         return false;
-    for (unsigned i = 0; i < logger->boards && kind == LINK_CAN; i++) {
-        const struct link_frame *hello = &logger->board[i].hello;
-        if (hello->length) /* without it nothing of a board is understood */
-            fwrite(line, 1, candump_print(hello, line), side->file);
-    }
+    if (kind == LINK_CAN && logger->hello.length) /* without it nothing of a board is understood */
+        fwrite(line, 1, candump_print(&logger->hello, line), side->file);
     for (bool begun = false; link_queue_take(queue, &item);) {
         /* from then on all: this computer's clock may have been set back */
         begun |= item.host_us >= since_us;
@@ -131,14 +128,9 @@ static bool is_gone(enum store_place place)
  * Returns from when on it is to be saved. */
 static uint64_t go_back(struct logger *logger)
 {
-    int64_t since_us = STORE_NONE;
+    const int64_t since_us = collector_since_us(logger->collector);
     bool gone = is_gone(logger_place(logger));
-    for (unsigned i = 0; i < logger->boards; i++) {
-        int64_t of_board_us = collector_since_us(logger->board[i].collector);
-        if (since_us == STORE_NONE || (of_board_us != STORE_NONE && of_board_us < since_us))
-            since_us = of_board_us;
-    }
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link] && (gone || since_us != STORE_NONE))
             link_queue_rewind_all(link_reader_queue(logger->reader[link]));
     }
@@ -169,32 +161,28 @@ static enum mr_status tell_saved(const struct logger *logger, const char *reason
 /* The error names the files, or what is lost. */
 static enum mr_status save_rest(struct logger *logger, const char *reason, struct error *error)
 {
-    struct side_file side[LOGGER_LINKS] = {0};
-    char what[100], links[LOGGER_LINKS * (sizeof side[0].path + 60)] = "";
+    struct side_file side[LINK_KINDS] = {0};
+    char what[100], links[LINK_KINDS * (sizeof side[0].path + 60)] = "";
     bool good = true;
-    unsigned lines = 0; /* the last serial line named: those of boards stand in their order */
     watch_amount(&logger->watch, false, what, sizeof what);
     logger_take_back(logger);
     bool any = strcmp(what, "nothing") != 0 || is_gone(logger_place(logger));
     const uint64_t since_us = any ? go_back(logger) : 0;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         struct link_queue *queue = logger->reader[link] ? link_reader_queue(logger->reader[link])
                                                         : NULL;
         struct link_queue_depth depth = {0};
-        char at[LINK_BASES_TEXT] = "";
+        char at[20] = "";
         if (queue)
             depth = link_queue_depth(queue);
         if (depth.frames + depth.octets == 0)
             continue;
         good = save_queue(logger, link, since_us, &side[link]) && good;
         size_t used = strlen(links);
-        link_bases_text(link_bases(logger->link[link]), at);
-        snprintf(links + used, sizeof links - used, "%s%.*sfile:%s%s",
-                 link == 0    ? " --can "
-                 : lines == 0 ? " --serial "
-                              : "",
-                 link == 0 ? 0 : (int)(link - (lines ? lines : 1)), ",,,", side[link].path, at);
-        lines = link;
+        if (link_base(logger->link[link]))
+            snprintf(at, sizeof at, ",base=0x%03x", link_base(logger->link[link]));
+        snprintf(links + used, sizeof links - used, " --%s file:%s%s",
+                 (enum link_kind)link == LINK_CAN ? "can" : "serial", side[link].path, at);
     }
     if (links[0] == '\0')
         return error_set(error, MR_IO,
@@ -247,7 +235,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
     char reason[sizeof error->text] = "ended in a hurry";
     uint64_t began_us = monotonic_us();
     const bool failed = strcmp(logger->ended_by, "error") == 0;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         link_reader_stop(logger->reader[link]);
         logger->more[link] = false;
     }

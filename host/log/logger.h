@@ -6,8 +6,7 @@
  * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the
  * queues and writes: the store and the collectors are its alone. The third kind looks on (watch.h).
  *
- * Boards that share a CAN bus are logged at once, each by a collector and in a session of its own;
- * host/log/links.h says how links are numbered. */
+ * One log logs one board; its links are numbered by their kind. */
 #ifndef MATRIG_HOST_LOG_LOGGER_H
 #define MATRIG_HOST_LOG_LOGGER_H
 
@@ -18,39 +17,33 @@
 #include "host/collect/quicklook.h"
 #include "host/live/server.h"
 #include "host/link/reader.h"
-#include "host/log/links.h"
 #include "host/log/typed.h"
 #include "host/log/watch.h"
-
-struct logger_board {
-    uint16_t base; /* on CAN */
-    char *can;     /* LINK of the bus, with the base; NULL: not used */
-    struct collector *collector;
-    int64_t hold_run;        /* the landing that was going on at the last commit */
-    struct link_frame hello; /* its newest on CAN; length 0: none */
-    struct quicklook_silence silence;
-    uint64_t asked_us; /* for the configuration; 0: not, or a landing came in between */
-    unsigned asks;     /* since the beginning or the last landing */
-    bool over;       /* it is another one than it was, or none for this matrig; the others go on */
-    bool other_told; /* that CAN and serial are two boards */
-};
 
 struct logger {
     const struct cli *cli;
     struct store *store;
-    struct logger_board board[LOGGER_BOARDS];
-    unsigned boards;
-    bool collecting; /* each has its collector */
-    struct link *link[LOGGER_LINKS];
-    bool open[LOGGER_LINKS];
+    struct collector *collector; /* NULL until the session begins */
+    uint16_t base;               /* of the board on CAN */
+    int64_t hold_run;            /* the landing that was going on at the last commit */
+    struct link_frame hello;     /* the board's newest on CAN; length 0: none */
+    struct quicklook_silence silence;
+    uint64_t asked_us;   /* for the configuration; 0: not, or a landing came in between */
+    unsigned asks;       /* since the beginning or the last landing */
+    bool exchanged_told; /* that CAN and serial are two boards */
+    bool other_heard;    /* a hello at other_base, of another board */
+    uint16_t other_base;
+    bool other_told; /* that there is another board */
+    struct link *link[LINK_KINDS];
+    bool open[LINK_KINDS];
     /* of a recording, not drained: poll need not see what waits inside the link */
-    bool more[LOGGER_LINKS];
-    struct link_reader *reader[LOGGER_LINKS];    /* NULL: not used */
-    int news;                                    /* eventfd: something is in a queue */
-    struct link_counters counters[LOGGER_LINKS]; /* as of what was taken */
-    bool troubled[LOGGER_LINKS]; /* they have changed, and nobody has taken notice */
-    uint64_t noted[LOGGER_LINKS][LINK_TROUBLES]; /* of them, seen by the user */
-    uint64_t noted_us[LOGGER_LINKS][LINK_TROUBLES];
+    bool more[LINK_KINDS];
+    struct link_reader *reader[LINK_KINDS];    /* NULL: not used */
+    int news;                                  /* eventfd: something is in a queue */
+    struct link_counters counters[LINK_KINDS]; /* as of what was taken */
+    bool troubled[LINK_KINDS];                 /* they have changed, and nobody has taken notice */
+    uint64_t noted[LINK_KINDS][LINK_TROUBLES]; /* of them, seen by the user */
+    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
     struct mr_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
@@ -66,7 +59,7 @@ struct logger {
     bool followed;          /* the watch knows the campaign with its journal */
     uint64_t rescue_us;     /* when saving was tried */
     uint64_t shown_us;
-    bool mute[LOGGER_LINKS]; /* nothing can be sent on it */
+    bool mute[LINK_KINDS];   /* nothing can be sent on it */
     double wait_s;           /* for a device that went away */
     const char *ended_by;    /* NULL: going on */
     bool hurried;            /* the end was asked for twice */
@@ -85,26 +78,8 @@ struct logger {
     struct typed typed;    /* commands on standard input */
 };
 
-/* The boards that a link carries: those from the first on, before the one behind the last. */
-static inline unsigned logger_first(unsigned link)
-{
-    return link == 0 ? 0 : link - 1;
-}
-static inline unsigned logger_behind(const struct logger *logger, unsigned link)
-{
-    return link == 0 ? logger->boards : link;
-}
-/* The links of a board. */
-static inline unsigned logger_link_of(unsigned board, enum link_kind kind)
-{
-    return kind == LINK_CAN ? 0 : 1 + board;
-}
-/* The board has said hello; any of them has. */
-bool logger_heard(const struct logger *logger, unsigned board);
-bool logger_heard_any(const struct logger *logger);
-/* What several boards need to be told apart: " at 0x190", else nothing. */
-#define LOGGER_AT_TEXT 16u
-void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER_AT_TEXT]);
+/* The board has said hello. */
+bool logger_heard(const struct logger *logger);
 
 /* ---- links.c ---- */
 
@@ -112,8 +87,8 @@ void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER
 bool logger_signalled(struct logger *logger, int signals);
 /* What waits in its queue, a turn's worth. A link that breaks is ended, and is no error. */
 enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error);
-/* Leaves of two links of a board that are ready the one that is behind in board time. */
-void logger_keep_in_step(const struct logger *logger, bool ready[LOGGER_LINKS]);
+/* Leaves of two links that are ready the one that is behind in board time. */
+void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
 
 /* ---- write.c ---- */
 
@@ -149,10 +124,9 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
 
 /* ---- orders.c ---- */
 
-/* Sends it to a board, over serial when that can be, else over CAN; false: over neither. `unasked`:
- * nobody waits for it, so a link that does not take it is not tried again. */
-bool logger_send(struct logger *logger, unsigned board, const struct mr_command *command,
-                 bool unasked);
+/* Sends it to the board, over serial when that can be, else over CAN; false: over neither.
+ * `unasked`: nobody waits for it, so a link that does not take it is not tried again. */
+bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
 void logger_ask_for_configuration(struct logger *logger);
 /* The live view: events that are due, and what its viewers ask of the board. */
 void logger_serve_live(struct logger *logger);
@@ -164,12 +138,14 @@ void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
 void logger_note_troubles(struct logger *logger, unsigned link, const char *text);
 void logger_note_unheard(struct logger *logger);
-/* A serial line is not that of the board at its base: once for each. */
+/* A serial line is not that of the board on CAN: once. */
 void logger_note_exchanged(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
+/* Another board says hello on the bus: once. */
+void logger_note_other(struct logger *logger, const struct link_frame *frame);
 /* Nobody spoke, or nobody that matrig understands. */
 enum mr_status logger_check_heard(const struct logger *logger, struct error *error);
 /* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit

@@ -85,8 +85,7 @@ static enum mr_status move_to(struct logger *logger, const char *path, struct er
     if (status != MR_OK)
         return status;
     store_watch_file(saved);
-    for (unsigned i = 0; i < logger->boards; i++)
-        collector_move(logger->board[i].collector, saved);
+    collector_move(logger->collector, saved);
     store_leave(logger->store, true);
     go_on_in(logger, saved, path);
     return MR_OK;
@@ -131,7 +130,7 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
     *whole = true;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         struct link_queue *queue = logger->reader[link] ? link_reader_queue(logger->reader[link])
                                                         : NULL;
         uint64_t oldest_us = queue ? link_queue_oldest_us(queue) : 0;
@@ -141,9 +140,9 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
     return since_us;
 }
 
-/* The new campaign, with a session for each board. */
+/* The new campaign, with a session of its own. */
 static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
-                                  struct store **store, struct collector *collector[LOGGER_BOARDS],
+                                  struct store **store, struct collector **collector,
                                   struct error *error)
 {
     enum mr_status status = store_open(path, STORE_CREATE, store, error);
@@ -154,13 +153,12 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
         store_watch_file(*store);
     if (status == MR_OK)
         status = store_begin(*store, error);
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = collector_again(logger->board[i].collector, *store, whole, &collector[i], error);
+    if (status == MR_OK)
+        status = collector_again(logger->collector, *store, whole, collector, error);
     if (status == MR_OK)
         status = store_commit(*store, error);
     if (status != MR_OK) {
-        for (unsigned i = 0; i < logger->boards; i++)
-            collector_close(collector[i]);
+        collector_close(*collector);
         store_close(*store);
         unlink(path); /* it was made here, and nothing is in it */
     }
@@ -190,14 +188,14 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     char saved[sizeof logger->saved], since[40];
     struct error why = {0};
     struct store *store = NULL;
-    struct collector *collector[LOGGER_BOARDS] = {NULL};
+    struct collector *collector = NULL;
     struct tm local;
     bool whole;
     logger_take_back(logger);
     const time_t since_s = (time_t)(kept_since_us(logger, &whole) / 1000000u);
     watch_call(&logger->watch, true);
     enum mr_status status = new_name(original, "saved", ".db", saved, sizeof saved)
-                              ? begin_again(logger, saved, whole, &store, collector, &why)
+                              ? begin_again(logger, saved, whole, &store, &collector, &why)
                               : error_set(&why, MR_IO, "no folder to write to");
     watch_call(&logger->watch, false);
     logger_clear_progress(logger);
@@ -206,15 +204,13 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
                  logger->taken, why.text);
         return status;
     }
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link])
             link_queue_rewind_all(link_reader_queue(logger->reader[link]));
     }
     logger->refilled = true;
-    for (unsigned i = 0; i < logger->boards; i++) {
-        collector_close(logger->board[i].collector);
-        logger->board[i].collector = collector[i];
-    }
+    collector_close(logger->collector);
+    logger->collector = collector;
     if (place == STORE_EMPTIED)
         store_close(logger->store); /* all that is in it was put there by SQLite */
     else

@@ -12,26 +12,11 @@
 #define UNHEARD_US           3000000u /* a board says hello once a second */
 #define NOTE_US              1000000u /* the same trouble is told once a second */
 
-void logger_at_text(const struct logger *logger, unsigned board, char out[LOGGER_AT_TEXT])
-{
-    out[0] = '\0';
-    if (logger->boards > 1)
-        snprintf(out, LOGGER_AT_TEXT, " at 0x%03x", logger->board[board].base);
-}
-
-bool logger_heard(const struct logger *logger, unsigned board)
+bool logger_heard(const struct logger *logger)
 {
     struct collector_progress p;
-    collector_progress(logger->board[board].collector, &p);
+    collector_progress(logger->collector, &p);
     return p.hello;
-}
-
-bool logger_heard_any(const struct logger *logger)
-{
-    bool any = false;
-    for (unsigned i = 0; i < logger->boards; i++)
-        any |= logger_heard(logger, i);
-    return any;
 }
 
 void logger_clear_progress(const struct logger *logger)
@@ -64,30 +49,48 @@ void logger_note_troubles(struct logger *logger, unsigned link, const char *text
     }
 }
 
-static enum mr_status exchanged(const struct logger *logger, unsigned i, struct error *error)
+static enum mr_status exchanged(const struct logger *logger, struct error *error)
 {
     struct collector_progress p;
-    const struct logger_board *board = &logger->board[i];
-    collector_progress(board->collector, &p);
+    collector_progress(logger->collector, &p);
     if (!p.other_on_can)
         return MR_OK;
-    return error_set(
-        error, MR_IO,
-        "two boards taken for one: on CAN at base 0x%03x is %s, on its serial line %s; "
-        "exchange the lines, or the bases: %s, %s",
-        board->base, p.can_uid, p.serial_uid, board->can,
-        link_spec(logger->link[logger_link_of(i, LINK_SERIAL)]));
+    return error_set(error, MR_IO,
+                     "two boards taken for one: on CAN at base 0x%03x is %s, on its serial "
+                     "line %s; exchange the lines, or the bases: %s, %s",
+                     logger->base, p.can_uid, p.serial_uid, link_spec(logger->link[LINK_CAN]),
+                     link_spec(logger->link[LINK_SERIAL]));
 }
 
 void logger_note_exchanged(struct logger *logger)
 {
-    for (unsigned i = 0; i < logger->boards; i++) {
-        struct error error = {0};
-        if (logger->board[i].other_told || exchanged(logger, i, &error) == MR_OK)
-            continue;
-        logger->board[i].other_told = true;
+    struct error error = {0};
+    if (logger->exchanged_told || exchanged(logger, &error) == MR_OK)
+        return;
+    logger->exchanged_told = true;
+    logger_clear_progress(logger);
+    cli_note(logger->cli, "%s", error.text);
+}
+
+/* A hello of this version at another base, then the identity that follows it. */
+void logger_note_other(struct logger *logger, const struct link_frame *frame)
+{
+    struct mr_message message;
+    if (logger->other_told ||
+        (frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)) != 0 ||
+        mr_message_find((uint16_t)link_id_from_bus(frame->id, logger->base)))
+        return;
+    if (logger->other_heard && frame->length == 8 &&
+        frame->id == (uint32_t)MR_ID_BOARD_UID + logger->other_base) {
+        logger->other_told = true;
         logger_clear_progress(logger);
-        cli_note(logger->cli, "%s", error.text);
+        cli_note(logger->cli, "another board speaks here: base 0x%03x of %s; it is not logged",
+                 logger->other_base, link_spec(logger->link[LINK_CAN]));
+    } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MOST &&
+               mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
+               message.as.hello.layout == MR_LAYOUT) {
+        logger->other_heard = true;
+        logger->other_base = (uint16_t)(frame->id - MR_ID_HELLO);
     }
 }
 
@@ -123,11 +126,10 @@ static void note_same(struct logger *logger, struct collector *collector, int64_
                  (long long)same.cut, run);
 }
 
-static enum mr_status show_finished(struct logger *logger, struct collector *collector,
-                                    struct error *error)
+enum mr_status logger_show_finished(struct logger *logger, struct error *error)
 {
     int64_t run;
-    while ((run = collector_take_finished(collector)) != 0) {
+    while ((run = collector_take_finished(logger->collector)) != 0) {
         struct summary summary;
         struct error why = {0};
         enum mr_status status = logger_commit(logger, error);
@@ -146,28 +148,21 @@ static enum mr_status show_finished(struct logger *logger, struct collector *col
             fflush(stdout);
         }
         summary_free(&summary);
-        note_same(logger, collector, run);
+        note_same(logger, logger->collector, run);
         logger->shown++;
         quicklook_write(&logger->look);
     }
     return MR_OK;
 }
 
-enum mr_status logger_show_finished(struct logger *logger, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = show_finished(logger, logger->board[i].collector, error);
-    return status;
-}
-
-static enum mr_status show_silent(struct logger *logger, struct logger_board *board,
-                                  struct error *error)
+/* The links fell silent in the middle of a landing: what came of it until now. */
+enum mr_status logger_show_silent(struct logger *logger, struct error *error)
 {
     struct collector_progress progress;
     struct summary summary;
-    collector_progress(board->collector, &progress);
-    if (!quicklook_silent(&board->silence, &progress, monotonic_us()))
+    quicklook_service(&logger->look, false);
+    collector_progress(logger->collector, &progress);
+    if (!quicklook_silent(&logger->silence, &progress, monotonic_us()))
         return MR_OK;
     cli_note(logger->cli,
              "nothing comes any more of RUN %lld: are board and cables in order? What came until "
@@ -188,68 +183,25 @@ static enum mr_status show_silent(struct logger *logger, struct logger_board *bo
     return MR_OK;
 }
 
-/* The links fell silent in the middle of a landing: what came of it until now. */
-enum mr_status logger_show_silent(struct logger *logger, struct error *error)
+/* What the board said of itself that nobody should have to look for. */
+void logger_note_health(struct logger *logger)
 {
-    enum mr_status status = MR_OK;
-    quicklook_service(&logger->look, false);
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = show_silent(logger, &logger->board[i], error);
-    return status;
-}
-
-static void note_health(struct logger *logger, unsigned i)
-{
-    char text[300], at[LOGGER_AT_TEXT];
-    const struct crash_report *crash = collector_take_crash(logger->board[i].collector);
-    const struct mr_can_alarm *alarm = collector_take_alarm(logger->board[i].collector);
-    logger_at_text(logger, i, at);
+    char text[300];
+    const struct crash_report *crash = collector_take_crash(logger->collector);
+    const struct mr_can_alarm *alarm = collector_take_alarm(logger->collector);
     if (crash || alarm)
         logger_clear_progress(logger);
     if (crash) {
         crash_headline(crash, &logger->symbols, text, sizeof text);
-        cli_note(logger->cli, "%s%s", text, at);
+        cli_note(logger->cli, "%s", text);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
-        cli_note(logger->cli, "the board%s says of CAN: %s (TEC %u)", at,
-                 mr_can_state_text(alarm->state), alarm->tec);
+        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state),
+                 alarm->tec);
     else if (alarm && alarm->outages)
-        cli_note(logger->cli,
-                 "the board%s says of CAN: good again after %.2f s; %u %s since its reset", at,
-                 (double)alarm->outage_s, alarm->outages,
-                 alarm->outages == 1 ? "outage" : "outages");
-}
-
-/* What boards said of themselves that nobody should have to look for. */
-void logger_note_health(struct logger *logger)
-{
-    for (unsigned i = 0; i < logger->boards; i++)
-        note_health(logger, i);
-}
-
-/* One board in full; of several what each is about. */
-static size_t board_progress(const struct logger *logger, unsigned i, char *out, size_t size)
-{
-    struct collector_progress p;
-    char at[LOGGER_AT_TEXT];
-    collector_progress(logger->board[i].collector, &p);
-    logger_at_text(logger, i, at);
-    const char *state = p.run   ? mr_landing_state_text(p.state)
-                      : p.hello ? "no landing"
-                                : "waiting for a board";
-    double block_s = p.block < 0 ? 0.0 : (double)p.block / 1000.0;
-    int length = logger->boards > 1
-                   ? snprintf(out, size, "%s%s%s %8.3f s  %u switches, %lld lost", i ? "  |  " : "",
-                              state, at, block_s, p.edges,
-                              (long long)(p.counts[LINK_CAN].lost + p.counts[LINK_SERIAL].lost))
-                   : snprintf(out, size,
-                              "%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld "
-                              "frames, %lld lost",
-                              state, block_s, p.edges, (long long)p.counts[LINK_CAN].received,
-                              (long long)p.counts[LINK_CAN].lost,
-                              (long long)p.counts[LINK_SERIAL].received,
-                              (long long)p.counts[LINK_SERIAL].lost);
-    return length < 0 || (size_t)length >= size ? size - 1 : (size_t)length;
+        cli_note(
+            logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset",
+            (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
 void logger_show_progress(struct logger *logger, bool last)
@@ -257,25 +209,32 @@ void logger_show_progress(struct logger *logger, bool last)
     if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, monotonic_us()) ||
         (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
         return;
-    char boards[LOGGER_BOARDS * 200], queue[40] = "";
-    size_t used = 0;
+    char queue[40] = "";
+    struct collector_progress p;
     unsigned permille = watch_permille(&logger->watch);
     logger->shown_us = monotonic_us();
-    for (unsigned i = 0; i < logger->boards; i++)
-        used += board_progress(logger, i, boards + used, sizeof boards - used);
+    collector_progress(logger->collector, &p);
+    const char *state = p.run   ? mr_landing_state_text(p.state)
+                      : p.hello ? "no landing"
+                                : "waiting for a board";
     if (permille >= QUEUE_SHOWN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
-    fprintf(stderr, "\r%s%s \033[K%s", boards, queue, last ? "\n" : "");
+    fprintf(stderr,
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld "
+            "lost%s \033[K%s",
+            state, p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges,
+            (long long)p.counts[LINK_CAN].received, (long long)p.counts[LINK_CAN].lost,
+            (long long)p.counts[LINK_SERIAL].received, (long long)p.counts[LINK_SERIAL].lost, queue,
+            last ? "\n" : "");
 }
 
-/* Of a board's links, on which it did not speak, the one that heard something. */
-static enum diagnosis diagnose(const struct logger *logger, unsigned board,
-                               const struct link **link)
+/* Of the links, on which no board spoke, the one that heard something. */
+static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
 {
     char text[DIAGNOSIS_TEXT];
     enum diagnosis diagnosis = DIAGNOSIS_SILENT;
     for (int kind = LINK_KINDS - 1; kind >= 0 && diagnosis == DIAGNOSIS_SILENT; kind--) {
-        const struct link *one = logger->link[logger_link_of(board, (enum link_kind)kind)];
+        const struct link *one = logger->link[kind];
         if (!one)
             continue;
         *link = one;
@@ -284,23 +243,16 @@ static enum diagnosis diagnose(const struct logger *logger, unsigned board,
     return diagnosis;
 }
 
-/* Of several boards the others spoke: this one is not where it is looked for. */
-static enum mr_status check_board(const struct logger *logger, unsigned i, bool others,
-                                  struct error *error)
+enum mr_status logger_check_heard(const struct logger *logger, struct error *error)
 {
     struct collector_progress p;
-    const struct link *link = NULL, *can = logger->link[0],
-                      *serial = logger->link[logger_link_of(i, LINK_SERIAL)];
-    const struct logger_board *board = &logger->board[i];
-    collector_progress(board->collector, &p);
+    const struct link *link = NULL, *can = logger->link[LINK_CAN],
+                      *serial = logger->link[LINK_SERIAL];
+    collector_progress(logger->collector, &p);
     const struct store_link_counts *c = p.counts;
     bool line = serial && link_counters(serial)->rx.baud != 0;
     if (p.hello)
-        return MR_OK;
-    if (others)
-        return error_set(error, MR_TIMEOUT,
-                         "no board at base 0x%03x: %s; is it on, and set to that base?",
-                         board->base, board->can);
+        return exchanged(logger, error);
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
@@ -309,19 +261,8 @@ static enum mr_status check_board(const struct logger *logger, unsigned i, bool 
                 "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
                 can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
-    diagnose(logger, i, &link);
+    diagnose(logger, &link);
     return link_no_board(link, error);
-}
-
-enum mr_status logger_check_heard(const struct logger *logger, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    bool any = logger_heard_any(logger);
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = check_board(logger, i, any, error);
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = exchanged(logger, i, error);
-    return status;
 }
 
 /* After a while without a board, once for each link, while it is still waited for. */
@@ -334,18 +275,12 @@ void logger_note_unheard(struct logger *logger)
     if (now_us < logger->unheard_us || logger->unheard_told)
         return;
     logger->unheard_told = true;
-    const bool any = logger_heard_any(logger);
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
-        if (!logger->open[link] || (link == 0 ? any : logger_heard(logger, link - 1)))
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        if (!logger->open[link] || logger_heard(logger))
             continue;
         link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
         cli_note(logger->cli, "%s", text);
-    }
-    for (unsigned i = 0; i < logger->boards && any; i++) {
-        if (!logger_heard(logger, i))
-            cli_note(logger->cli, "no board at base 0x%03x until now: %s", logger->board[i].base,
-                     logger->board[i].can);
     }
 }
 
@@ -372,7 +307,7 @@ static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct an
 static void link_answer(const struct logger *logger, unsigned link,
                         const struct collector_progress *p, struct answer *answer)
 {
-    enum link_kind kind = logger_kind(link);
+    enum link_kind kind = (enum link_kind)link;
     const struct store_link_counts *c = &p->counts[kind];
     int64_t trouble[LINK_TROUBLES];
     char line[400];
@@ -395,25 +330,21 @@ static void link_answer(const struct logger *logger, unsigned link,
     answer_close(answer);
 }
 
-static void board_answer(const struct logger *logger, unsigned i, struct answer *answer)
+static void board_answer(const struct logger *logger, struct answer *answer)
 {
-    const struct logger_board *board = &logger->board[i];
     const struct link *link = NULL;
     struct collector_progress p;
-    char at[LOGGER_AT_TEXT];
-    collector_progress(board->collector, &p);
-    logger_at_text(logger, i, at);
-    answer_count(answer, "session", NULL, collector_session(board->collector));
-    answer_count(answer, "base", NULL, board->base);
+    collector_progress(logger->collector, &p);
+    answer_count(answer, "session", NULL, collector_session(logger->collector));
+    answer_count(answer, "base", NULL, logger->base);
     answer_open(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        unsigned one = logger_link_of(i, (enum link_kind)kind);
-        if (logger->link[one])
-            link_answer(logger, one, &p, answer);
+        if (logger->link[kind])
+            link_answer(logger, (unsigned)kind, &p, answer);
     }
     answer_close(answer);
     answer_words_or_none(answer, "unheard", NULL,
-                         p.hello ? NULL : diagnosis_word(diagnose(logger, i, &link)), NULL);
+                         p.hello ? NULL : diagnosis_word(diagnose(logger, &link)), NULL);
 }
 
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
@@ -423,19 +354,7 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     watch_session(&logger->watch, held, sizeof held);
     answer_json_value(answer, "db", json_string(logger->saved[0] ? logger->saved : db));
     answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
-    if (logger->boards == 1)
-        board_answer(logger, 0, answer);
-    if (logger->boards > 1)
-        answer_open(answer, "boards", "");
-    for (unsigned i = 0; i < logger->boards && logger->boards > 1; i++) {
-        char name[8];
-        snprintf(name, sizeof name, "0x%03x", logger->board[i].base);
-        answer_open(answer, name, "");
-        board_answer(logger, i, answer);
-        answer_close(answer);
-    }
-    if (logger->boards > 1)
-        answer_close(answer);
+    board_answer(logger, answer);
     answer_json_value(answer, "queue", watch_json(&logger->watch));
     if (held[0])
         answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);

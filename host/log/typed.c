@@ -84,28 +84,14 @@ static bool take_line(struct typed *typed, char line[sizeof typed->text])
 static void send_it(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
-    char at[LOGGER_AT_TEXT];
     typed->command.tag = ++typed->tag;
     typed->asked = false;
     typed->hold_us = 0;
-    typed->sent = 0;
     typed->until_us = monotonic_us() + ANSWER_US;
-    for (unsigned i = 0; i < logger->boards; i++) {
-        logger_at_text(logger, i, at);
-        if (!logger_heard(logger, i) || logger->board[i].over) {
-            say(logger, "%s: no board%s: nothing was sent there\n",
-                mr_command_name(typed->command.code), at);
-            continue;
-        }
-        /* one that came before is of another */
-        (void)collector_take_answer(logger->board[i].collector);
-        if (logger_send(logger, i, &typed->command, false)) {
-            typed->sent |= 1u << i;
-            continue;
-        }
-        say(logger, "%s%s: cannot be sent, no link takes it\n",
-            mr_command_name(typed->command.code), at);
-    }
+    (void)collector_take_answer(logger->collector); /* one that came before is of another */
+    typed->sent = logger_send(logger, &typed->command, false);
+    if (!typed->sent)
+        say(logger, "%s: cannot be sent, no link takes it\n", mr_command_name(typed->command.code));
 }
 
 /* `yes` or anything else. */
@@ -122,16 +108,12 @@ static void take_reply(struct logger *logger, const char *line)
     say(logger, "not yes: nothing was sent\n");
 }
 
-/* State of a landing that is going on, on any board; NULL: none is. */
+/* State of a landing that is going on; NULL: none is. */
 static const char *what_is_recorded(const struct logger *logger)
 {
-    for (unsigned i = 0; i < logger->boards; i++) {
-        struct collector_progress p;
-        collector_progress(logger->board[i].collector, &p);
-        if (arm_client_recording(p.state) && p.run)
-            return mr_landing_state_text(p.state);
-    }
-    return NULL;
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    return arm_client_recording(p.state) && p.run ? mr_landing_state_text(p.state) : NULL;
 }
 
 static void take_command(struct logger *logger, const char *line)
@@ -170,27 +152,25 @@ static void take_command(struct logger *logger, const char *line)
                     "the mat is at rest. yes: ");
 }
 
-/* What came of the command that was sent to a board. */
-static void take_answer(struct logger *logger, unsigned i)
+/* What came of the command that was sent. */
+static void take_answer(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
-    const struct mr_ack *answer = collector_take_answer(logger->board[i].collector);
+    const struct mr_ack *answer = collector_take_answer(logger->collector);
     const char *name = mr_command_name(typed->command.code);
-    char at[LOGGER_AT_TEXT];
-    logger_at_text(logger, i, at);
     if (answer && answer->tag == typed->command.tag) {
-        typed->sent &= ~(1u << i);
+        typed->sent = false;
         if (answer->status == MR_OK)
-            say(logger, "%sed%s\n", name, at);
+            say(logger, "%sed\n", name);
         else
-            say(logger, "%s refused%s: %s\n", name, at,
+            say(logger, "%s refused: %s\n", name,
                 arm_client_refusal((enum mr_status)answer->status));
     } else if (monotonic_us() > typed->until_us) {
-        typed->sent &= ~(1u << i);
+        typed->sent = false;
         say(logger,
-            "the board%s did not answer `%s` within 3 s; look what state it is in before trying "
+            "the board did not answer `%s` within 3 s; look what state it is in before trying "
             "again\n",
-            at, name);
+            name);
     }
 }
 
@@ -202,13 +182,11 @@ void typed_turn(struct logger *logger)
         return;
     if (typed->sent && watch_refused_us(&logger->watch)) /* the answer waits in the queue */
         typed->until_us = monotonic_us() + ANSWER_US;
-    for (unsigned i = 0; i < logger->boards; i++) {
-        if (typed->sent >> i & 1u)
-            take_answer(logger, i);
-    }
+    if (typed->sent)
+        take_answer(logger);
     if (typed->asked && monotonic_us() > typed->until_us)
         take_reply(logger, "");
-    bool there = logger_heard_any(logger);
+    bool there = logger_heard(logger);
     /* a script's commands wait for the board; who types is told */
     bool nobody = !there && !typed->terminal;
     if (typed->sent || nobody || !take_line(typed, line))

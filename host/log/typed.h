@@ -19,7 +19,7 @@ struct typed {
     size_t length;
     struct mr_command command; /* the one asked about, or sent */
     bool asked;                /* whether it is meant; `yes` is waited for */
-    unsigned sent;             /* bit for each board whose answer is waited for until until_us */
+    bool sent;                 /* its answer is waited for until until_us */
     uint16_t tag;              /* of the last one */
     uint64_t until_us;
     uint64_t hold_us; /* no progress is drawn until then, over what is being typed */

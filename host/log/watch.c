@@ -21,7 +21,7 @@
 static unsigned permille(const struct watch *watch)
 {
     unsigned most = 0;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (!watch->reader[link])
             continue;
         struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[link]));
@@ -42,10 +42,10 @@ unsigned watch_permille(struct watch *watch)
 static void amount(const struct watch *watch, bool lost, char *out, size_t size)
 {
     uint64_t count[LINK_KINDS] = {0};
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (!watch->reader[link])
             continue;
-        enum link_kind kind = logger_kind(link);
+        enum link_kind kind = (enum link_kind)link;
         struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[link]));
         uint64_t waits = kind == LINK_CAN ? depth.frames : depth.octets;
         count[kind] += lost ? link_reader_lost(watch->reader[link]) : waits;
@@ -133,7 +133,7 @@ static void lost_text(const struct watch *watch, char *out, size_t size)
 static bool holds_up(const struct watch *watch)
 {
     bool any = false;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++)
+    for (unsigned link = 0; link < LINK_KINDS; link++)
         any |= watch->reader[link] && link_reader_holds_up(watch->reader[link]);
     return any;
 }
@@ -263,7 +263,7 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_destroy(&monotonic);
 }
 
-enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LOGGER_LINKS],
+enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
                            const char *path, struct error *error)
 {
     pthread_mutex_lock(&watch->lock);

@@ -10,7 +10,7 @@
 
 #include "host/base/cli.h"
 #include "host/link/reader.h"
-#include "host/log/links.h"
+#include "host/link/link.h"
 #include "host/store/store_log.h"
 
 enum watch_cause {
@@ -29,7 +29,7 @@ struct watch {
     pthread_cond_t wake;
     pthread_t thread;
     bool on, stop;
-    struct link_reader *reader[LOGGER_LINKS]; /* NULL: not used */
+    struct link_reader *reader[LINK_KINDS]; /* NULL: not used */
 
     /* Times are monotonic, microseconds. */
     enum store_refusal refused;
@@ -55,7 +55,7 @@ struct watch {
 
 void watch_open(struct watch *watch, const struct cli *cli);
 /* Begins to look. `path` as watch_follow. MR_IO: no thread. */
-enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LOGGER_LINKS],
+enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
                            const char *path, struct error *error);
 void watch_close(struct watch *watch); /* waits for the thread */
 

@@ -38,17 +38,15 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     watch_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->begun_us = monotonic_us();
-    if (status == MR_OK && logger->collecting)
+    if (status == MR_OK && logger->collector)
         status = look_for_session(logger, error);
     const struct watch_hold *hold = &logger->hold;
-    for (unsigned i = 0; i < logger->boards && logger->collecting && status == MR_OK; i++) {
-        const struct logger_board *board = &logger->board[i];
-        status = collector_mark(board->collector, error);
-        /* What kept up the transaction before, as an event. */
-        if (status == MR_OK && hold->cause != WATCH_NONE)
-            status = collector_held(board->collector, board->hold_run, (int64_t)hold->cause,
-                                    hold->permille, (int64_t)hold->us, error);
-    }
+    if (status == MR_OK && logger->collector)
+        status = collector_mark(logger->collector, error);
+    /* What kept up the transaction before, as an event. */
+    if (status == MR_OK && logger->collector && hold->cause != WATCH_NONE)
+        status = collector_held(logger->collector, logger->hold_run, (int64_t)hold->cause,
+                                hold->permille, (int64_t)hold->us, error);
     return status;
 }
 
@@ -56,12 +54,9 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
 {
     if (!logger->in_transaction)
         return MR_OK;
-    enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < logger->boards && status == MR_OK; i++)
-        status = collector_put_counts(logger->board[i].collector, error);
+    enum mr_status status = collector_put_counts(logger->collector, error);
     if (status == MR_OK)
-        status = store_note_logged(logger->store, collector_session(logger->board[0].collector),
-                                   error);
+        status = store_note_logged(logger->store, collector_session(logger->collector), error);
     if (status == MR_OK && store_overwritten(logger->store)) /* nothing goes into that file */
         status = error_set(error, MR_IO, "was overwritten: %s; log into another one",
                            store_path(logger->store));
@@ -74,10 +69,9 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     if (status == MR_OK) {
         store_logged_committed(logger->store);
         logger->hold = watch_written(&logger->watch);
-        for (unsigned i = 0; i < logger->boards; i++)
-            logger->board[i].hold_run = collector_marked_run(logger->board[i].collector);
+        logger->hold_run = collector_marked_run(logger->collector);
         logger->in_transaction = false;
-        for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+        for (unsigned link = 0; link < LINK_KINDS; link++) {
             if (logger->reader[link])
                 link_queue_release(link_reader_queue(logger->reader[link]));
         }
@@ -102,10 +96,10 @@ bool logger_commit_due(struct logger *logger)
 void logger_take_back(struct logger *logger)
 {
     store_roll_back(logger->store);
-    for (unsigned i = 0; i < logger->boards && logger->in_transaction && logger->collecting; i++)
-        collector_back_to_mark(logger->board[i].collector);
+    if (logger->in_transaction && logger->collector)
+        collector_back_to_mark(logger->collector);
     logger->in_transaction = false;
-    for (unsigned link = 0; link < LOGGER_LINKS; link++) {
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link])
             link_queue_rewind(link_reader_queue(logger->reader[link]));
     }

@@ -28,13 +28,13 @@ over_can_the_board_is_followed() {
     with_base 0x190 && over_can '' set "$tmp/base.cfg" >"$tmp/said" 2>"$tmp/said.err" || { cat "$tmp/said.err"; return 1; }
     cat "$tmp/said" "$tmp/said.err"
     grep -qx 'site.can_base: 0 -> 400' "$tmp/said" && grep -q '^1 field changed, stored and read back: revision 1' "$tmp/said" &&
-        [ "$(tail -n 1 "$tmp/said")" = "from now on: $can@0x190" ] && [ ! -s "$tmp/said.err" ]
+        [ "$(tail -n 1 "$tmp/said")" = "from now on: $can,base=0x190" ] && [ ! -s "$tmp/said.err" ]
 }
 there_it_is() { # after its power was off, too; and not where it was
-    over_can @0x190 get >"$tmp/back.cfg" && grep -q '^site.can_base = 400' "$tmp/back.cfg"
+    over_can ,base=0x190 get >"$tmp/back.cfg" && grep -q '^site.can_base = 400' "$tmp/back.cfg"
 }
 and_back() {
-    with_base 0 1 && over_can @0x190 set "$tmp/base.cfg" >"$tmp/said" && cat "$tmp/said" && [ "$(tail -n 1 "$tmp/said")" = "from now on: $can@0x000" ] &&
+    with_base 0 1 && over_can ,base=0x190 set "$tmp/base.cfg" >"$tmp/said" && cat "$tmp/said" && [ "$(tail -n 1 "$tmp/said")" = "from now on: $can,base=0x000" ] &&
         over_can '' get >"$tmp/back.cfg" && grep -q '^site.can_base = 0' "$tmp/back.cfg"
 }
 a_base_that_is_taken_is_refused() { # in one line, and the board keeps its own
