@@ -19,13 +19,13 @@ TEST(refused_specs)
         const char *names;
     } cases[] = {
         {"", MR_USAGE,
-         "write unix:PATH, file:PATH, can:IFACE[:board], serial:TTY[:BAUD|:find] or "
+         "write unix:PATH, file:PATH, can:IFACE[:board][,base=N], serial:TTY[:BAUD|:find] or "
          "pty:PATH"},
         {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
         {"file:", MR_USAGE, "without a path"},
-        {"can:", MR_USAGE, "write can:IFACE[:board]"},
+        {"can:", MR_USAGE, "write can:IFACE[:board][,base=N]"},
         {"can:can0:boards", MR_USAGE, "no such filter: ':boards' of can:can0:boards"},
         {"can::board", MR_USAGE, "interface name of 0 characters"},
         {"can:an_interface_name_too_long", MR_USAGE, "interface name of 26 characters"},
@@ -76,7 +76,7 @@ TEST(bytes_are_no_frames)
     struct error error = {0};
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
     assert_error(&error, MR_USAGE,
-                 "can:IFACE[:board] carries no serial bytes: can:can0; give it as --can");
+                 "can:IFACE[:board][,base=N] carries no serial bytes: can:can0; give it as --can");
 }
 
 TEST(socket_path_too_long)
