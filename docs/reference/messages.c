@@ -75,7 +75,7 @@ void reference_messages(FILE *out)
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
     reference_head(out, "Messages",
-                   "`common/catalogue.def`, `common/command.h` and `common/fault.h`");
+                   "`common/catalogue*.def`, `common/command.h` and `common/fault.h`");
     fprintf(
         out,
         "The layout version is %u. The identifier is the CAN identifier and the serial type. On "

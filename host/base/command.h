@@ -3,7 +3,7 @@
  *
  * A command's descriptor is the only place where its options are written. `parts` is the page of
  * `matrig COMMAND --help` from top to bottom. The options among them are what command_parse takes,
- * and it takes no others; host/base/help*.c makes help and completion from the same rows. A
+ * and it takes no others; host/base/help.c makes help and completion from the same rows. A
  * new command is a file with its descriptor in host/commands/, and a row in
  * host/commands/commands.def.
  *
@@ -13,11 +13,11 @@
  *     #define VALUES struct request
  *     static const struct command_part parts[] = {
  *         HELP_ITEM("DB", "campaign database"),
- *         OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
- *                       "stop after S seconds; else on Ctrl-C"),
+ *         OPTION_WHOLE("--port", "P", port, 1, 65535, 8473,
+ *                      "port of the page on this computer"),
  *         HELP_EXAMPLE("matrig live campaign.db --port 8474"),
  *     };
- *     const struct command command_live = {"live", live_command, "DB [--for S]", "watch a board",
+ *     const struct command command_live = {"live", live_command, "DB [--port P]", "watch a board",
  *                                          COMMAND_PARTS(parts), {1, 1, "DB"}}; */
 #ifndef MATRIG_HOST_BASE_COMMAND_H
 #define MATRIG_HOST_BASE_COMMAND_H

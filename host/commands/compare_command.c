@@ -182,7 +182,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    HELP_ITEM("FILE", "what it is compared with: a scene, or a campaign, whose runways are an "
+    HELP_ITEM("FILE", "what it is compared with: a scene, or a study file, whose runways are an "
                       "ensemble that has a spread. Without\n"
                       "RUN: all landings, in order; the runway is as each left it. Without FILE: "
                       "the model runway"),

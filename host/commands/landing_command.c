@@ -392,8 +392,8 @@ static const struct command_part parts[] = {
         "touchdown_ft (its station, used from then on), weight_lb (of the aircraft), pattern,\n"
         "modification, runway, series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "the landing does not count: report leaves it out and says so, compare and predict "
-                "refuse it without their\n"
+                "the landing does not count: report leaves it out and says so, compare refuses "
+                "it without its\n"
                 "own --void. --unvoid takes that back. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "wave, break or other, with --station FT, --panels N, --height IN, --side "

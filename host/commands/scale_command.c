@@ -1,4 +1,4 @@
-/* matrig scale: quantities, scene files and campaigns between model and prototype. */
+/* matrig scale: quantities, scene files and study files between model and prototype. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -182,7 +182,7 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     bool file = request.count == 1 && !strchr(request.words[0], '=');
     if (request.lay_deg > 0.0 && !file)
         error_set(&error, MR_USAGE,
-                  "nothing to lay: --lay is for a scene or a campaign; give its file");
+                  "nothing to lay: --lay is for a scene or a study; give its file");
     else if (request.output_path && request.count > 0 && !file)
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
                   request.output_path);
@@ -202,8 +202,8 @@ static const struct command_part parts[] = {
                             "given quantities make up are shown for both sides"),
     HELP_ITEM("SCENE",
               "scene file, JSON: every key is scaled, defaults that scale are written out"),
-    HELP_ITEM("CAMPAIGN", "study file (it has landings): runway, aircraft, landings and what they "
-                          "apply, its scene inside"),
+    HELP_ITEM("STUDY", "study file (it has landings): runway, aircraft, landings and what they "
+                       "apply, its scene inside"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
                   "prototype (the default: what is given is the model's) or model"),
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, (double)NAN,
@@ -228,7 +228,7 @@ static const struct command_part parts[] = {
 const struct command command_scale = {
     "scale",
     scale_command,
-    "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] "
+    "[NAME=VALUE... | SCENE | STUDY] [--to model|prototype] [--n N] [--keep density|modulus] "
     "[--lay DEG] [-o F] [--force]",
     "quantities, scenes and study files between model and prototype",
     COMMAND_PARTS(parts),
