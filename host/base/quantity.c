@@ -174,8 +174,8 @@ static const char *skip(const char *text)
 static void multiply(struct unit *unit, const struct word *word, int power)
 {
     for (int i = 0; i < abs(power); i++) {
-        unit->times *= power > 0 ? word->times : word->over;
-        unit->over *= power > 0 ? word->over : word->times;
+        unit->times *= (long double)(power > 0 ? word->times : word->over);
+        unit->over *= (long double)(power > 0 ? word->over : word->times);
     }
     unit->ten += power * word->ten;
     for (size_t b = 0; b < BASES; b++)
@@ -265,7 +265,7 @@ double quantity_convert(double value, const char *from, const char *to)
     weigh(&b, &a);
     if (!is_alike(&a, &b))
         return (double)NAN;
-    return is_same(&a, &b) ? value : converted(value, &a, &b);
+    return is_same(&a, &b) ? value : converted((long double)value, &a, &b);
 }
 
 bool quantity_same_kind(const char *from, const char *to)

@@ -48,9 +48,9 @@ TEST(roots_are_the_same_bits)
                                      5e-324,
                                      2.2250738585072009e-308,
                                      1.7976931348623157e308,
-                                     INFINITY,
-                                     -INFINITY,
-                                     NAN};
+                                     (double)INFINITY,
+                                     -(double)INFINITY,
+                                     (double)NAN};
     uint64_t bits = UINT64_C(88172645463325252);
     for (size_t i = 0; i < sizeof special / sizeof special[0]; i++)
         same_root(special[i]);
