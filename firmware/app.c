@@ -149,7 +149,7 @@ static void read_blocks_before(struct app *app)
 
 static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
-    if (command->argument < 0 || command->argument > UINT16_MAX)
+    if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
     /* nothing is measured: it would be armed for nothing */
     if (app->ticks_without_block >= STALL_TICKS)
@@ -203,7 +203,7 @@ static enum mr_status obey_runway(struct app *app, const struct mr_command *comm
 
 static enum mr_status mark(struct app *app, const struct mr_command *command)
 {
-    if (command->argument < 0 || command->argument > UINT16_MAX)
+    if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
     TELL(&app->telemetry, TO_RECORD, mark, MARK, .number = (uint16_t)command->argument,
          .landing = app->landing.number, .block = app->next_index);
