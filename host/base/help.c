@@ -64,9 +64,7 @@ void help_overview(const struct command_table *table)
 void help_command(const struct command *command)
 {
     char *text = help_page_text(command);
-    char *words = NULL;
-    if (asprintf(&words, "%s %s", command->name, command->words) < 0)
-        abort();
+    char *words = xasprintf("%s %s", command->name, command->words);
     print_usage(words);
     printf("\n%s.\n\n%s", command->summary, text);
     free(words);
@@ -298,9 +296,7 @@ static char *made_text(const struct command_part *part, const char *before)
 {
     char *text = NULL;
     size_t length = 0;
-    FILE *out = open_memstream(&text, &length);
-    if (!out)
-        abort();
+    FILE *out = xopen_memstream(&text, &length);
     fputs(before, out);
     put_text(out, part);
     put_unit(out, part);
@@ -315,15 +311,13 @@ static char *made_text(const struct command_part *part, const char *before)
 
 static char *made_term(const struct command_part *part)
 {
-    char *term = NULL;
     const char *argument = part->option.argument;
-    int length = part->term        ? asprintf(&term, "%s", part->term)
-               : part->option.name ? asprintf(&term, "%s%s%s", part->option.name,
-                                              argument ? " " : "", argument ? argument : "")
-                                   : 0;
-    if (length < 0)
-        abort();
-    return term;
+    if (part->term)
+        return xstrdup(part->term);
+    if (part->option.name)
+        return xasprintf("%s%s%s", part->option.name, argument ? " " : "",
+                         argument ? argument : "");
+    return NULL;
 }
 
 static void add_row(void *context, const struct command_part *part)
@@ -337,9 +331,7 @@ static void add_row(void *context, const struct command_part *part)
                                                          : "Example: ");
     struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
     if (!term && last && !last->term) { /* prose goes on */
-        char *both = NULL;
-        if (asprintf(&both, "%s%s", last->text, text) < 0)
-            abort();
+        char *both = xasprintf("%s%s", last->text, text);
         free(last->text);
         free(text);
         last->text = both;
@@ -386,9 +378,7 @@ char *help_page_text(const struct command *command)
     struct help_page page = help_page_make(command);
     char *text = NULL;
     size_t length = 0;
-    FILE *out = open_memstream(&text, &length);
-    if (!out)
-        abort();
+    FILE *out = xopen_memstream(&text, &length);
     for (size_t i = 0; i < page.rows; i++) {
         if (page.row[i].term)
             put_item(out, &page.row[i]);
