@@ -3,6 +3,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,11 +23,7 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 #include "hil/rig/camera.h"
-#include "hil/rig/lines.h"
 #include "hil/rig/supply.h"
-
-#define tell(dev, fault, ...) \
-    hil_fault_tell((dev)->core, (dev)->options->log, (fault)->file_line, __VA_ARGS__)
 
 static void schedule(struct hil_faults_device *dev)
 {
@@ -41,32 +38,8 @@ static void schedule(struct hil_faults_device *dev)
 
 /* --- triggers --- */
 
-/* Beyond the last switch that opens: the parabola through the last three. HIL_NEVER: it stops
- * before. */
-static uint64_t coasting_ps(const struct hil_run *run, double station_ft)
-{
-    double x[3] = {0}, t[3] = {0};
-    unsigned n = 0;
-    for (unsigned i = HIL_RUN_SWITCHES; i-- > 0 && n < 3;) {
-        if (run->switch_open_ps[i] == HIL_RUN_NEVER)
-            continue;
-        x[n] = run->switch_ft[i];
-        t[n++] = (double)run->switch_open_ps[i] * 1e-12;
-    }
-    if (n < 3)
-        return HIL_NEVER;
-    double late_ft_s = (x[0] - x[1]) / (t[0] - t[1]), early_ft_s = (x[1] - x[2]) / (t[1] - t[2]);
-    /* Newton's divided differences */
-    double half_a_ft_s2 = (late_ft_s - early_ft_s) / (t[0] - t[2]);
-    double v_ft_s = late_ft_s + half_a_ft_s2 * (t[0] - t[1]);
-    double root = v_ft_s * v_ft_s + 4.0 * half_a_ft_s2 * (station_ft - x[0]);
-    if (root < 0.0)
-        return HIL_NEVER;
-    return (uint64_t)((t[0] + 2.0 * (station_ft - x[0]) / (v_ft_s + sqrt(root))) * 1e12);
-}
-
-/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER: it
- * does not. */
+/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER: not
+ * between any two. */
 static uint64_t station_ps(const struct hil_run *run, double station_ft)
 {
     int before = -1;
@@ -85,7 +58,7 @@ static uint64_t station_ps(const struct hil_run *run, double station_ft)
         }
         before = i;
     }
-    return coasting_ps(run, station_ft);
+    return HIL_NEVER;
 }
 
 /* A counted thing has happened for the n-th time. */
@@ -130,31 +103,12 @@ static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
     uint8_t byte = 0;
     if (hil_memory_peek(dev->core, address, &byte, 1) != MR_OK)
         return; /* checked when it was ordered */
-    uint8_t after = (uint8_t)(byte ^ 1u << (fault->bit % 8u));
-    (void)hil_cpu_poke(dev->core, address, &after, 1);
-    tell(dev, fault, "bit %u at 0x%08x turned over: 0x%02x to 0x%02x", (unsigned)fault->bit,
-         (unsigned)fault->address, byte, after);
+    byte = (uint8_t)(byte ^ 1u << (fault->bit % 8u));
+    (void)hil_cpu_poke(dev->core, address, &byte, 1);
 }
 
-static void fail_channel(struct hil_faults_device *dev, const struct hil_fault *fault)
+static void fail_nor(struct hil_nor_orders *nor, const struct hil_fault *fault)
 {
-    static const char *const states[] = {"mended", "sticks", "saturated high", "saturated low",
-                                         "open"};
-    static const char *const single[] = {"staircase", "reference"};
-    hil_rig_fail(dev->rig, fault->index, (enum hil_channel_fault)fault->choice);
-    if (fault->index < 22)
-        tell(dev, fault, "%s %u %s", fault->index < 8 ? "transducer" : "gage",
-             (unsigned)(fault->index < 8 ? fault->index + 1 : fault->index - 7),
-             states[fault->choice]);
-    else
-        tell(dev, fault, "%s %s", single[fault->index - 22], states[fault->choice]);
-}
-
-static void fail_nor(struct hil_faults_device *dev, const struct hil_fault *fault)
-{
-    struct hil_nor_orders *nor = dev->nor;
-    static const char *const texts[] = {"NOR filled", "NOR dead", "NOR mended",
-                                        "NOR page programs fail", "NOR erases fail"};
     switch ((enum hil_nor_fault)fault->choice) {
     case HIL_NOR_FILL: nor->fill_requested = true; break;
     case HIL_NOR_DEAD: nor->dead = true; break;
@@ -162,14 +116,10 @@ static void fail_nor(struct hil_faults_device *dev, const struct hil_fault *faul
     case HIL_NOR_FAIL_PROGRAM: nor->fail_program = fault->count; break;
     case HIL_NOR_FAIL_ERASE: nor->fail_erase = fault->count; break;
     }
-    tell(dev, fault, "%s", texts[fault->choice]);
 }
 
-static void fail_thermometer(struct hil_faults_device *dev, const struct hil_fault *fault)
+static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fault)
 {
-    struct hil_tmp112 *chip = dev->thermometer;
-    static const char *const texts[] = {"does not answer", "holds SDA low", "hangs within a byte",
-                                        "holds SCL low at its next byte", "mended"};
     switch ((enum hil_thermometer_fault)fault->choice) {
     case HIL_THERMOMETER_DEAD: chip->dead = true; break;
     case HIL_THERMOMETER_STUCK: chip->hold.stuck = true; break;
@@ -180,68 +130,36 @@ static void fail_thermometer(struct hil_faults_device *dev, const struct hil_fau
         chip->hold.hung_clocks = 0;
         break;
     }
-    tell(dev, fault, "thermometer %s", texts[fault->choice]);
-    hil_i2c_lines_changed(dev->i2c, hil_now(dev->core));
 }
 
-static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
+static void act(struct hil_faults_device *dev, const struct hil_fault *f)
 {
-    static const char *const lamp[] = {"mended", "broken", "shorted"};
-    static const char *const bus[] = {"connected", "unplugged", "shorted", "held dominant"};
-    double ms = (double)fault->duration_ps / (double)HIL_MS_PS;
-    switch (fault->action) {
-    case HIL_FAULT_POWER_CUT:
-        tell(dev, fault, "power cut for %g ms", ms);
-        hil_supply_off(dev->supply, fault->duration_ps);
-        break;
-    case HIL_FAULT_BROWN_OUT:
-        tell(dev, fault, "supply at %g V for %g ms", fault->volts, ms);
-        hil_supply_dip(dev->supply, fault->volts, fault->duration_ps);
-        break;
-    case HIL_FAULT_CRYSTAL:
-        tell(dev, fault, "crystal %s", fault->on ? "starts" : "stops");
-        hil_rcc_crystal(dev->rcc, fault->on);
-        break;
-    case HIL_FAULT_FLIP: flip(dev, fault); break;
-    case HIL_FAULT_BUS:
-        tell(dev, fault, "CAN bus %s", bus[fault->choice]);
-        hil_can_set_bus(dev->can, (enum hil_can_bus)fault->choice);
-        break;
+    hil_fault_tell(dev->core, dev->options->log, f->file_line, "%s", f->text);
+    switch (f->action) {
+    case HIL_FAULT_POWER_CUT: hil_supply_off(dev->supply, f->duration_ps); break;
+    case HIL_FAULT_BROWN_OUT: hil_supply_dip(dev->supply, f->volts, f->duration_ps); break;
+    case HIL_FAULT_CRYSTAL: hil_rcc_crystal(dev->rcc, f->choice); break;
+    case HIL_FAULT_FLIP: flip(dev, f); break;
+    case HIL_FAULT_STICK: (void)hil_stuck_add(dev->core, f->address, f->bit, f->choice); break;
+    case HIL_FAULT_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->choice); break;
     case HIL_FAULT_LINE:
-        hil_lines_order(dev->lines, fault->line, (enum hil_line_fault)fault->choice,
-                        &(struct hil_line_effect){fault->count, fault->probability,
-                                                  fault->duration_ps, fault->file_line});
+        hil_lines_order(
+            dev->lines, f->line, (enum hil_line_fault)f->choice,
+            &(struct hil_line_effect){f->count, f->probability, f->duration_ps, f->file_line});
         break;
-    case HIL_FAULT_CHANNEL: fail_channel(dev, fault); break;
-    case HIL_FAULT_SKIP:
-        tell(dev, fault, "switch %u will not open", (unsigned)fault->index + 1u);
-        hil_rig_skip(dev->rig, fault->index);
+    case HIL_FAULT_CHANNEL:
+        hil_rig_fail(dev->rig, f->index, (enum hil_channel_fault)f->choice);
         break;
-    case HIL_FAULT_BOUNCE:
-        tell(dev, fault, "switch %u will bounce %u times", (unsigned)fault->index + 1u,
-             (unsigned)fault->count);
-        hil_rig_bounce(dev->rig, fault->index, fault->count, fault->duration_ps);
+    case HIL_FAULT_SKIP: hil_rig_skip(dev->rig, f->index); break;
+    case HIL_FAULT_BOUNCE: hil_rig_bounce(dev->rig, f->index, f->count, f->duration_ps); break;
+    case HIL_FAULT_CAMERA: hil_camera_skip(dev->camera, f->count); break;
+    case HIL_FAULT_NOR: fail_nor(dev->nor, f); break;
+    case HIL_FAULT_DRIFT: hil_rig_drift(dev->rig, f->index, f->gain, f->offset_lb); break;
+    case HIL_FAULT_THERMOMETER:
+        fail_thermometer(dev->thermometer, f);
+        hil_i2c_lines_changed(dev->i2c, hil_now(dev->core));
         break;
-    case HIL_FAULT_CAMERA:
-        tell(dev, fault, "the camera gives no pulse for %u frames", (unsigned)fault->count);
-        hil_camera_skip(dev->camera, fault->count);
-        break;
-    case HIL_FAULT_NOR: fail_nor(dev, fault); break;
-    case HIL_FAULT_DRIFT:
-        tell(dev, fault, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u,
-             fault->gain, fault->offset_lb);
-        hil_rig_drift(dev->rig, fault->index, fault->gain, fault->offset_lb);
-        break;
-    case HIL_FAULT_THERMOMETER: fail_thermometer(dev, fault); break;
-    case HIL_FAULT_STICK:
-        (void)hil_stuck_add(dev->core, fault->address, fault->bit, fault->on);
-        tell(dev, fault, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit,
-             (unsigned)fault->address, fault->on);
-        break;
-    case HIL_FAULT_LAMP:
-        hil_rig_lamp(dev->rig, (enum hil_lamp)fault->choice);
-        tell(dev, fault, "warning lamp %s", lamp[fault->choice]);
-        break;
+    case HIL_FAULT_LAMP: hil_rig_lamp(dev->rig, (enum hil_lamp)f->choice); break;
     }
 }
 
@@ -272,54 +190,6 @@ static enum mr_status refuse(struct hil_faults_device *dev, const struct hil_fau
     return status;
 }
 
-/* Out of range, or NULL. */
-static const char *wrong_argument(const struct hil_faults_device *dev, const struct hil_fault *f)
-{
-    uint8_t byte;
-    switch (f->action) {
-    case HIL_FAULT_FLIP:
-        return f->bit > 31 ||
-                       hil_memory_peek(dev->core, f->address + f->bit / 8u, &byte, 1) != MR_OK
-                 ? "flip: no flash or RAM at that address"
-                 : NULL;
-    case HIL_FAULT_BUS: return f->choice > HIL_CAN_DOMINANT ? "no such state of the bus" : NULL;
-    case HIL_FAULT_LINE:
-        if (f->line >= HIL_LINES || f->choice >= HIL_LINE_FAULTS || f->count == 0 ||
-            !(f->probability > 0.0 && f->probability <= 1.0))
-            return "a line fault needs a line, a kind, a count and a probability above 0, at most "
-                   "1";
-        return f->choice >= HIL_FRAMING && f->line != HIL_SERIAL_IN
-                 ? "framing and noise: only of serial in"
-                 : NULL;
-    case HIL_FAULT_CHANNEL:
-        return f->index > 23 || f->choice > HIL_CHANNEL_OPEN ? "no such channel" : NULL;
-    case HIL_FAULT_CAMERA: return f->count ? NULL : "so many frames from 1";
-    case HIL_FAULT_SKIP: return f->index >= HIL_RUN_SWITCHES ? "no such switch" : NULL;
-    case HIL_FAULT_BOUNCE:
-        return f->index >= HIL_RUN_SWITCHES || f->count == 0 || f->count > 255 ||
-                       f->duration_ps < 2 * HIL_US_PS
-                 ? "a bounce needs a switch, 1 to 255 times, at least 2 us apart"
-                 : NULL;
-    case HIL_FAULT_NOR: return f->choice > HIL_NOR_FAIL_ERASE ? "no such fault of the NOR" : NULL;
-    case HIL_FAULT_DRIFT:
-        return f->index >= HIL_RUN_GAGES || !(f->gain > 0.0 && f->gain <= 10.0) ||
-                       !(fabs(f->offset_lb) <= 1000.0)
-                 ? "a drift needs a gage, a gain above 0 and an offset within 1000 lb"
-                 : NULL;
-    case HIL_FAULT_THERMOMETER:
-        return f->choice > HIL_THERMOMETER_MEND ? "no such fault of the thermometer" : NULL;
-    case HIL_FAULT_STICK:
-        return f->bit > 31 || !hil_memory_at(dev->core, f->address + f->bit / 8u, 1, true)
-                 ? "stick: no RAM at that address"
-                 : NULL;
-    case HIL_FAULT_LAMP: return f->choice > HIL_LAMP_SHORTED ? "no such state of the lamp" : NULL;
-    case HIL_FAULT_POWER_CUT:
-    case HIL_FAULT_BROWN_OUT: return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;
-    case HIL_FAULT_CRYSTAL: break;
-    }
-    return NULL;
-}
-
 static uint64_t counted(const struct hil_faults_device *dev, enum hil_trigger trigger)
 {
     const struct hil_faults *faults = dev->state;
@@ -332,9 +202,10 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
 {
     struct hil_faults *faults = dev->state;
     uint64_t due_ps = HIL_NEVER;
-    const char *wrong = wrong_argument(dev, fault);
-    if (wrong)
-        return refuse(dev, fault, MR_USAGE, wrong);
+    if ((fault->action == HIL_FAULT_FLIP || fault->action == HIL_FAULT_STICK) &&
+        !hil_memory_at(dev->core, fault->address + fault->bit / 8u, 1,
+                       fault->action == HIL_FAULT_STICK))
+        return refuse(dev, fault, MR_USAGE, "no memory of that kind at that address");
     if (faults->count == HIL_FAULTS_MAX)
         return refuse(dev, fault, MR_FULL, "more faults than there is room for (64)");
     if (fault->trigger == HIL_AT_TIME) {
@@ -347,7 +218,7 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
             return refuse(
                 dev, fault, MR_UNKNOWN,
                 dev->rig->run
-                    ? "the gear of this run does not pass that station, or before its first switch"
+                    ? "the gear of this run does not pass that station between two switches"
                     : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->n <= counted(dev, fault->trigger)) {
@@ -387,412 +258,334 @@ void hil_faults_create(struct hil_faults_device *dev)
     hil_event_wire(dev->core, HIL_EVENT_FAULT, on_due, dev);
 }
 
-/* ---- faults_file ---- */
-
-/* The text form of faults; its grammar is in hil/rig/faults.h. */
+/* ---- as text ---- */
 
 #define LINE_MAX_BYTES 256
 #define WORDS_MAX      16
-#define SECONDS_MAX    1e6
 
-#define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+#define refuse_text(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+
+/* What a number of a line is called, where it goes, and its range. ORDER: of things counted from 1;
+ * PS: a time, with its picoseconds. */
+enum kind { WHOLE, WHOLE64, REAL, ORDER, PS, PLACE };
+
+static const struct slot {
+    const char *name;
+    enum kind kind;
+    size_t at; /* in struct hil_fault */
+    double low, high, ps;
+} slots[] = {
+#define AT(member) offsetof(struct hil_fault, member)
+    {"S", PS, AT(t_ps), 0.0, 1e6, 1e12},
+    {"FT", REAL, AT(station_ft), -1000.0, 10000.0, 0.0},
+    {"N", WHOLE64, AT(n), 1.0, UINT32_MAX, 0.0},
+    {"DELAY_US", PS, AT(delay_ps), 1e-6, 1e12, 1e6},
+    {"MS", PS, AT(duration_ps), 1e-9, 1e9, 1e9},
+    {"US", PS, AT(duration_ps), 1e-6, 1e12, 1e6},
+    {"APART_US", PS, AT(duration_ps), 2.0, 1e12, 1e6},
+    {"VOLTS", REAL, AT(volts), 0.0, 3.6, 0.0},
+    {"PLACE", PLACE, AT(address), 0.0, 0.0, 0.0},
+    {"BIT", WHOLE, AT(bit), 0.0, 31.0, 0.0},
+    {"COUNT", WHOLE, AT(count), 1.0, UINT32_MAX - 1.0, 0.0},
+    {"TIMES", WHOLE, AT(count), 1.0, 255.0, 0.0},
+    {"P", REAL, AT(probability), 1e-9, 1.0, 0.0},
+    {"TRANSDUCER", ORDER, AT(index), 1.0, HIL_RUN_TRANSDUCERS, 0.0},
+    {"GAGE", ORDER, AT(index), 1.0, HIL_RUN_GAGES, 0.0},
+    {"SWITCH", ORDER, AT(index), 1.0, HIL_RUN_SWITCHES, 0.0},
+    {"GAIN", REAL, AT(gain), 1e-3, 10.0, 0.0},
+    {"LB", REAL, AT(offset_lb), -1000.0, 1000.0, 0.0},
+#undef AT
+};
+
+/* By enum hil_trigger. */
+static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY_US]",
+                                       "frame N [+ DELAY_US]", "flash N [+ DELAY_US]",
+                                       "nor N [+ DELAY_US]"};
+
+/* What stands in a line, and what it begins with: | between words adds the place of the one that is
+ * there to `choice`, a number of order itself to `index`. */
+#define CHANNEL "mend|stick|high|low|open"
+#define LINE(at)                                                                           \
+    {                                                                                      \
+        .action = HIL_FAULT_LINE, .line = at, .probability = 1.0, .duration_ps = HIL_MS_PS \
+    }
+static const struct action {
+    const char *pattern;
+    struct hil_fault fault;
+} actions[] = {
+    {"power-cut MS", {.action = HIL_FAULT_POWER_CUT}},
+    {"brown-out VOLTS MS", {.action = HIL_FAULT_BROWN_OUT}},
+    {"crystal stop|start", {.action = HIL_FAULT_CRYSTAL}},
+    {"flip PLACE BIT", {.action = HIL_FAULT_FLIP}},
+    {"stick PLACE BIT 0|1", {.action = HIL_FAULT_STICK}},
+    {"lamp mend|broken|shorted", {.action = HIL_FAULT_LAMP}},
+    {"bus connect|unplug|short|dominant", {.action = HIL_FAULT_BUS}},
+    {"can out drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE(HIL_CAN_OUT)},
+    {"can in drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE(HIL_CAN_IN)},
+    {"serial out drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE(HIL_SERIAL_OUT)},
+    {"serial in drop|repeat|corrupt|delay|framing|noise COUNT [p P] [us US]", LINE(HIL_SERIAL_IN)},
+    {"transducer TRANSDUCER " CHANNEL, {.action = HIL_FAULT_CHANNEL}},
+    {"gage GAGE " CHANNEL, {.action = HIL_FAULT_CHANNEL, .index = HIL_RUN_TRANSDUCERS}},
+    {"gage GAGE drift GAIN LB", {.action = HIL_FAULT_DRIFT}},
+    {"staircase " CHANNEL, {.action = HIL_FAULT_CHANNEL, .index = HIL_RUN_COLUMNS}},
+    {"reference " CHANNEL, {.action = HIL_FAULT_CHANNEL, .index = HIL_RUN_COLUMNS + 1u}},
+    {"switch SWITCH skip", {.action = HIL_FAULT_SKIP}},
+    {"switch SWITCH bounce TIMES APART_US", {.action = HIL_FAULT_BOUNCE}},
+    {"camera skip COUNT", {.action = HIL_FAULT_CAMERA}},
+    {"nor fill|dead|mend", {.action = HIL_FAULT_NOR}},
+    {"nor fail-program COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_PROGRAM}},
+    {"nor fail-erase COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_ERASE}},
+    {"thermometer dead|stuck|hang|mend", {.action = HIL_FAULT_THERMOMETER}},
+    {"thermometer stretch MS",
+     {.action = HIL_FAULT_THERMOMETER, .choice = HIL_THERMOMETER_STRETCH}},
+};
+#define ACTIONS (sizeof actions / sizeof actions[0])
 
 struct reader {
     struct hil_file_place at; /* line: the present one */
     const char *elf;
-    char *word[WORDS_MAX + 1]; /* NULL after the last */
-    unsigned words, next;
-    struct hil_fault_script *script;
-    bool has_version;
+    char *word[WORDS_MAX];
+    unsigned words, next, wrong; /* wrong: the farthest that did not fit */
+    const char *no_symbol;       /* a place that the image does not name */
 };
 
 /* At the end of a line what no word can be, for it has spaces. */
-static const char *peek(const struct reader *r)
+static const char *word_at(const struct reader *r, unsigned i)
 {
-    return r->next < r->words ? r->word[r->next] : "end of line";
+    return i < r->words ? r->word[i] : "end of line";
 }
 
-static bool take(struct reader *r, const char *word)
+static const struct slot *slot_named(const char *name, size_t length)
 {
-    if (strcmp(peek(r), word) != 0)
+    for (size_t i = 0; i < sizeof slots / sizeof slots[0]; i++) {
+        if (strlen(slots[i].name) == length && strncmp(slots[i].name, name, length) == 0)
+            return &slots[i];
+    }
+    return NULL;
+}
+
+/* 0x20001234, SYMBOL or SYMBOL+OFFSET */
+static bool take_place(struct reader *r, const char *word, uint32_t *address)
+{
+    char name[LINE_MAX_BYTES], *end;
+    unsigned long offset = 0;
+    if (r->next == r->words)
         return false;
-    r->next++;
+    if (isdigit((unsigned char)*word)) {
+        *address = (uint32_t)strtoul(word, &end, 0);
+        return !*end;
+    }
+    snprintf(name, sizeof name, "%s", word);
+    char *plus = strchr(name, '+');
+    if (plus) {
+        *plus = '\0';
+        offset = strtoul(plus + 1, &end, 0);
+        if (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)
+            return false;
+    }
+    if (!r->elf || hil_elf_symbol(r->elf, name, address) != MR_OK) {
+        r->no_symbol = word;
+        return false;
+    }
+    *address += (uint32_t)offset;
     return true;
 }
 
-static bool number(struct reader *r, double low, double high, double *value)
+static bool take_number(struct reader *r, const struct slot *slot, struct hil_fault *f)
 {
-    const char *end;
-    const char *text = peek(r);
-    *value = mr_decimal_read(text, &end);
-    if (end == text || *end || !(*value >= low && *value <= high))
+    const char *text = word_at(r, r->next), *end;
+    char *at = (char *)f + slot->at;
+    if (slot->kind == PLACE)
+        return take_place(r, text, (uint32_t *)(void *)at);
+    bool all = strcmp(slot->name, "COUNT") == 0 && strcmp(text, "all") == 0;
+    double value = all ? slot->low : mr_decimal_read(text, &end);
+    if (!all && (end == text || *end || !(value >= slot->low && value <= slot->high)))
         return false;
-    r->next++;
+    if (slot->kind != REAL && slot->kind != PS && value != floor(value))
+        return false;
+    switch (slot->kind) {
+    case WHOLE: *(uint32_t *)(void *)at = all ? HIL_FAULT_ALL : (uint32_t)value; break;
+    case WHOLE64: *(uint64_t *)(void *)at = (uint64_t)value; break;
+    case REAL: *(double *)(void *)at = value; break;
+    case ORDER: *(uint32_t *)(void *)at += (uint32_t)value - 1u; break;
+    case PS: *(uint64_t *)(void *)at = (uint64_t)(value * slot->ps + 0.5); break;
+    case PLACE: break;
+    }
     return true;
 }
 
-static bool whole(struct reader *r, uint64_t low, uint64_t high, uint64_t *value)
+/* One of the words between |, whose place is added to `choice`. */
+static bool take_word(const char *wanted, const char *word, unsigned *choice)
+{
+    size_t length = strlen(word);
+    for (unsigned i = 0;; i++, wanted++) {
+        size_t n = strcspn(wanted, "|");
+        if (n == length && strncmp(wanted, word, n) == 0) {
+            *choice += i;
+            return true;
+        }
+        wanted += n;
+        if (!*wanted)
+            return false;
+    }
+}
+
+/* The words from r->next on, by a pattern. False: they are others, and r->next is as before. */
+static bool take(struct reader *r, const char *pattern, struct hil_fault *f)
+{
+    char copy[128], *save;
+    unsigned began = r->next;
+    snprintf(copy, sizeof copy, "%s", pattern);
+    for (char *want = strtok_r(copy, " ]", &save); want; want = strtok_r(NULL, " ]", &save)) {
+        if (*want == '[') { /* may be missing, with its number */
+            char *number = strtok_r(NULL, " ]", &save);
+            if (strcmp(word_at(r, r->next), want + 1) != 0)
+                continue;
+            want = number;
+            r->next++;
+        }
+        const struct slot *slot = slot_named(want, strlen(want));
+        if (slot ? take_number(r, slot, f) : take_word(want, word_at(r, r->next), &f->choice)) {
+            r->next++;
+            continue;
+        }
+        r->wrong = r->next > r->wrong ? r->next : r->wrong;
+        r->next = began;
+        return false;
+    }
+    return true;
+}
+
+/* "gage GAGE drift GAIN LB" as "gage GAGE(1 to 14) drift ...", behind `out`. */
+static void put_pattern(char *out, size_t size, const char *pattern)
+{
+    size_t used = strlen(out);
+    used += (size_t)snprintf(out + used, size - used, "%s", used ? ", or " : "");
+    while (*pattern && used + 1 < size) {
+        size_t n = strcspn(pattern, " ]");
+        const struct slot *slot = slot_named(pattern, n);
+        used += (size_t)snprintf(out + used, size - used, "%.*s", (int)n, pattern);
+        if (slot && slot->kind != PLACE && used < size)
+            used += (size_t)snprintf(out + used, size - used, "(%.4g to %.4g)", slot->low,
+                                     slot->high);
+        pattern += n;
+        if (*pattern && used + 1 < size) {
+            out[used++] = *pattern++;
+            out[used] = '\0';
+        }
+    }
+}
+
+/* Names the word that does not fit, and what there is. */
+static enum mr_status refuse_action(const struct reader *r)
+{
+    char known[600] = "";
+    const char *first = word_at(r, r->next);
+    for (size_t i = 0; i < ACTIONS; i++) {
+        size_t n = strcspn(actions[i].pattern, " ");
+        if (strlen(first) == n && strncmp(actions[i].pattern, first, n) == 0)
+            put_pattern(known, sizeof known, actions[i].pattern);
+    }
+    if (known[0])
+        return refuse_text(r, MR_MALFORMED, "`%s` does not fit: %s", word_at(r, r->wrong), known);
+    for (size_t i = 0; i < ACTIONS; i++) {
+        size_t n = strcspn(actions[i].pattern, " "), used = strlen(known);
+        if (i == 0 || strncmp(actions[i - 1].pattern, actions[i].pattern, n + 1) != 0)
+            snprintf(known + used, sizeof known - used, "%s%.*s", i ? ", " : "", (int)n,
+                     actions[i].pattern);
+    }
+    return refuse_text(r, MR_MALFORMED, "`%s` is no action: %s", first, known);
+}
+
+static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
+{
+    struct hil_fault when = {0};
+    unsigned trigger = 0;
+    while (trigger < 5 && !take(r, triggers[trigger], &when))
+        trigger++;
+    if (trigger == 5)
+        return refuse_text(r, MR_MALFORMED,
+                           "`%s`: a line begins with at S, station FT, frame N, flash N or nor N, "
+                           "and may go on with + DELAY_US",
+                           word_at(r, r->wrong));
+    unsigned first = r->next;
+    for (size_t i = 0; i < ACTIONS && !r->no_symbol; i++) {
+        *fault = actions[i].fault;
+        if (!take(r, actions[i].pattern, fault))
+            continue;
+        if (r->next < r->words)
+            return refuse_text(r, MR_MALFORMED, "`%s` is one word too many here",
+                               word_at(r, r->next));
+        fault->trigger = (enum hil_trigger)trigger;
+        fault->t_ps = when.t_ps;
+        fault->n = when.n;
+        fault->station_ft = when.station_ft;
+        fault->delay_ps = when.delay_ps;
+        fault->file_line = r->at.line;
+        for (size_t k = first, used = 0; k < r->words && used < sizeof fault->text; k++)
+            used += (size_t)snprintf(fault->text + used, sizeof fault->text - used, "%s%s",
+                                     k > first ? " " : "", r->word[k]);
+        return MR_OK;
+    }
+    return r->no_symbol
+             ? refuse_text(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists those it has",
+                           r->elf ? r->elf : "no image", r->no_symbol)
+             : refuse_action(r);
+}
+
+static enum mr_status read_words(struct reader *r, struct hil_fault_script *script)
 {
     char *end;
-    const char *text = peek(r);
-    errno = 0;
-    *value = isdigit((unsigned char)*text) ? strtoull(text, &end, 0) : 0;
-    if (!isdigit((unsigned char)*text) || *end || errno || *value < low || *value > high)
-        return false;
-    r->next++;
-    return true;
-}
-
-/* One of the words of a list; -1: none of them. */
-static int one_of(struct reader *r, const char *const *list, unsigned n)
-{
-    for (unsigned i = 0; i < n; i++) {
-        if (take(r, list[i]))
-            return (int)i;
-    }
-    return -1;
-}
-
-static bool duration(struct reader *r, double unit_ps, uint64_t *t_ps)
-{
-    double value;
-    if (!number(r, 1.0 / unit_ps, SECONDS_MAX * 1e12 / unit_ps, &value)) /* from 1 ps */
-        return false;
-    *t_ps = (uint64_t)(value * unit_ps + 0.5);
-    return true;
-}
-
-static enum mr_status read_trigger(struct reader *r, struct hil_fault *f)
-{
-    static const char *const names[] = {"at", "station", "frame", "flash", "nor"};
-    double value;
-    int trigger = one_of(r, names, 5);
-    if (trigger < 0)
-        return refuse(r, MR_MALFORMED,
-                      "`%s` is no trigger; at, station, frame, flash or nor begins a line",
-                      peek(r));
-    f->trigger = (enum hil_trigger)trigger;
-    if (f->trigger == HIL_AT_TIME) {
-        if (!number(r, 0.0, SECONDS_MAX, &value))
-            return refuse(r, MR_MALFORMED, "`at` needs a time in seconds, 0 to 1000000, not `%s`",
-                          peek(r));
-        f->t_ps = (uint64_t)(value * 1e12 + 0.5);
-    } else if (f->trigger == HIL_AT_STATION) {
-        if (!number(r, -1000.0, 10000.0, &f->station_ft))
-            return refuse(r, MR_MALFORMED, "`station` needs a station in feet, not `%s`", peek(r));
-    } else if (!whole(r, 1, UINT32_MAX, &f->n)) {
-        return refuse(r, MR_MALFORMED, "`%s` needs a count from 1, not `%s`", names[trigger],
-                      peek(r));
-    }
-    if (take(r, "+") && !duration(r, 1e6, &f->delay_ps))
-        return refuse(r, MR_MALFORMED, "`+` needs a time in microseconds above 0, not `%s`",
-                      peek(r));
-    return MR_OK;
-}
-
-static enum mr_status read_bit(struct reader *r, struct hil_fault *f, enum hil_action action)
-{
-    char name[LINE_MAX_BYTES];
-    uint64_t value, offset = 0;
-    uint32_t base = 0;
-    f->action = action;
-    if (isdigit((unsigned char)*peek(r))) {
-        if (!whole(r, 0, UINT32_MAX, &value))
-            return refuse(r, MR_MALFORMED,
-                          "`%s` is no address: 0x20001234, SYMBOL or SYMBOL+OFFSET", peek(r));
-        base = (uint32_t)value;
-    } else {
-        snprintf(name, sizeof name, "%s", peek(r));
-        char *plus = strchr(name, '+');
-        char *end = plus;
-        if (plus) {
-            *plus = '\0';
-            offset = strtoull(plus + 1, &end, 0);
-        }
-        if (r->next == r->words || !*name ||
-            (plus && (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)))
-            return refuse(r, MR_MALFORMED, "`%s` is no place: 0x20001234, SYMBOL or SYMBOL+OFFSET",
-                          peek(r));
-        enum mr_status status = r->elf ? hil_elf_symbol(r->elf, name, &base) : MR_UNKNOWN;
-        if (status != MR_OK)
-            return refuse(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists those it has",
-                          r->elf ? r->elf : "no image", name);
-        r->next++;
-    }
-    f->address = base + (uint32_t)offset;
-    if (!whole(r, 0, 31, &value))
-        return refuse(r, MR_MALFORMED,
-                      "`flip` and `stick` need a bit, 0 to 31, after the place, not `%s`", peek(r));
-    f->bit = (uint32_t)value;
-    if (action == HIL_FAULT_STICK && !whole(r, 0, 1, &value))
-        return refuse(r, MR_MALFORMED, "at which level does it stick, 0 or 1? Not at `%s`",
-                      peek(r));
-    f->on = value != 0;
-    return MR_OK;
-}
-
-/* The next word is a choice of this action; else `wrong` says what there is. */
-static enum mr_status choose(struct reader *r, struct hil_fault *f, enum hil_action action,
-                             const char *const *list, const char *wrong)
-{
-    unsigned n = 0;
-    while (list[n])
-        n++;
-    int choice = one_of(r, list, n);
-    if (choice < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no %s", peek(r), wrong);
-    f->action = action;
-    f->choice = (unsigned)choice;
-    return MR_OK;
-}
-
-static enum mr_status read_crystal(struct reader *r, struct hil_fault *f)
-{
-    f->action = HIL_FAULT_CRYSTAL;
-    f->on = take(r, "start");
-    return f->on || take(r, "stop")
+    if (strcmp(r->word[0], "seed") != 0)
+        return script->count == HIL_FAULTS_MAX
+                 ? refuse_text(r, MR_FULL, "more than %u faults; leave some out", HIL_FAULTS_MAX)
+                 : read_fault(r, &script->fault[script->count++]);
+    script->seed = strtoull(word_at(r, 1), &end, 10);
+    return r->words == 2 && isdigit((unsigned char)*r->word[1]) && !*end
              ? MR_OK
-             : refuse(r, MR_MALFORMED, "`%s`: a crystal can `stop` or `start`", peek(r));
+             : refuse_text(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`", word_at(r, 1));
 }
 
-static enum mr_status read_power(struct reader *r, struct hil_fault *f, bool brown_out)
+static void split(struct reader *r, char *line)
 {
-    f->action = brown_out ? HIL_FAULT_BROWN_OUT : HIL_FAULT_POWER_CUT;
-    if (brown_out && !number(r, 0.0, 3.6, &f->volts))
-        return refuse(r, MR_MALFORMED, "`brown-out` needs volts, 0 to 3.6, not `%s`", peek(r));
-    if (!duration(r, 1e9, &f->duration_ps))
-        return refuse(r, MR_MALFORMED, "a power fault needs milliseconds above 0, not `%s`",
-                      peek(r));
-    return MR_OK;
-}
-
-static enum mr_status read_line(struct reader *r, struct hil_fault *f, bool serial)
-{
-    static const char *const ways[] = {"out", "in"};
-    static const char *const kinds[] = {"drop", "repeat", "corrupt", "delay", "framing", "noise"};
-    uint64_t count = HIL_FAULT_ALL;
-    int way = one_of(r, ways, 2);
-    if (way < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no direction: out (from the board) or in", peek(r));
-    int kind = one_of(r, kinds, serial && way == 1 ? 6 : 4);
-    if (kind < 0)
-        return refuse(r, MR_MALFORMED,
-                      "`%s` is no fault of that line: drop, repeat, corrupt, delay%s", peek(r),
-                      serial && way == 1 ? ", framing, noise" : "");
-    if (!take(r, "all") && !whole(r, 1, UINT32_MAX - 1u, &count))
-        return refuse(r, MR_MALFORMED, "how many? A count from 1, or `all`, not `%s`", peek(r));
-    f->action = HIL_FAULT_LINE;
-    f->line = (enum hil_line)(2 * serial + way);
-    f->choice = (unsigned)kind;
-    f->count = (uint32_t)count;
-    f->probability = 1.0;
-    f->duration_ps = HIL_MS_PS;
-    if (take(r, "p") && (!number(r, 1e-9, 1.0, &f->probability)))
-        return refuse(r, MR_MALFORMED, "`p` needs a probability above 0, at most 1, not `%s`",
-                      peek(r));
-    if (take(r, "us") && !duration(r, 1e6, &f->duration_ps))
-        return refuse(r, MR_MALFORMED, "`us` needs microseconds above 0, not `%s`", peek(r));
-    return MR_OK;
-}
-
-static enum mr_status read_channel(struct reader *r, struct hil_fault *f, unsigned first,
-                                   unsigned count)
-{
-    static const char *const fails[] = {"mend", "stick", "high", "low", "open"};
-    uint64_t number_of = 1;
-    if (count > 1 && !whole(r, 1, count, &number_of))
-        return refuse(r, MR_MALFORMED, "a number from 1 to %u is needed, not `%s`", count, peek(r));
-    if (first == HIL_RUN_TRANSDUCERS && count == HIL_RUN_GAGES && take(r, "drift")) {
-        f->action = HIL_FAULT_DRIFT;
-        f->index = (uint32_t)number_of - 1u;
-        if (!number(r, 1e-3, 10.0, &f->gain) || !number(r, -1000.0, 1000.0, &f->offset_lb))
-            return refuse(r, MR_MALFORMED,
-                          "`drift` needs a gain, 0.001 to 10, and an offset in pounds, not `%s`",
-                          peek(r));
-        return MR_OK;
-    }
-    int fail = one_of(r, fails, 5);
-    if (fail < 0)
-        return refuse(r, MR_MALFORMED,
-                      "`%s` is no fault of a channel: stick, high, low, open, mend%s", peek(r),
-                      count == HIL_RUN_GAGES ? ", drift" : "");
-    f->action = HIL_FAULT_CHANNEL;
-    f->index = first + (uint32_t)number_of - 1u;
-    f->choice = (unsigned)fail;
-    return MR_OK;
-}
-
-static enum mr_status read_switch(struct reader *r, struct hil_fault *f)
-{
-    uint64_t position, times;
-    if (!whole(r, 1, HIL_RUN_SWITCHES, &position))
-        return refuse(r, MR_MALFORMED, "`switch` needs a position, 1 to %u, not `%s`",
-                      HIL_RUN_SWITCHES, peek(r));
-    f->index = (uint32_t)position - 1u;
-    f->action = HIL_FAULT_SKIP;
-    if (take(r, "skip"))
-        return MR_OK;
-    f->action = HIL_FAULT_BOUNCE;
-    if (!take(r, "bounce"))
-        return refuse(r, MR_MALFORMED, "`%s` is no fault of a switch: skip or bounce", peek(r));
-    if (!whole(r, 1, 255, &times) || !duration(r, 1e6, &f->duration_ps))
-        return refuse(r, MR_MALFORMED,
-                      "`bounce` needs a count, 1 to 255, and microseconds, not `%s`", peek(r));
-    f->count = (uint32_t)times;
-    return MR_OK;
-}
-
-static enum mr_status read_nor(struct reader *r, struct hil_fault *f)
-{
-    static const char *const kinds[] = {"fill", "dead", "mend", "fail-program", "fail-erase", NULL};
-    uint64_t count = 1;
-    enum mr_status status = choose(r, f, HIL_FAULT_NOR, kinds,
-                                   "fault of the NOR: fill, dead, mend, fail-program, fail-erase");
-    if (status == MR_OK && f->choice >= HIL_NOR_FAIL_PROGRAM && !whole(r, 1, UINT32_MAX, &count))
-        return refuse(r, MR_MALFORMED, "how many operations fail? A count from 1, not `%s`",
-                      peek(r));
-    f->count = (uint32_t)count;
-    return status;
-}
-
-static enum mr_status read_thermometer(struct reader *r, struct hil_fault *f)
-{
-    static const char *const kinds[] = {"dead", "stuck", "hang", "stretch", "mend", NULL};
-    enum mr_status status = choose(r, f, HIL_FAULT_THERMOMETER, kinds,
-                                   "fault of the thermometer: dead, stuck, hang, stretch, mend");
-    if (status == MR_OK && f->choice == HIL_THERMOMETER_STRETCH &&
-        !duration(r, 1e9, &f->duration_ps))
-        return refuse(r, MR_MALFORMED, "`stretch` needs milliseconds above 0, not `%s`", peek(r));
-    return status;
-}
-
-static enum mr_status read_camera(struct reader *r, struct hil_fault *f)
-{
-    uint64_t frames;
-    if (!take(r, "skip") || !whole(r, 1, UINT32_MAX, &frames))
-        return refuse(r, MR_MALFORMED, "`camera skip` and a count of frames from 1, not `%s`",
-                      peek(r));
-    f->action = HIL_FAULT_CAMERA;
-    f->count = (uint32_t)frames;
-    return MR_OK;
-}
-
-static enum mr_status read_action(struct reader *r, struct hil_fault *f)
-{
-    static const char *const bus[] = {"connect", "unplug", "short", "dominant", NULL};
-    static const char *const lamp[] = {"mend", "broken", "shorted", NULL};
-    if (take(r, "power-cut"))
-        return read_power(r, f, false);
-    if (take(r, "brown-out"))
-        return read_power(r, f, true);
-    if (take(r, "flip"))
-        return read_bit(r, f, HIL_FAULT_FLIP);
-    if (take(r, "stick"))
-        return read_bit(r, f, HIL_FAULT_STICK);
-    if (take(r, "lamp"))
-        return choose(r, f, HIL_FAULT_LAMP, lamp, "state of the lamp: broken, shorted, mend");
-    if (take(r, "can"))
-        return read_line(r, f, false);
-    if (take(r, "serial"))
-        return read_line(r, f, true);
-    if (take(r, "transducer"))
-        return read_channel(r, f, 0, HIL_RUN_TRANSDUCERS);
-    if (take(r, "gage"))
-        return read_channel(r, f, HIL_RUN_TRANSDUCERS, HIL_RUN_GAGES);
-    if (take(r, "staircase"))
-        return read_channel(r, f, HIL_RUN_COLUMNS, 1);
-    if (take(r, "reference"))
-        return read_channel(r, f, HIL_RUN_COLUMNS + 1u, 1);
-    if (take(r, "switch"))
-        return read_switch(r, f);
-    if (take(r, "camera"))
-        return read_camera(r, f);
-    if (take(r, "nor"))
-        return read_nor(r, f);
-    if (take(r, "thermometer"))
-        return read_thermometer(r, f);
-    if (take(r, "bus"))
-        return choose(r, f, HIL_FAULT_BUS, bus,
-                      "state of the bus: connect, unplug, short, dominant");
-    if (take(r, "crystal"))
-        return read_crystal(r, f);
-    return refuse(r, MR_MALFORMED,
-                  "`%s` is no action: power-cut, brown-out, crystal, flip, stick, lamp, bus, can, "
-                  "serial, transducer, gage, staircase, "
-                  "reference, switch, camera, nor or thermometer",
-                  peek(r));
-}
-
-static enum mr_status read_words(struct reader *r)
-{
-    struct hil_fault fault = {.file_line = r->at.line};
-    if (!r->has_version) {
-        if (!take(r, "matrig-faults") || r->words != 2)
-            return refuse(r, MR_MALFORMED,
-                          "not a fault file: its first line must be `matrig-faults 1`");
-        if (!take(r, "1"))
-            return refuse(r, MR_VERSION,
-                          "version `%s` of the fault file; this program reads version 1", peek(r));
-        r->has_version = true;
-        return MR_OK;
-    }
-    enum mr_status status = MR_OK;
-    if (take(r, "seed")) {
-        if (!whole(r, 0, UINT64_MAX, &r->script->seed))
-            return refuse(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`", peek(r));
-    } else {
-        status = read_trigger(r, &fault);
-        if (status == MR_OK)
-            status = read_action(r, &fault);
-        if (status == MR_OK && r->script->count == HIL_FAULTS_MAX)
-            return refuse(r, MR_FULL, "more than %u faults; leave some out", HIL_FAULTS_MAX);
-        if (status == MR_OK)
-            r->script->fault[r->script->count++] = fault;
-    }
-    if (status == MR_OK && r->next < r->words)
-        return refuse(r, MR_MALFORMED, "`%s` is one word too many here", peek(r));
-    return status;
-}
-
-static enum mr_status read_text(struct reader *r, char *line)
-{
-    r->words = r->next = 0;
+    r->words = r->next = r->wrong = 0;
     line[strcspn(line, "#\r\n")] = '\0';
-    for (char *save, *word = strtok_r(line, " \t", &save); word;
-         word = strtok_r(NULL, " \t", &save)) {
-        if (r->words == WORDS_MAX)
-            return refuse(r, MR_MALFORMED, "more than %u words in a line", WORDS_MAX);
+    for (char *save, *word = strtok_r(line, " \t", &save); word && r->words < WORDS_MAX;
+         word = strtok_r(NULL, " \t", &save))
         r->word[r->words++] = word;
-    }
-    return r->words ? read_words(r) : MR_OK;
 }
 
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
                                char *error, size_t size)
 {
-    struct reader r = {.at = {path, 0, error, size}, .elf = elf, .script = script};
+    struct reader r = {.at = {path, 0, error, size}, .elf = elf};
     char line[LINE_MAX_BYTES];
     enum mr_status status = MR_OK;
+    bool has_version = false;
     *script = (struct hil_fault_script){.seed = 1};
     FILE *file = fopen(path, "r");
     if (!file)
-        return refuse(&r, MR_IO,
-                      "%s; give a file of faults (hil/rig/faults.h says how it is written)",
-                      strerror(errno));
+        return refuse_text(&r, MR_IO,
+                           "%s; give a file of faults (hil/rig/faults.h says how it is written)",
+                           strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.at.line++;
-        if (!strchr(line, '\n') && !feof(file))
-            status = refuse(&r, MR_MALFORMED, "a line of more than %u bytes", LINE_MAX_BYTES - 2);
-        else
-            status = read_text(&r, line);
+        split(&r, line);
+        if (!r.words)
+            continue;
+        if (has_version)
+            status = read_words(&r, script);
+        else if (r.words != 2 || strcmp(r.word[0], "matrig-faults") != 0)
+            break;
+        else if (strcmp(r.word[1], "1") != 0)
+            status = refuse_text(&r, MR_VERSION,
+                                 "version `%s` of the fault file; this program reads version 1",
+                                 r.word[1]);
+        has_version = true;
     }
-    bool failed = ferror(file) != 0;
     fclose(file);
-    if (status == MR_OK && (failed || !r.has_version)) {
-        r.at.line = 0;
-        status = failed ? refuse(&r, MR_IO, "cannot be read")
-                        : refuse(&r, MR_MALFORMED,
-                                 "not a fault file: its first line must be `matrig-faults 1`");
-    }
-    return status;
+    return status != MR_OK || has_version
+             ? status
+             : refuse_text(&r, MR_MALFORMED,
+                           "not a fault file: its first line must be `matrig-faults 1`");
 }

@@ -9,20 +9,16 @@
  *
  * Triggers, each fires once:
  *     at S                      S seconds of virtual time since power on
- *     station FT                the gear passes a station: between the switches of the run that
- *                               open in a straight line, beyond the last by the parabola through
- *                               the last three
+ *     station FT                the gear passes a station: between two switches of the run, in a
+ *                               straight line
  *     frame N                   the N-th CAN frame that the board has sent
  *     flash N                   the N-th operation of the flash memory (a word programmed, a
  *                               sector erased)
  *     nor N                     the N-th program or erase of the NOR
  *
- * Actions:
+ * Actions, whose words and ranges the table in faults.c has:
  *     power-cut MS              no supply for MS; RAM then holds noise
- *     brown-out VOLTS MS        a dip: below the brown-out level of the option bytes the chip is in
- *                               reset for MS and RAM stays; below 1.68 V it is a power cut; above,
- *                               nothing, unless the clock or the wait states are not allowed at
- *                               that supply: then the run ends
+ *     brown-out VOLTS MS        a dip: hil_supply_dip
  *     crystal stop|start        clock security turns to the HSI; without it what is clocked by the
  *                               crystal stands still (silicon's PLL drifts to some low frequency
  *                               instead)
@@ -34,10 +30,10 @@
  *     bus unplug|short|dominant|connect
  *                               nobody there; wires touching: always recessive; held dominant; as
  *                               it should be
- *     can out|in KIND COUNT [p P] [us T]
- *     serial out|in KIND COUNT [p P] [us T]
+ *     can out|in KIND COUNT [p P] [us US]
+ *     serial out|in KIND COUNT [p P] [us US]
  *                               the next COUNT frames or bytes (`all`: all) with probability P
- *                               (default 1) suffer KIND: drop, repeat, corrupt, delay (by T,
+ *                               (default 1) suffer KIND: drop, repeat, corrupt, delay (by US,
  *                               default 1000); serial in: framing, noise
  *     transducer K FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail),
  *     gage K FAIL               open (lead broken: 0 V), mend
@@ -61,8 +57,8 @@
  * turns over one data bit; delay holds back what follows too. Same file, seed and input: same
  * faults.
  *
- * Each fault and each frame or byte that suffers one is told in one line to hil_options.log with
- * its time. */
+ * Each fault, in the words of its line, and each frame or byte that suffers one is told in one line
+ * to hil_options.log with its time. */
 #ifndef MATRIG_HIL_FAULTS_H
 #define MATRIG_HIL_FAULTS_H
 
@@ -91,7 +87,7 @@ enum hil_trigger { HIL_AT_TIME, HIL_AT_STATION, HIL_AT_FRAME, HIL_AT_FLASH, HIL_
 enum hil_action {
     HIL_FAULT_POWER_CUT, /* duration_ps */
     HIL_FAULT_BROWN_OUT, /* volts, duration_ps */
-    HIL_FAULT_CRYSTAL,   /* on */
+    HIL_FAULT_CRYSTAL,   /* choice: 1 starts */
     HIL_FAULT_FLIP,      /* address, bit */
     HIL_FAULT_BUS,       /* choice: enum hil_can_bus */
     HIL_FAULT_LINE,      /* line, choice: enum hil_line_fault, count, probability, duration_ps */
@@ -104,10 +100,11 @@ enum hil_action {
     HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
     HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
-    HIL_FAULT_STICK,       /* address, bit, on: to 1 */
+    HIL_FAULT_STICK,       /* address, bit, choice: its level */
     HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
 };
 
+/* In the order of the words in a fault file. */
 enum hil_nor_fault {
     HIL_NOR_FILL,
     HIL_NOR_DEAD,
@@ -119,10 +116,11 @@ enum hil_thermometer_fault {
     HIL_THERMOMETER_DEAD,
     HIL_THERMOMETER_STUCK,
     HIL_THERMOMETER_HANG,
-    HIL_THERMOMETER_STRETCH,
     HIL_THERMOMETER_MEND,
+    HIL_THERMOMETER_STRETCH,
 };
 
+/* Ranges are those of a fault file, which checks them. */
 struct hil_fault {
     enum hil_trigger trigger;
     uint64_t t_ps;          /* HIL_AT_TIME */
@@ -133,12 +131,12 @@ struct hil_fault {
     enum hil_line line;
     unsigned choice;
     uint32_t index, count, address, bit;
-    bool on;
     double probability; /* 0 < p <= 1 */
     double volts;
     double gain, offset_lb;
     uint64_t duration_ps;
     unsigned file_line; /* 0: not from a file */
+    char text[80];      /* the action's words */
 };
 
 struct hil_fault_script {
@@ -178,9 +176,9 @@ struct hil_faults_device {
 
 /* Nothing is ordered. */
 void hil_faults_create(struct hil_faults_device *dev);
-/* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of
- * range or a moment that has passed; MR_UNKNOWN: no gear passes that station. The core's `reason`
- * says which. */
+/* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: no such memory, or a
+ * moment that has passed; MR_UNKNOWN: no gear passes that station. The core's `reason` says
+ * which. */
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
 /* All of a script, and its seed. */
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev,

@@ -171,12 +171,6 @@ void hil_lines_order(struct hil_lines_device *dev, enum hil_line line, enum hil_
                      const struct hil_line_effect *effect)
 {
     dev->state->effect[line][kind] = *effect;
-    char count[16] = "all";
-    if (effect->left != HIL_FAULT_ALL)
-        snprintf(count, sizeof count, "%u", (unsigned)effect->left);
-    hil_fault_tell(dev->core, dev->options->log, effect->file_line,
-                   "%s: from now on %s %s with probability %g", line_names[line], count,
-                   kind_names[kind], effect->probability);
 }
 
 void hil_lines_seed(struct hil_lines_device *dev, uint64_t seed)

@@ -59,7 +59,7 @@ void hil_lines_create(struct hil_lines_device *dev, uint64_t seed);
 void hil_lines_seed(struct hil_lines_device *dev, uint64_t seed);
 /* The links as the peripherals see them. */
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
-/* From now on; told. */
+/* From now on. */
 void hil_lines_order(struct hil_lines_device *dev, enum hil_line line, enum hil_line_fault kind,
                      const struct hil_line_effect *effect);
 
