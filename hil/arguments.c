@@ -14,7 +14,7 @@
 #include "common/canbase.h"
 #include "common/decimal.h"
 #include "hil/board/precious.h"
-#include "hil/core/time.h"
+#include "hil/core/state.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/rules.h"
 

@@ -18,8 +18,8 @@ $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
 		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
 $(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
 	$(call say,BIN,$@)$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
-$(B)/host/hil/core/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
-$(B)/host/hil/core/bootrom.o: $(B)/hil/bootrom.bin
+$(B)/host/hil/core/cpu.o: HOST_FLAGS += -Wa,-I$(B)/hil
+$(B)/host/hil/core/cpu.o: $(B)/hil/bootrom.bin
 
 # The reference electronics: hil/circuits/circuits.py says what is checked.
 .PHONY: circuits

@@ -29,9 +29,8 @@
 #include <stdio.h>
 
 #include "common/status.h"
-#include "hil/core/counters.h"
-#include "hil/core/cpu_registers.h"
-#include "hil/core/time.h"
+#include "hil/core/state.h"
+#include "hil/core/core.h"
 #include "hil/periph/can_frame.h"
 #include "hil/periph/options.h"
 #include "hil/rig/lines.h"

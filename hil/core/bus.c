@@ -4,9 +4,9 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/refuse.h"
+#include "hil/core/access.h"
 #include "hil/core/registers.h"
-#include "hil/core/scb.h"
+#include "hil/core/nvic.h"
 
 void hil_bus_create(struct hil_core *core)
 {

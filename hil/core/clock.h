@@ -1,22 +1,16 @@
-/* Virtual time: HCLK cycles since power on, and their physical time in picoseconds. */
+/* Virtual time: HCLK cycles since power on, and their physical time in picoseconds.
+ * And the events: one fixed slot per source, so that the whole queue is a few words without
+ * pointers. A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate
+ * is) or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
+ * converted again whenever HCLK changes. */
 #ifndef MATRIG_HIL_CLOCK_H
 #define MATRIG_HIL_CLOCK_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
-#define HIL_NEVER UINT64_MAX /* of a cycle, of a physical time */
+#include "hil/core/state.h"
 
-struct hil_clock {
-    uint64_t now_cycle;    /* start of the basic block that runs */
-    uint64_t anchor_cycle; /* where HCLK last changed */
-    uint64_t anchor_ps;
-    uint32_t hclk_hz;
-    /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
-    uint32_t ratio_hz;
-    uint64_t ratio_ps, ratio_cycles;
-    bool stopped; /* no clock at all: cycles stand still */
-};
+struct hil_core;
 
 /* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
@@ -26,5 +20,23 @@ void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
 /* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told:
  * hil_hclk_change does both. */
 void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
+
+/* An empty queue. */
+void hil_event_create(struct hil_core *core);
+void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
+                    void (*handler)(void *device, uint64_t at), void *device);
+/* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
+void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
+void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);
+/* Convert the slots that are in picoseconds again, after a change of HCLK. */
+void hil_event_rebase(struct hil_core *core);
+/* Treat everything due up to the present cycle, in order of time. */
+void hil_event_run(struct hil_core *core);
+
+/* HCLK becomes hclk_hz now. */
+void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz);
+/* No clock: physical time goes to the next event that is in physical time, while cycles stand
+ * still. */
+void hil_hclk_stand_still(struct hil_core *core);
 
 #endif

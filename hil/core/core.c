@@ -3,8 +3,6 @@
 #include <stdarg.h>
 #include <string.h>
 
-#include "hil/core/time.h"
-
 #define CSR_PIN (1u << 26) /* every reset shows on the pin too */
 
 void hil_core_stop(struct hil_core *core, enum mr_status status, const char *format, ...)
@@ -48,4 +46,17 @@ enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, vo
         return MR_UNKNOWN;
     memcpy(out, memory, n);
     return MR_OK;
+}
+
+uint32_t hil_cpu_register(const struct hil_core *core, unsigned number)
+{
+    int id = number < 13  ? UC_ARM_REG_R0 + (int)number
+           : number == 13 ? UC_ARM_REG_SP
+           : number == 14 ? UC_ARM_REG_LR
+           : number == 15 ? UC_ARM_REG_PC
+           : number == 16 ? UC_ARM_REG_XPSR
+                          : UC_ARM_REG_PRIMASK;
+    uint32_t value = 0;
+    uc_reg_read(core->uc, id, &value);
+    return value;
 }

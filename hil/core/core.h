@@ -2,12 +2,12 @@
  * peripheral knows.
  *
  * `struct hil_core_state` holds no pointers: with the memories and the core's registers
- * (context.h) it is the whole of the processor, and a copy of it is a snapshot. What the core is
+ * (cpu.h) it is the whole of the processor, and a copy of it is a snapshot. What the core is
  * connected to is beside it.
  *
  * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes
- * them. What the core has to tell them goes over wires that they connect (call.h,
- * peripheral.h, event.h) and by the calls below. */
+ * them. What the core has to tell them goes over wires that they connect (bus.h,
+ * clock.h) and by the calls below. */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
@@ -15,14 +15,14 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <unicorn/unicorn.h>
 
 #include "common/status.h"
-#include "hil/core/bootrom.h"
+#include "hil/core/bus.h"
 #include "hil/core/clock.h"
-#include "hil/core/engine.h"
-#include "hil/core/memory.h"
-#include "hil/core/peripheral.h"
 #include "hil/core/state.h"
+#include "hil/core/stores.h"
 
 /* Who looks on while the core runs: a debugger, a trace, a profile. The core calls them, and
  * knows none of them by name; what they are is in hil/debug/. An onlooker whose calls are NULL is
@@ -73,6 +73,79 @@ struct hil_event_wire {
     void *device;
 };
 
+struct hil_whatif;
+
+/* Flags of a basic block, found when it is first met. */
+enum {
+    HIL_BLOCK_FP = 1,
+    HIL_BLOCK_SEV = 2,
+    HIL_BLOCK_MARKED = 4 /* for the trace */
+};
+
+struct hil_block_info {
+    uint32_t address;
+    uint16_t size;
+    uint8_t instructions;
+    uint8_t flags;
+    uint32_t profile_block;
+};
+
+#define HIL_BLOCK_CACHE 8192u
+#define HIL_REGIONS     7
+
+/* A range of addresses that the bus answers. */
+struct hil_region {
+    struct hil_core *core;
+    uint32_t base;
+};
+
+/* The last access that was stamped (access.h), of one run of a block. */
+struct hil_stamped {
+    uint32_t block;
+    uint64_t cycle;
+    uint32_t address;
+    bool write;
+    uint32_t pc;
+    uint64_t issue; /* of the core's accesses, which */
+    unsigned before;
+};
+
+/* What there is between this and Unicorn; derived, or of one return from it: no part of a
+ * snapshot. */
+struct hil_cpu_engine {
+    struct hil_stores stores;
+    struct hil_stamped stamped;
+    struct hil_whatif *whatif; /* NULL: not needed yet */
+    uint32_t profile_block;    /* number of the block that runs */
+    /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
+    unsigned single;
+    /* What the core's hooks leave for the loop. */
+    int came_back;
+    uint32_t came_back_number;
+    uint32_t bad_address, bad_size;
+
+    /* the core runs up to a floating-point instruction that will fault */
+    bool runs_to_fp;
+    unsigned split_bytes; /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;     /* as the core's address space is mapped now */
+    bool flash_guarded;   /* reads of flash by the core are caught */
+    bool looks_at_loads;  /* stuck cells: cpu.h */
+    struct hil_block_info blocks[HIL_BLOCK_CACHE];
+    struct hil_region regions[HIL_REGIONS];
+};
+
+/* ---- must ---- */
+
+/* A call of Unicorn that must not fail. */
+
+static inline void hil_must(uc_err err, const char *what)
+{
+    if (err == UC_ERR_OK)
+        return;
+    fprintf(stderr, "matrig-board: the CPU emulator failed: %s: %s\n", what, uc_strerror(err));
+    abort();
+}
+
 /* A reset of the chip that was asked for, and not yet made. */
 struct hil_reset {
     bool asked;
@@ -80,8 +153,6 @@ struct hil_reset {
     uint32_t flags;   /* of RCC_CSR */
     uint64_t hold_ps; /* and lasts until then */
 };
-
-struct uc_struct;
 
 struct hil_core {
     struct hil_core_state state;
@@ -172,5 +243,9 @@ static inline bool hil_memory_stalls(const struct hil_core *core, uint32_t addre
 
 /* Bytes of flash, SRAM, CCM and ROM. MR_UNKNOWN when the range is not in one memory. */
 enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n);
+
+/* One register: 0..12, 13 the current SP, 14, 15 PC, 16 xPSR, 17 PRIMASK. */
+#define HIL_PRIMASK 17u
+uint32_t hil_cpu_register(const struct hil_core *core, unsigned number);
 
 #endif

@@ -4,14 +4,168 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
+#include "hil/core/access.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/exception.h"
-#include "hil/core/locate.h"
-#include "hil/core/map.h"
-#include "hil/core/engine.h"
-#include "hil/core/stores.h"
 #include "hil/core/whatif.h"
+
+/* Built from hil/rom by the Makefile before this file is compiled. */
+__asm__(".section .rodata\n"
+        ".balign 4096\n"
+        ".global hil_bootrom_image\n"
+        "hil_bootrom_image:\n"
+        ".incbin \"bootrom.bin\"\n"
+        ".previous\n");
+
+/* --- the address space --- */
+
+/* Memory that stores do not change. Only a later change of its protection makes Unicorn discard a
+ * store that the memory hook has taken; as mapped, it would carry it out. */
+static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, const uint8_t *bytes,
+                          bool readable)
+{
+    uint32_t protection = readable ? UC_PROT_READ | UC_PROT_EXEC : UC_PROT_EXEC;
+    hil_must(
+        uc_mem_map_ptr(core->uc, base, size, protection | UC_PROT_WRITE, (void *)(uintptr_t)bytes),
+        "mapping flash or ROM");
+    hil_must(uc_mem_protect(core->uc, base, size, protection), "protecting flash or ROM");
+}
+
+/* What is at address 0: flash, or after BOOT0 the ROM. */
+static void map_zero(struct hil_core *core, bool rom, bool readable)
+{
+    core->engine.rom_at_zero = rom;
+    if (rom)
+        map_read_only(core, 0, HIL_ROM_SIZE, hil_bootrom_image, true);
+    else
+        map_read_only(core, 0, HIL_FLASH_SIZE, core->memory->flash, readable);
+}
+
+static void unmap_zero(struct hil_core *core)
+{
+    hil_must(uc_mem_unmap(core->uc, 0, core->engine.rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE),
+             "unmapping address 0");
+}
+
+/* While an erase runs beside code in RAM, reads of flash must be caught, for they wait. Mapping
+ * anew is the one way that empties the core's address cache; it takes too long (a millisecond) to
+ * do it for single words. */
+void hil_map_guard_flash(struct hil_core *core, bool guarded)
+{
+    if (core->engine.flash_guarded == guarded)
+        return;
+    core->engine.flash_guarded = guarded;
+    unmap_zero(core);
+    hil_must(uc_mem_unmap(core->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
+    map_zero(core, core->engine.rom_at_zero, !guarded);
+    map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, !guarded);
+}
+
+/* Make address 0 what the state says. */
+void hil_map_follow_boot_pin(struct hil_core *core)
+{
+    if (core->engine.rom_at_zero == core->state.bank.boot_rom)
+        return;
+    unmap_zero(core);
+    map_zero(core, core->state.bank.boot_rom, !core->engine.flash_guarded);
+}
+
+bool hil_map_is_flash(const struct hil_core *core, uint32_t address)
+{
+    return address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
+           (address < HIL_FLASH_SIZE && !core->engine.rom_at_zero);
+}
+
+static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address, int size,
+                              int64_t value, void *user)
+{
+    struct hil_core *core = user;
+    (void)uc;
+    if (type == UC_MEM_WRITE_PROT && hil_map_is_flash(core, (uint32_t)address)) {
+        /* the memory itself does not change now */
+        if (core->engine.split_bytes) {
+            core->engine.split_bytes--;
+            return true;
+        }
+        core->bank.store(core->bank.who, (uint32_t)address, (unsigned)size, (uint64_t)value);
+        if (address % (unsigned)size) /* Unicorn comes again with each byte */
+            core->engine.split_bytes = (unsigned)size;
+        return true;
+    }
+    if (type == UC_MEM_READ_PROT && core->engine.flash_guarded &&
+        hil_map_is_flash(core, (uint32_t)address)) {
+        core->bank.wait(core->bank.who);
+        return true;
+    }
+    core->engine.bad_address = (uint32_t)address;
+    core->engine.bad_size = (uint32_t)size;
+    return false;
+}
+
+static void issue(const struct hil_region *region, uint64_t offset)
+{
+    region->core->bus.issued = region->base + (uint32_t)offset;
+    region->core->bus.issues++;
+}
+
+static uint64_t on_mmio_read(uc_engine *uc, uint64_t offset, unsigned size, void *user)
+{
+    const struct hil_region *region = user;
+    (void)uc;
+    issue(region, offset);
+    return hil_bus_read(region->core, region->base + (uint32_t)offset, size);
+}
+
+static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user)
+{
+    const struct hil_region *region = user;
+    (void)uc;
+    issue(region, offset);
+    hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
+    const struct hil_onlookers *lookers = &region->core->onlookers;
+    if (lookers->tracer)
+        lookers->tracer->sample(lookers->tracer_who, hil_now(region->core));
+}
+
+void hil_map_create(struct hil_core *core)
+{
+    /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M
+     * B3.1). What lies between the option bytes and SRAM is reserved: a bus fault, which is what a
+     * stack that overflows meets. */
+    static const struct {
+        uint32_t base, size;
+    } ranges[HIL_REGIONS] = {
+        {0x1fff7000u, 0x00006000u}, /* above the boot ROM: OTP, unique id, option bytes */
+        {0x22000000u, 0x02000000u}, /* SRAM bit-band alias */
+        {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
+        {0x42000000u, 0x02000000u}, /* their bit-band alias */
+        {0x50000000u, 0x10000000u}, /* AHB2 */
+        {0xa0000000u, 0x00001000u}, /* FSMC registers */
+        {0xe0000000u, 0x00100000u}, /* private peripheral bus */
+    };
+    map_zero(core, false, true);
+    map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, true);
+    map_read_only(core, HIL_ROM_BASE, HIL_ROM_SIZE, hil_bootrom_image, true);
+    hil_must(
+        uc_mem_map_ptr(core->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, core->memory->sram),
+        "mapping SRAM");
+    if (!core->no_ccm)
+        hil_must(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
+                                core->memory->ccm),
+                 "mapping CCM");
+    for (unsigned i = 0; i < HIL_REGIONS; i++) {
+        core->engine.regions[i] = (struct hil_region){core, ranges[i].base};
+        hil_must(uc_mmio_map(core->uc, ranges[i].base, ranges[i].size, on_mmio_read,
+                             &core->engine.regions[i], on_mmio_write, &core->engine.regions[i]),
+                 "mapping peripherals");
+    }
+    uc_hook hook;
+    hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_MEM_INVALID, (void *)(uintptr_t)on_invalid_memory,
+                         core, 1, 0),
+             "memory hook");
+}
+
+/* --- blocks --- */
 
 /* Why Unicorn came back, told by its hooks. */
 enum {
@@ -478,4 +632,105 @@ enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void 
     memcpy(memory, bytes, n);
     hil_cpu_forget_range(core, address, (uint32_t)n);
     return MR_OK;
+}
+
+/* --- the registers as a whole --- */
+
+void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers)
+{
+    uint32_t thread = XPSR_T;
+    uint32_t none = 0;
+    uint32_t pc = registers->pc | 1u;
+    core->engine.stamped = (struct hil_stamped){0};
+    hil_whatif_forget(core);
+    hil_map_follow_boot_pin(core);
+    /* From any state to privileged thread mode on MSP, then everything, then the mode. */
+    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
+    uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &none);
+    for (int i = 0; i < 13; i++)
+        uc_reg_write(core->uc, UC_ARM_REG_R0 + i, &registers->r[i]);
+    for (int i = 0; i < 16; i++)
+        uc_reg_write(core->uc, UC_ARM_REG_D0 + i, &registers->d[i]);
+    uc_reg_write(core->uc, UC_ARM_REG_FPSCR, &registers->fpscr);
+    uc_reg_write(core->uc, UC_ARM_REG_PRIMASK, &registers->primask);
+    uc_reg_write(core->uc, UC_ARM_REG_BASEPRI, &registers->basepri);
+    uc_reg_write(core->uc, UC_ARM_REG_FAULTMASK, &registers->faultmask);
+    uint32_t control = registers->control & ~1u;
+    uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &control);
+    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &registers->xpsr);
+    uc_reg_write(core->uc, UC_ARM_REG_MSP, &registers->msp);
+    uc_reg_write(core->uc, UC_ARM_REG_PSP, &registers->psp);
+    uc_reg_write(core->uc, UC_ARM_REG_LR, &registers->lr);
+    uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
+    if (registers->control & 1u)
+        uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &registers->control);
+    uint32_t apsr = 0;
+    uc_reg_read(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
+    uc_reg_write(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
+}
+
+void hil_cpu_reset(struct hil_core *core)
+{
+    struct hil_cpu_registers registers = {.lr = 0xffffffffu, .xpsr = XPSR_T};
+    /* What BOOT0 chose is aliased at 0. */
+    const uint8_t *table = core->state.bank.boot_rom ? hil_bootrom_image : core->memory->flash;
+    hil_map_follow_boot_pin(core);
+    memcpy(&registers.msp, table, 4);
+    memcpy(&registers.pc, table + 4, 4);
+    registers.msp &= ~3u;
+    hil_cpu_load(core, &registers);
+    core->state.cpu = (struct hil_cpu){0};
+    hil_exception_seen(core, 0);
+    if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
+        hil_core_stop(core, MR_HALTED, "no firmware: the reset vector is 0x%08x",
+                      (unsigned)registers.pc);
+}
+
+/* --- cells of RAM that do not hold --- */
+
+static void hold(struct hil_core *core, unsigned i)
+{
+    uint8_t *cell = hil_memory_at(core, core->state.stuck.bit[i].address, 1, true);
+    if (!cell)
+        return;
+    uint8_t mask = core->state.stuck.bit[i].mask;
+    *cell = (uint8_t)(core->state.stuck.bit[i].level ? *cell | mask : *cell & ~mask);
+}
+
+static void on_load(struct uc_struct *uc, int type, uint64_t address, int size, int64_t value,
+                    void *context)
+{
+    struct hil_core *core = context;
+    (void)uc;
+    (void)type;
+    (void)value;
+    for (unsigned i = 0; i < core->state.stuck.count; i++) {
+        uint32_t at = core->state.stuck.bit[i].address;
+        if (at >= address && at < address + (uint64_t)size)
+            hold(core, i);
+    }
+}
+
+void hil_stuck_look(struct hil_core *core)
+{
+    uc_hook hook;
+    if (!core->state.stuck.count || core->engine.looks_at_loads)
+        return;
+    core->engine.looks_at_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
+                                              (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
+                                              HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
+    hil_cpu_forget_code(core); /* translated code does not look */
+}
+
+bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)
+{
+    struct hil_stuck *stuck = &core->state.stuck;
+    if (stuck->count == HIL_STUCK_MAX)
+        return false;
+    stuck->bit[stuck->count].address = address + bit / 8u;
+    stuck->bit[stuck->count].mask = (uint8_t)(1u << bit % 8u);
+    stuck->bit[stuck->count].level = level;
+    hold(core, stuck->count++);
+    hil_stuck_look(core);
+    return true;
 }

@@ -4,6 +4,7 @@
 #ifndef MATRIG_HIL_CPU_H
 #define MATRIG_HIL_CPU_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -27,5 +28,36 @@ void hil_cpu_leave_block(struct hil_core *core);
 /* Write bytes of flash, SRAM or CCM from outside, and forget the code that was there. MR_UNKNOWN
  * when the range is not in one memory. */
 enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n);
+
+/* All of the core that software can see. Valid while the core is stopped. */
+struct hil_cpu_registers {
+    uint32_t r[13];
+    uint32_t msp, psp, lr, pc, xpsr;
+    uint32_t control, primask, basepri, faultmask, fpscr;
+    uint64_t d[16];
+};
+
+/* Vector table's SP and PC, everything else at its reset value. */
+void hil_cpu_reset(struct hil_core *core);
+/* Copy the registers into the core. */
+void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers);
+
+/* ---- address space ---- */
+
+/* Map everything. Aborts when Unicorn cannot. */
+void hil_map_create(struct hil_core *core);
+/* While an erase runs beside code in RAM, reads of flash are caught, for they wait. */
+void hil_map_guard_flash(struct hil_core *core, bool guarded);
+/* Make address 0 what the state says: flash, or after BOOT0 the ROM. */
+void hil_map_follow_boot_pin(struct hil_core *core);
+bool hil_map_is_flash(const struct hil_core *core, uint32_t address);
+
+/* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the
+ * core; DMA still sees what was written. A board with one is slower, for every load is looked
+ * at. */
+/* From now on. False: no more room. */
+bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
+/* After a snapshot was restored: look at loads, if there is something to see. */
+void hil_stuck_look(struct hil_core *core);
 
 #endif

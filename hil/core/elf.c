@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "hil/core/file_place.h"
-#include "hil/core/memory.h"
+#include "hil/core/state.h"
 
 #define HEADER_BYTES         52u
 #define PROGRAM_HEADER_BYTES 32u

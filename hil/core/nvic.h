@@ -73,4 +73,19 @@ void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned
 bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value);
 bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value);
 
+/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when somebody looks; only
+ * its zero is an event. */
+void hil_systick_create(struct hil_core *core);
+void hil_systick_reset(struct hil_core *core);
+uint32_t hil_systick_read(struct hil_core *core, uint32_t offset);
+void hil_systick_write(struct hil_core *core, uint32_t offset, uint32_t value);
+
+/* System control block and the rest of the private peripheral bus: CPUID to CPACR, FPU control, DWT
+ * cycle counter, debug identification (ARMv7-M B3.2, RM0090 38). */
+/* `idcode`: of the chip, for DBGMCU. */
+void hil_scb_reset(struct hil_scb *scb, uint32_t idcode);
+/* Anything from 0xE0000000 to 0xE00FFFFF; hands on to NVIC and SysTick. */
+uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
+void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
+
 #endif

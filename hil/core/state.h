@@ -6,12 +6,105 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/clock.h"
-#include "hil/core/counters.h"
-#include "hil/core/memory.h"
-#include "hil/core/peripheral.h"
+#include "hil/core/bus.h"
 
-/* --- events: hil/core/event.h --- */
+/* --- time: hil/core/clock.h --- */
+
+/* Units of physical time, in picoseconds. */
+#define HIL_SECOND_PS 1000000000000ull
+#define HIL_MS_PS     1000000000ull
+#define HIL_US_PS     1000000ull
+#define HIL_NS_PS     1000ull
+#define HIL_NEVER     UINT64_MAX /* of a cycle, of a physical time */
+
+struct hil_clock {
+    uint64_t now_cycle;    /* start of the basic block that runs */
+    uint64_t anchor_cycle; /* where HCLK last changed */
+    uint64_t anchor_ps;
+    uint32_t hclk_hz;
+    /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
+    uint32_t ratio_hz;
+    uint64_t ratio_ps, ratio_cycles;
+    bool stopped; /* no clock at all: cycles stand still */
+};
+
+/* --- memories and where they are (RM0090 2.3) --- */
+
+#define HIL_FLASH_BASE 0x08000000u
+#define HIL_FLASH_SIZE 0x00100000u
+#define HIL_SRAM_BASE  0x20000000u /* SRAM1 112 KiB and SRAM2 16 KiB, contiguous */
+#define HIL_SRAM_SIZE  0x00020000u
+#define HIL_CCM_BASE   0x10000000u
+#define HIL_CCM_SIZE   0x00010000u
+
+struct hil_memory {
+    uint8_t flash[HIL_FLASH_SIZE];
+    uint8_t sram[HIL_SRAM_SIZE];
+    uint8_t ccm[HIL_CCM_SIZE];
+};
+
+/* The bank of flash as the core meets it. Whoever models the flash interface keeps it true. */
+struct hil_bank {
+    bool busy;     /* an operation is in progress: the bank cannot be read before its end */
+    bool erases;   /* that operation is an erase, of a sector, of all or of option bytes */
+    bool boot_rom; /* system memory, not flash, is at address 0 */
+};
+
+/* The same, as calls. `wait` holds the bus until the operation in progress has ended: virtual time
+ * jumps. */
+struct hil_bank_calls {
+    void *who;
+    /* 1, 2, 4, 8 bytes */
+    void (*store)(void *who, uint32_t address, unsigned size, uint64_t value);
+    void (*wait)(void *who);
+};
+
+/* System memory: the program in hil/rom/bootrom.c, which answers AN3155 on USART1. */
+#define HIL_ROM_BASE    0x1fff0000u
+#define HIL_ROM_SIZE    0x00007000u
+#define HIL_ROM_VERSION 0x31u /* of the protocol; shown at 0x1FFF77DE too (AN2606) */
+
+/* HIL_ROM_SIZE bytes, page-aligned. */
+extern const uint8_t hil_bootrom_image[];
+
+/* What happened to a board since it was created. The counts survive resets of the chip. */
+struct hil_counters {
+    uint64_t instructions;
+    uint64_t asleep_cycles; /* HCLK cycles spent in WFI or WFE */
+    uint64_t exceptions;    /* entries, tail-chained ones included */
+    uint64_t tail_chains;
+    uint64_t faults; /* MemManage, BusFault, UsageFault, HardFault entries */
+    uint64_t resets; /* all but power on */
+    uint64_t watchdog_resets;
+    uint64_t can_frames_out;
+    uint64_t can_frames_in;
+    uint64_t can_frames_filtered; /* of those in: no filter let them pass */
+    uint64_t can_errors;          /* frames that were not acknowledged or were destroyed */
+    uint64_t can_ends_unseen;     /* a mailbox filled again before its RQCP was cleared */
+    uint64_t can_in_dropped;      /* injected while the queue of the other side was full */
+    uint64_t serial_bytes_out;
+    uint64_t serial_bytes_in;
+    /* bytes sent at a rate or parity that is not the other end's: garbled */
+    uint64_t serial_wrong_rate;
+    uint64_t serial_in_dropped;    /* injected while the queue was full */
+    uint64_t adc_scans[2];         /* sequences completed: ADC1, ADC3 */
+    uint64_t adc_triggers_ignored; /* came while a sequence was running */
+    uint64_t adc_overruns;
+    uint64_t switches_opened;
+    uint64_t edges_captured;  /* TIM2 channel 1 */
+    uint64_t frames_captured; /* TIM2 channel 2 */
+    uint64_t film_frames;     /* pulses the camera gave */
+    /* time with PD12 high and PD13 low; no direct component: plus equals minus */
+    uint64_t excitation_plus_ps;
+    uint64_t excitation_minus_ps;
+    uint64_t faults_injected;    /* lines told of hil/rig/faults.h */
+    uint64_t flash_refused;      /* stores and operations that set an error flag, wrong keys */
+    uint64_t flash_stall_cycles; /* HCLK cycles for which the core waited for flash */
+    uint64_t power_cuts;
+    uint32_t last_fault_pc;
+};
+
+/* --- events: hil/core/clock.h --- */
 
 /* Order is the order of treatment when several are due at the same cycle. */
 enum hil_event_slot {
@@ -53,7 +146,7 @@ struct hil_events {
     unsigned next_slot;              /* the first of the slots that are due then */
 };
 
-/* --- exceptions: hil/core/nvic.h, scb.h, systick.h --- */
+/* --- exceptions: hil/core/nvic.h --- */
 
 #define HIL_INTERRUPTS      82u /* STM32F40x */
 #define HIL_EXCEPTIONS      (16u + HIL_INTERRUPTS)

@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #include "hil/core/stores.h"
-#include "hil/core/memory.h"
+#include "hil/core/state.h"
 
 struct CPUState;
 struct page_collection;

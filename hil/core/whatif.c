@@ -5,7 +5,6 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/core/core.h"
-#include "hil/core/engine.h"
 
 #define STEPS      (2u * HIL_WHATIF_INSTRUCTIONS)
 #define STACK_LOW  0x1000u /* below the stack pointer of the load, and above it */

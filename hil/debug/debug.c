@@ -6,11 +6,11 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
-#include "hil/core/bootrom.h"
+#include "hil/core/state.h"
 #include "hil/core/bus.h"
 #include "hil/core/cpu.h"
-#include "hil/core/cpu_registers.h"
-#include "hil/core/locate.h"
+#include "hil/core/core.h"
+#include "hil/core/access.h"
 #include "hil/core/nvic.h"
 
 #define XPSR_NUMBER      0x1ffu

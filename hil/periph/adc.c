@@ -3,9 +3,9 @@
 #include <math.h>
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
+#include "hil/core/clock.h"
 #include "hil/core/nvic.h"
-#include "hil/core/refuse.h"
+#include "hil/core/access.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/dma.h"

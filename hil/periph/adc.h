@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/peripheral.h"
+#include "hil/core/bus.h"
 
 struct hil_adc_errors;
 struct hil_core;

@@ -1,6 +1,6 @@
 /* Registers of bxCAN (RM0090 32.9). */
 #include "hil/core/core.h"
-#include "hil/core/refuse.h"
+#include "hil/core/access.h"
 #include "hil/periph/can.h"
 
 #define MCR       0x000u

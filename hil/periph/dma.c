@@ -4,9 +4,9 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
+#include "hil/core/clock.h"
 #include "hil/core/nvic.h"
-#include "hil/core/refuse.h"
+#include "hil/core/access.h"
 
 #define LIFCR              0x08u
 #define STREAMS            0x10u /* the first of eight */

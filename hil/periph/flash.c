@@ -4,10 +4,9 @@
 
 #include "hil/core/core.h"
 #include "hil/core/cpu.h"
-#include "hil/core/event.h"
-#include "hil/core/locate.h"
+#include "hil/core/clock.h"
+#include "hil/core/access.h"
 #include "hil/core/nvic.h"
-#include "hil/core/refuse.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"

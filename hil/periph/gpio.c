@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "hil/core/core.h"
-#include "hil/core/refuse.h"
+#include "hil/core/access.h"
 #include "hil/core/registers.h"
 #include "hil/periph/board_type.h"
 

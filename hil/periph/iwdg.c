@@ -1,9 +1,9 @@
 #include "hil/periph/iwdg.h"
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/refuse.h"
-#include "hil/core/time.h"
+#include "hil/core/clock.h"
+#include "hil/core/access.h"
+#include "hil/core/state.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 

@@ -4,9 +4,9 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/map.h"
-#include "hil/core/refuse.h"
+#include "hil/core/clock.h"
+#include "hil/core/cpu.h"
+#include "hil/core/access.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/flash.h"
 #include "hil/periph/options.h"

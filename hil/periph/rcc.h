@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/peripheral.h"
+#include "hil/core/bus.h"
 
 struct hil_core;
 struct hil_options;

@@ -1,10 +1,10 @@
 #include "hil/periph/usart.h"
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
+#include "hil/core/clock.h"
 #include "hil/core/nvic.h"
-#include "hil/core/refuse.h"
-#include "hil/core/time.h"
+#include "hil/core/access.h"
+#include "hil/core/state.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "hil/core/time.h"
+#include "hil/core/state.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/cells.h"

@@ -25,7 +25,7 @@
  *     flip PLACE BIT            one bit (0..31 from there) of flash or RAM; PLACE: 0xADDRESS,
  *                               SYMBOL or SYMBOL+OFFSET
  *     stick PLACE BIT 0|1       one bit of RAM that from now on reads so, whatever is written
- *                               (hil/core/stuck.h)
+ *                               (hil/core/cpu.h)
  *     lamp broken|shorted|mend  the warning lamp never draws current, or always
  *     bus unplug|short|dominant|connect
  *                               nobody there; wires touching: always recessive; held dominant; as

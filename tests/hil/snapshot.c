@@ -6,9 +6,7 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/board/parts.h"
-#include "hil/core/context.h"
 #include "hil/core/cpu.h"
-#include "hil/core/stuck.h"
 
 struct snapshot {
     struct hil_core_state core;

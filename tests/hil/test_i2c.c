@@ -5,7 +5,7 @@
 
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
-#include "hil/core/context.h"
+#include "hil/core/cpu.h"
 #include "hil/periph/rules.h"
 #include "hil/rig/faults.h"
 #include "tests/hil/bench.h"

@@ -6,7 +6,7 @@
 
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
-#include "hil/core/context.h"
+#include "hil/core/cpu.h"
 #include "tests/hil/bench.h"
 
 /* The header casts addresses of a 32-bit chip; nothing is read through them here. */

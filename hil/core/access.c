@@ -3,11 +3,9 @@
  * Unicorn reports the block, not the instruction. The registers, however, are those at the
  * instruction, so the one whose effective address is the reported one is it. Encodings: ARMv7-M
  * A5.2 and A5.3. */
-#include <unicorn/unicorn.h>
+#include "hil/core/access.h"
 
-#include "hil/core/locate.h"
 #include "hil/core/core.h"
-#include "hil/core/cpu_registers.h"
 
 struct access {
     uint32_t low;  /* first byte touched */
@@ -198,4 +196,72 @@ bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t
     }
     *address = access.low;
     return access.any;
+}
+
+/* --- when --- */
+
+struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle)
+{
+    return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle)};
+}
+
+static struct hil_moment moment_of(const struct hil_core *core, const struct hil_stamped *stamped)
+{
+    return (struct hil_moment){
+        .ps = hil_clock_ps(&core->state.clock, stamped->cycle + stamped->before),
+        .pc = stamped->pc};
+}
+
+struct hil_moment hil_stamp(struct hil_core *core)
+{
+    struct hil_stamped *last = &core->engine.stamped;
+    uint32_t block = core->state.cpu.block_address;
+    uint64_t now = hil_now(core);
+    struct hil_place place;
+    const struct hil_access access = core->bus.access;
+    if (last->block != block || last->cycle != now)
+        *last = (struct hil_stamped){.block = block, .cycle = now};
+    bool same = last->pc && last->address == access.address && last->write == access.write;
+    if (same && last->issue == core->bus.issues) /* it is asked for a second time */
+        return moment_of(core, last);
+    /* one instruction makes several accesses at most to several addresses */
+    bool other = last->pc && !same;
+    if (!hil_cpu_access_place(core, core->bus.issued, access.write, last->pc - other, &place))
+        return (struct hil_moment){0};
+    *last = (struct hil_stamped){.block = block,
+                                 .cycle = now,
+                                 .address = access.address,
+                                 .write = access.write,
+                                 .pc = place.pc,
+                                 .issue = core->bus.issues,
+                                 .before = place.before};
+    return moment_of(core, last);
+}
+
+/* --- refusals --- */
+
+void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
+{
+    struct hil_access current = core->bus.access;
+    const struct hil_peripheral *p = hil_peripheral_at(&core->bus, current.address);
+    unsigned pc = (unsigned)hil_cpu_access_pc(core, current.address, current.write);
+    char place[32] = "";
+    if (p)
+        snprintf(place, sizeof place, " (%s + 0x%x)", p->name,
+                 (unsigned)(current.address - p->base));
+    hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
+                  current.write ? "write" : "read", current.size, (unsigned)current.address, place,
+                  pc, what ? ": " : "", what ? what : "");
+}
+
+uint32_t hil_bus_refuse(struct hil_core *core, const char *what)
+{
+    hil_bus_stop(core, "unmodelled", what);
+    return 0;
+}
+
+uint32_t hil_bus_no_register(struct hil_core *core)
+{
+    hil_bus_stop(core, "unmodelled", NULL);
+    return 0;
 }
