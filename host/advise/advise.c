@@ -140,10 +140,6 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
     if (isnan(plan->mean_ft_s2))
         plan->mean_ft_s2 = last->seen.braking.mean_ft_s2;
     take_plan_history(advise);
-    if (isfinite(request->spread)) {
-        plan->spread = request->spread;
-        plan->bias = 0.0;
-    }
     return MR_OK;
 }
 
@@ -187,8 +183,6 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
         tell(advise, "trying decelerations", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
-        if (good && i == advise->plan_row)
-            advise_worth(members, braking, met, advise->worth);
         advise->rows++;
     }
     free(braking);
@@ -256,13 +250,8 @@ static void judge(struct advise *advise, bool si)
 enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
                            struct advise *advise, struct error *error)
 {
-    double began_s = monotonic_s(), began_ms = processor_ms();
-    *advise = (struct advise){.request = *request, .tell_s = began_s + ADVISE_TELL_S};
+    *advise = (struct advise){.request = *request, .tell_s = monotonic_s() + ADVISE_TELL_S};
     enum mr_status status = past_load(store, request->before, &advise->past, error);
-    if (status == MR_OK && isfinite(request->friction))
-        advise->past.runway.chain.friction_lb =
-            (float)(request->friction * ADVISE_G_FT_S2 *
-                    (double)advise->past.runway.chain.mass_slug);
     if (status == MR_OK && isfinite(request->share))
         advise->past.runway.share = request->share;
     if (status == MR_OK)
@@ -284,8 +273,6 @@ enum mr_status advise_find(struct store *store, const struct advise_request *req
         find_hardest(advise);
     if (status == MR_OK)
         judge(advise, si);
-    advise->took_s = monotonic_s() - began_s;
-    advise->processor_s = 1e-3 * (processor_ms() - began_ms);
     return status;
 }
 
@@ -316,4 +303,222 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
     snprintf(kept.verdict, sizeof kept.verdict, "%s", advise_verdict_text(advise->verdict));
     snprintf(kept.reason, sizeof kept.reason, "%s", advise->reason);
     return kept;
+}
+
+/* --- the answer --- */
+
+/* "12 % (8 to 17)"; the numbers for programs. */
+static void chance_answer(struct answer *answer, const char *name, const char *label,
+                          const struct advise_chance *chance)
+{
+    char low[40], high[40];
+    snprintf(low, sizeof low, "%s_low", name);
+    snprintf(high, sizeof high, "%s_high", name);
+    if (isfinite(chance->p))
+        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * chance->p,
+                     100.0 * chance->low, 100.0 * chance->high);
+    else
+        answer_words(answer, NULL, label, "-");
+    answer_value(answer, name, NULL, UNIT_NUMBER, chance->p, 3);
+    answer_value(answer, low, NULL, UNIT_NUMBER, chance->low, 3);
+    answer_value(answer, high, NULL, UNIT_NUMBER, chance->high, 3);
+}
+
+static void row_answer(const struct advise *advise, const struct advise_row *row,
+                       struct answer *answer)
+{
+    bool si = answer_in_si(answer);
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    double length_ft = (double)advise->past.runway.chain.mat_length_ft *
+                       advise->past.runway.chain.mats;
+    answer_row(answer);
+    bool plan = row == &advise->row[advise->plan_row];
+    answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
+    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
+    answer_flag(answer, "plan", NULL, plan);
+    chance_answer(answer, "zone", "zone, 95 %", &row->zone);
+    answer_list(answer, "by_station", NULL);
+    for (unsigned s = 0; s < ADVISE_STATIONS; s++) {
+        answer_row(answer);
+        answer_value(answer, "station", NULL, UNIT_STATION, length_ft * (s + 1u) / ADVISE_STATIONS,
+                     1);
+        answer_value(answer, "zone", NULL, UNIT_NUMBER, row->by_station[s].p, 3);
+        answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->by_station[s].low, 3);
+        answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->by_station[s].high, 3);
+    }
+    answer_close(answer);
+    for (unsigned s = 1; s + 1u < ADVISE_STATIONS; s++) {
+        char label[40];
+        snprintf(label, sizeof label, "by|%.0f %s",
+                 station->factor * length_ft * (s + 1u) / ADVISE_STATIONS, station->text);
+        answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->by_station[s].p);
+    }
+    answer_value(answer, "half_station", "half|by", UNIT_STATION, row->half_ft, 0);
+    answer_words(answer, NULL, "rolls|off", "%.0f %%", 100.0 * row->off_runway);
+    answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway, 3);
+}
+
+static void plan_answer(const struct advise *advise, struct answer *answer)
+{
+    const struct advise_plan *plan = &advise->plan;
+    answer_open(answer, "plan", "Plan");
+    answer_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
+    answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
+    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
+    if (advise->planned)
+        answer_words(answer, NULL, "met",
+                     "within %.0f %% rms, %+.0f %% on the mean, by %u landings with a kept plan",
+                     100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0), advise->planned);
+    else
+        answer_words(answer, NULL, "met", "within %.0f %% rms, %s", 100.0 * plan->spread,
+                     "as assumed: no landing has a kept plan (--keep)");
+    answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
+    answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
+    answer_count(answer, "plans_kept", NULL, advise->planned);
+    answer_value(answer, "least", "stops at the end", UNIT_DECELERATION, advise->least_ft_s2, 2);
+    answer_flag(answer, "as_before", NULL, advise->as_before);
+    answer_close(answer);
+}
+
+static void known_answer(const struct advise *advise, struct answer *answer)
+{
+    static const struct {
+        const char *name, *label;
+        enum advise_unknown unknown;
+        enum unit_kind unit;
+        int decimals;
+    } rows[] = {{"share", "thrust on the strip, of W/axles", ADVISE_SHARE, UNIT_NUMBER, 2},
+                {"friction", "friction of a mat", ADVISE_FRICTION, UNIT_TENSION, 3},
+                {"resistance", "resistance of a joint", ADVISE_RESISTANCE, UNIT_TENSION, 1},
+                {"stiffness", "stiffness of a joint", ADVISE_STIFFNESS, UNIT_STIFFNESS, 0}};
+    answer_open(answer, "learned", "What the landings taught");
+    answer_count(answer, "landings", "landings", advise->members.learned);
+    answer_count(answer, "not_learned", NULL, (int64_t)advise->unlearned);
+    answer_count(answer, "voided", NULL, (int64_t)advise->past.voided);
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        double mean, spread;
+        advise_unknown(&advise->members, rows[i].unknown, &mean, &spread);
+        answer_estimate(answer, rows[i].name, rows[i].label, rows[i].unit, mean, mean * spread,
+                        rows[i].decimals);
+    }
+    answer_close(answer);
+}
+
+/* What makes it wider, each in a line. */
+static void notes_answer(const struct advise *advise, struct answer *answer)
+{
+    const struct past *past = &advise->past;
+    if (!advise->members.learned)
+        answer_words(answer, NULL, "note", "no landing has taught it: wide as drawn");
+    if (advise->unlearned)
+        answer_words(answer, NULL, "note",
+                     "%zu landings without a measured stop were not learned "
+                     "from; what they did to the joints is not known",
+                     advise->unlearned);
+    if (past->voided)
+        answer_words(answer, NULL, "note", "%zu voided landings are left out", past->voided);
+    if (past->surveyed < past->segments)
+        answer_words(answer, NULL, "note",
+                     "%u of %u segments were surveyed since the last landing; the others are as "
+                     "the members have them",
+                     past->surveyed, past->segments);
+    if (past->relaid)
+        answer_words(answer, NULL, "note",
+                     "a series was begun since: the openings are taken as laid anew");
+    if (advise->outside)
+        answer_words(answer, NULL, "note",
+                     "the plan lies outside of the landings before: what they taught is widened "
+                     "by half");
+    if (advise->as_before)
+        answer_words(answer, NULL, "note",
+                     "speed or deceleration not given: those of the last landing");
+}
+
+/* A bow wave rises above a threshold of the thrust (docs/explanation/bow-waves.md). */
+static void thrust_answer(const struct advise *advise, struct answer *answer)
+{
+    const struct advise_runway *runway = &advise->past.runway;
+    double share, spread,
+        critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
+                      (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
+    advise_unknown(&advise->members, ADVISE_SHARE, &share, &spread);
+    if (runway->bump_ft > 0.0) {
+        answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
+                     share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
+        answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
+        answer_remark(answer, ", for the assumed irregularity; bow waves rise above about 1.2 "
+                              "times this");
+    } else {
+        answer_none(answer, "critical", "critical thrust",
+                    "unknown: the board has no irregularity (predict.bump_in)");
+    }
+}
+
+void advise_answer(const struct advise *advise, struct answer *answer)
+{
+    answer_words(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
+    answer_words(answer, "reason", NULL, "%s", advise->reason);
+    answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
+    plan_answer(advise, answer);
+    answer_table(answer, "rows",
+                 "Probability that the wheel comes to a zone of 50 mats, against mean deceleration "
+                 "and station of the wheel (in brackets: 95 % of the members' number alone)");
+    for (size_t i = 0; i < advise->rows; i++)
+        row_answer(advise, &advise->row[i], answer);
+    answer_close(answer);
+    answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.limit, 3);
+    answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->hardest_ft_s2, 1);
+    answer_remark(answer,
+                  isnan(advise->hardest_ft_s2) ? "; nothing that stops on the runway, and gentler "
+                                                 "than that, stays below %.0f %%"
+                  : advise->beyond             ? ", the last row, and still below %.0f %%"
+                                               : " stays below %.0f %%",
+                  100.0 * advise->request.limit);
+    answer_flag(answer, "hardest_beyond", NULL, advise->beyond);
+    notes_answer(advise, answer);
+    answer_value(answer, "short", isfinite(advise->short_ft_s2) ? "stops short" : NULL,
+                 UNIT_DECELERATION, advise->short_ft_s2, 1);
+    if (isfinite(advise->short_ft_s2))
+        answer_remark(answer, " and harder stops before the mats that are closed");
+    answer_flag(answer, "outside", NULL, advise->outside);
+    answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
+    known_answer(advise, answer);
+    thrust_answer(advise, answer);
+    answer_count(answer, "members", "members", (int64_t)advise->members.count);
+    answer_remark(answer, "; seed %llu", (unsigned long long)advise->request.seed);
+    answer_count(answer, "seed", NULL, (int64_t)advise->request.seed);
+}
+
+/* --- the chart --- */
+
+_Static_assert(MR_RISK_ROWS >= ADVISE_ROWS, "a board takes all rows");
+
+static float odds(double p)
+{
+    return (float)log(p / (1.0 - p));
+}
+
+enum mr_status advise_chart(const struct advise *advise, unsigned landings,
+                            struct mr_risk_plan *plan, struct error *error)
+{
+    const struct advise_profile *profile = &advise->plan.profile;
+    mr_risk_plan_clear(plan);
+    plan->landings = (float)landings;
+    plan->speed_ft_s = (float)advise->plan.speed_ft_s;
+    for (size_t i = 0; i < advise->rows; i++) {
+        plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
+        plan->row_odds[i] = odds(advise->row[i].zone.p);
+        plan->row_ft[i] = (float)advise->row[i].half_ft;
+    }
+    plan->knot_s[0] = 0.0f;
+    plan->knot_ft_s2[0] = (float)advise->plan.mean_ft_s2;
+    for (size_t i = 0; i < profile->count; i++) {
+        plan->knot_s[i] = (float)profile->t_s[i];
+        plan->knot_ft_s2[i] = (float)(profile->factor[i] * advise->plan.mean_ft_s2);
+    }
+    return mr_risk_plan_check(plan) == MR_OK
+             ? MR_OK
+             : error_set(error, MR_USAGE,
+                         "a plan that a board does not understand: matrig advise; it takes speeds "
+                         "of 1 to 300 ft/s, and braking that ends at 0.1 ft/s2 or more");
 }

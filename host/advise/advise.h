@@ -6,9 +6,9 @@
 
 #include <stdio.h>
 
+#include "common/risk.h"
 #include "host/advise/forecast.h"
 #include "host/advise/past.h"
-#include "host/advise/forecast.h"
 #include "host/base/answer.h"
 
 /* A missed zone costs four times what a needlessly gentle landing does: runway relaid against
@@ -21,10 +21,8 @@ enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
 
 struct advise_request {
-    /* NaN: as the landing before (speed, deceleration), as configured (touchdown), as learned
-     * (spread) */
-    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread;
-    double friction;               /* pulled since; NaN: as the board was told */
+    /* NaN: as the landing before (speed, deceleration), as configured (touchdown) */
+    double speed_ft_s, deceleration_ft_s2, touchdown_ft;
     double share;                  /* of the thrust that the strip bears; NaN: not measured */
     struct advise_profile profile; /* factors of the deceleration; count 0: even */
     double limit;
@@ -49,11 +47,9 @@ struct advise {
     double hardest_ft_s2;  /* NaN: none */
     bool beyond;           /* harder than the last row */
     double short_ft_s2;    /* from here on it stops before the mats that are closed; NaN: nowhere */
-    double worth[ADVISE_GROUPS];
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
     double tell_s; /* on monotonic_s: before it nothing is said */
-    double took_s, processor_s;
 };
 
 /* MR_OK: there is an advice. Else as past_load has it, or MR_USAGE: the plan is not complete, or
@@ -65,5 +61,9 @@ void advise_free(struct advise *advise);
 void advise_answer(const struct advise *advise, struct answer *answer);
 /* As the campaign keeps it. */
 struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us);
+/* As a board takes it before a landing: chart and plan. `landings`: that the board's runway has
+ * had; the plan has MR_RISK_KNOTS points at most. MR_USAGE: it is more than a board understands. */
+enum mr_status advise_chart(const struct advise *advise, unsigned landings,
+                            struct mr_risk_plan *plan, struct error *error);
 
 #endif

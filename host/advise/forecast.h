@@ -1,6 +1,6 @@
 /* What an ensemble says of a landing that is planned: how probable it is that the wheel comes to a
  * zone of 50 mats, and where, against the deceleration; the hardest braking that stays below a
- * limit; what measurement would narrow it most.
+ * limit.
  *
  * Probabilities are shares of the members, made less timid by what series that are not scored have
  * shown (advise_calibrated). Their intervals (95 %, Wilson 1927) are of the number of members
@@ -68,27 +68,5 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
  * is none. */
 double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
                             double *short_ft_s2);
-
-/* Inputs that can be measured together. */
-enum advise_group {
-    ADVISE_OF_SHARE,
-    ADVISE_OF_FRICTION,
-    ADVISE_OF_JOINTS,   /* resistance, stiffness, damping */
-    ADVISE_OF_OPENINGS, /* sums of ten */
-    ADVISE_OF_BRAKING,  /* how plan, speed and touchdown are met */
-    ADVISE_GROUPS
-};
-const char *advise_group_text(enum advise_group group);
-/* What to do to know it. */
-const char *advise_group_measure(enum advise_group group);
-
-/* Share of the variance p (1 - p) of "it comes to a zone" that would go, on the mean, if a group
- * were known exactly: Var(E[event | group]) / Var(event), the group's first-order index, from a
- * regression of the event on the group's inputs and their squares, adjusted for their number.
- * 0 where all members come to a zone, or none does. */
-void advise_worth(const struct advise_members *members, const struct advise_braking *braking,
-                  const struct advise_met *met, double share[ADVISE_GROUPS]);
-/* The same of any inputs, [count][inputs]. */
-double advise_explained(const double *input, size_t inputs, const bool *event, size_t count);
 
 #endif

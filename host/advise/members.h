@@ -2,20 +2,22 @@
  * it. What nobody has measured of the mats is drawn by member: the share of the thrust that the
  * strip bears, friction, resistance of closing joints, stiffness and damping of joints, and the
  * opening and resistance of each joint. A survey gives ten joints their sum; a landing that was
- * measured teaches the rest (smoother.h). Members are computed eight side by side
+ * measured teaches the rest (the smoother below). Members are computed eight side by side
  * (host/sim/models/chains.h), on several threads: seed and inputs fix the result, not the threads.
  *
  * Feet, pounds, seconds; openings of surveys and movements in inches, as they are read. */
 #ifndef MATRIG_HOST_ADVISE_MEMBERS_H
 #define MATRIG_HOST_ADVISE_MEMBERS_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "common/block.h"
 #include "common/closure.h"
 #include "common/matchain.h"
-#include "host/advise/chance.h"
+#include "common/splitmix.h"
 
 #define ADVISE_LEAST     64u /* members; of less, chances are too rough to act on */
 #define ADVISE_USUAL     256u
@@ -26,6 +28,33 @@
 #define ADVISE_PROFILE   24u
 #define ADVISE_JOINTS    (MR_CHAIN_MATS + 1u)
 #define ADVISE_G_FT_S2   32.174
+
+/* Random numbers: a seed and a stream make the same ones everywhere. */
+struct chance {
+    uint64_t state;
+};
+
+/* Streams of a seed have nothing in common. */
+static inline struct chance chance_from(uint64_t seed, uint64_t stream)
+{
+    struct chance chance = {seed};
+    chance.state = mr_splitmix64(&chance.state) ^ (stream + 1u) * 0xd1342543de82ef95u;
+    (void)mr_splitmix64(&chance.state);
+    return chance;
+}
+
+/* In [0, 1). */
+static inline double chance_uniform(struct chance *chance)
+{
+    return mr_splitmix64_uniform(&chance->state);
+}
+
+/* Standard normal (Box and Muller). */
+static inline double chance_normal(struct chance *chance)
+{
+    double u = 1.0 - chance_uniform(chance);
+    return sqrt(-2.0 * log(u)) * cos(6.283185307179586 * chance_uniform(chance));
+}
 
 /* Logarithms, but for nothing: all are positive. */
 enum advise_unknown {
@@ -58,9 +87,8 @@ struct advise_members {
     struct advise_member *member;
     size_t count; /* a multiple of 8 */
     unsigned threads;
-    unsigned learned;  /* landings */
-    bool surveyed;     /* since the mats were laid, ten joints at least */
-    uint64_t computed; /* members' landings played since advise_members_draw */
+    unsigned learned; /* landings */
+    bool surveyed;    /* since the mats were laid, ten joints at least */
     struct chance chance;
 };
 
@@ -131,5 +159,40 @@ struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsi
 /* Geometric mean and relative spread of an unknown over the members. */
 void advise_unknown(const struct advise_members *members, enum advise_unknown unknown, double *mean,
                     double *spread);
+
+/* Ensemble smoother: what readings say of the unknowns of an ensemble, from how both go together
+ * among its members (Evensen 1994; several passes with larger errors: ES-MDA, Emerick and Reynolds
+ * 2013; gain taken down by distance: Chen and Oliver 2017; spread given back: Whitaker and Hamill
+ * 2012). Of a linear model with Gaussian unknowns and many members it comes to the Kalman filter
+ * (tests/host/test_advise.c). Pure but for its memory and the draws. */
+
+/* Unknowns and readings are in any units; each reading's error is in the reading's. */
+struct smoother {
+    size_t members, states, data;
+    double *state;           /* [members][states]; smoother_take changes it */
+    const double *predicted; /* [members][data]: what each member says of the readings */
+    const double *read;      /* [data]; NaN: not read */
+    const double *error;     /* [data]: standard errors, of the model too; above 0 */
+    /* the errors' variance counts so many times; n passes with n each come to one with 1 */
+    double passes;
+    /* 0..1: how much datum may say of state; NULL: all. Keeps chance from being taken for cause */
+    double (*nearness)(const void *context, size_t state, size_t datum);
+    const void *context;
+};
+
+/* One pass. Readings are perturbed member by member, their mean is not. Without a reading nothing
+ * changes. */
+void smoother_take(const struct smoother *smoother, struct chance *chance);
+
+/* Mean and standard deviation of column `column` of [members][states]. */
+void smoother_spread(const double *state, size_t members, size_t states, size_t column,
+                     double *mean, double *deviation);
+/* Gives back to the column the share `kept` of the deviation that it has lost since it was `was`,
+ * and all of it up to `least`. */
+void smoother_widen(double *state, size_t members, size_t states, size_t column, double was,
+                    double kept, double least);
+
+/* 1 at 0, 0 from twice `half` on, smooth between (Gaspari and Cohn 1999, equation 4.10). */
+double smoother_taper(double distance, double half);
 
 #endif

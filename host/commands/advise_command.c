@@ -6,7 +6,6 @@
 
 #include "host/base/quantity.h"
 #include "host/advise/advise.h"
-#include "host/advise/chart.h"
 #include "host/board/runway_client.h"
 #include "host/commands/commands.h"
 #include "host/commands/annotation.h"
@@ -18,8 +17,7 @@
 
 struct request {
     const char *db;
-    double speed_ft_s, deceleration_ft_s2, touchdown_ft, spread_percent, friction, share,
-        limit_percent;
+    double speed_ft_s, deceleration_ft_s2, touchdown_ft, share, limit_percent;
     const char *profile, *who, *serial;
     int64_t members, seed, before;
     bool keep, load;
@@ -200,8 +198,6 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
     struct advise_request request = {.speed_ft_s = r.speed_ft_s,
                                      .deceleration_ft_s2 = r.deceleration_ft_s2,
                                      .touchdown_ft = r.touchdown_ft,
-                                     .spread = r.spread_percent / 100.0,
-                                     .friction = r.friction,
                                      .share = r.share,
                                      .limit = r.limit_percent / 100.0,
                                      .members = (size_t)r.members,
@@ -245,11 +241,6 @@ static const struct command_part parts[] = {
                 "the rows are its multiples"),
     OPTION_NUMBER_SI("--station", "S", touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "where it touches down; else the board's touchdown station"),
-    OPTION_NUMBER("--spread", "PERCENT", spread_percent, NULL, 0.0, 40.0, NOT_GIVEN,
-                  "how far the braking may be off the plan, rms. Else learned from kept plans; 10 "
-                  "to begin with"),
-    OPTION_NUMBER("--friction", "F", friction, NULL, 0.05, 2.0, NOT_GIVEN,
-                  "coefficient of friction pulled since; else as the board was told"),
     OPTION_NUMBER("--share", "S", share, NULL, 0.3, 2.0, NOT_GIVEN,
                   "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "
                   "%; else evenly 0.7 to 1.3,\nand learned"),
@@ -273,17 +264,15 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial, "where the board is, such as serial:/dev/ttyUSB0"),
     HELP_NOTE("clear, caution or against, and why; the probability of a zone of 50 mats against "
               "mean deceleration and station; the\n"
-              "hardest braking below the limit; what to measure to know better. Go and no-go are "
-              "matrig ready's. Exit 1:\n"
-              "against."),
+              "hardest braking below the limit. Go and no-go are matrig ready's. Exit 1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 
 const struct command command_advise = {
     "advise",
     advise_command,
-    "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--spread PERCENT] "
-    "[--friction F] [--share S] [--limit PERCENT]\n"
+    "DB [--speed V] [--deceleration A | --profile T:A,...] [--station S] [--share S] "
+    "[--limit PERCENT]\n"
     "                         [--members N] [--seed N] [--before RUN] [--keep [--who "
     "W]]\n"
     "                         [--load --serial LINK]",
