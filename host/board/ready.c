@@ -179,24 +179,6 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
     }
 }
 
-static void judge_jump(const struct ready_facts *f, unsigned i, const struct jump *jump,
-                       struct ready_report *report)
-{
-    char name[20], channel[8], what[120], since[40] = "the last check";
-    jump_channel(i, channel);
-    snprintf(name, sizeof name, "calibration %s", channel);
-    jump_text(jump, &f->config.channel[i], what, sizeof what);
-    if (f->past.run[i])
-        snprintf(since, sizeof since, "RUN %lld", (long long)f->past.run[i]);
-    struct ready_check *c = ready_add(report, READY_NO_GO, name, "%s since %s", what, since);
-    snprintf(c->limit, sizeof c->limit, "%.3g times, zero %g %s", jump->most, jump->shift_most,
-             f->config.channel[i].kind == MR_KIND_DISPLACEMENT ? "in" : "lb");
-    snprintf(c->advice, sizeof c->advice,
-             "a wrong unit, or was something changed? then say so: matrig ready DB --serial LINK "
-             "--changed '%s: NOTE'",
-             channel);
-}
-
 /* A board of an older firmware may hold a gain that is refused today. */
 static void judge_possible(const struct ready_facts *f, struct ready_report *report)
 {
@@ -216,44 +198,10 @@ static void judge_possible(const struct ready_facts *f, struct ready_report *rep
     }
 }
 
-/* Each channel against what the campaign knows of it. Says nothing when that is nothing. */
-static void judge_past(const struct ready_facts *f, struct ready_report *report)
-{
-    unsigned known = 0, jumped = 0;
-    double most = 0.0;
-    char worst[8] = "";
-    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        struct jump jump;
-        const struct mr_channel_config *was = &f->past.channel[i], *is = &f->config.channel[i];
-        if (was->kind == MR_KIND_NONE || !mr_channel_measures(is))
-            continue;
-        bool jumps = jump_find(was, is, &jump);
-        known += jump.ratio > 0.0; /* 0: the input has another number now */
-        if (jumps) {
-            judge_jump(f, i, &jump, report);
-            jumped++;
-        } else if (jump.ratio > 0.0 && fabs(log(jump.ratio)) > most) {
-            most = fabs(log(jump.ratio));
-            jump_channel(i, worst);
-        }
-    }
-    if (known && !jumped && worst[0])
-        ready_add(report, READY_GO, "calibration kept",
-                  "%u channels follow from what the campaign knows; most of all the gain of %s, by "
-                  "%.2g %%",
-                  known, worst, 100.0 * (exp(most) - 1.0));
-    else if (known && !jumped)
-        ready_add(report, READY_GO, "calibration kept",
-                  "%u channels have the gains that the campaign knows", known);
-}
-
 static void judge_calibration(const struct ready_facts *f, struct ready_report *report)
 {
     judge_days(f, report);
     judge_possible(f, report);
-    judge_past(f, report);
-    if (f->changed[0])
-        ready_add(report, READY_GO, "change said", "%.150s", f->changed);
 }
 
 /* A bridge's zero holds for the temperature and the trim it was set at; before a landing somebody

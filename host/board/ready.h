@@ -13,7 +13,6 @@
 #include "common/catalogue.h"
 #include "common/config.h"
 #include "common/fault.h"
-#include "host/board/calibration_history.h"
 #include "host/board/certificates.h"
 #include "host/board/identity.h"
 #include "host/board/gage_client.h"
@@ -76,10 +75,8 @@ struct ready_facts {
     bool before; /* the campaign has a landing of this board: the last one's */
     int64_t before_run, before_image, before_config; /* STORE_NONE: not known */
     float before_span_lb[MR_GAGES];                  /* last shunt calibration kept; NaN: none */
-    struct calibration_history past;                 /* of the board's channels */
     struct certificates certificates;                /* of their sensors */
-    char changed[160];  /* what was said of a change just now; empty: nothing */
-    char database[200]; /* what is wrong with it; empty: nothing */
+    char database[200];                              /* what is wrong with it; empty: nothing */
     /* matrig advise's verdict and reason on the landing to come; empty: none was kept */
     char advice[420];
     bool advised_against;

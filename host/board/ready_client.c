@@ -420,8 +420,6 @@ enum mr_status ready_client_look_back(struct store *store, struct ready_facts *f
     if (status == MR_OK && found)
         free(last.checks);
     if (status == MR_OK)
-        status = calibration_history_read(store, uid, &f->past, error);
-    if (status == MR_OK)
         status = certificates_read(store, uid, &f->certificates, error);
     return status;
 }
@@ -442,9 +440,6 @@ enum mr_status ready_client_save(struct store *store, const struct identity *ide
         json_array_append_new(spans, cli_json_number(span_lb, 7));
     }
     json_t *object = json_pack("{soso}", "checks", ready_json(report), "spans_lb", spans);
-    if (f && f->config_known)
-        json_object_set_new(object, "calibration",
-                            calibration_history_json(&f->config, UINT32_MAX));
     row.checks = json_dumps(object, JSON_COMPACT);
     json_decref(object);
     if (!row.checks)

@@ -49,12 +49,11 @@ enum mr_status ready_client_ask(struct ready_client *talk, struct error *error);
  * MR_NOT_NOW: not idle, MR_TIMEOUT. */
 enum mr_status ready_client_live(struct ready_client *talk, int seconds, struct error *error);
 
-/* What this board was at its last landing, its last shunt calibration, and how its channels were
- * calibrated. */
+/* What this board was at its last landing and its last shunt calibration. */
 enum mr_status ready_client_look_back(struct store *store, struct ready_facts *f,
                                       struct error *error);
 /* `kind`: "ready" or "walk"; `f` of a check, NULL of a walk. The row: {"checks": [...], "spans_lb":
- * [...], "calibration": [...]}. */
+ * [...]}. */
 enum mr_status ready_client_save(struct store *store, const struct identity *identity,
                                  const char *kind, const struct ready_report *report,
                                  const struct ready_facts *f, int64_t made_us, struct error *error);

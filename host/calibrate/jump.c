@@ -19,43 +19,22 @@ static bool is_another(const struct mr_channel_config *old, const struct mr_chan
 }
 
 bool jump_find(const struct mr_channel_config *old, const struct mr_channel_config *new,
-               struct jump *jump)
+               char text[JUMP_TEXT])
 {
     bool transducer = new->kind == MR_KIND_DISPLACEMENT;
-    *jump = (struct jump){.shift = (double)NAN};
     if (!mr_channel_measures(new) || old->kind != new->kind || old->number != new->number ||
         old->unit_per_code == 0.0f || new->unit_per_code == 0.0f)
         return false;
-    jump->another = is_another(old, new);
     /* else it is its first calibration */
-    bool same = !jump->another && (old->calibrated_day || !new->calibrated_day);
-    jump->old_gain = (double)mr_channel_gain(old);
-    jump->gain_now = (double)mr_channel_gain(new);
-    jump->ratio = fabs(jump->gain_now / jump->old_gain);
-    jump->turned = jump->gain_now * jump->old_gain < 0.0;
-    jump->most = same ? JUMP_GAIN_SAME : transducer ? JUMP_GAIN_TRANSDUCER : JUMP_GAIN_GAGE;
-    jump->gain = (same && jump->turned) ||
-                 !(jump->ratio <= jump->most && jump->ratio >= 1.0 / jump->most);
-    jump->shift_most = transducer ? JUMP_ZERO_IN : JUMP_ZERO_LB;
-    /* by the gain that was: what a reading of today was then, less what it is */
-    if (same && !isnan(old->zero_code))
-        jump->shift = ((double)new->zero_code - (double)old->zero_code) * jump->old_gain;
-    jump->zero = fabs(jump->shift) > jump->shift_most;
-    return jump->gain || jump->zero;
-}
-
-void jump_text(const struct jump *jump, const struct mr_channel_config *channel, char *out,
-               size_t size)
-{
-    const char *unit = channel->kind == MR_KIND_DISPLACEMENT ? "in" : "lb";
-    int used = 0;
-    out[0] = '\0';
-    if (jump->gain)
-        used = snprintf(out, size, "gain %.4g -> %.4g %s per code, %.3g times", jump->old_gain,
-                        jump->gain_now, unit, jump->ratio);
-    if (jump->zero && used >= 0 && (size_t)used < size)
-        snprintf(out + used, size - (size_t)used, "%szero moved by %+.3g %s", used ? ", " : "",
-                 jump->shift, unit);
+    bool same = !is_another(old, new) && (old->calibrated_day || !new->calibrated_day);
+    double was = (double)mr_channel_gain(old), is = (double)mr_channel_gain(new),
+           ratio = fabs(is / was),
+           most = same       ? JUMP_GAIN_SAME
+                : transducer ? JUMP_GAIN_TRANSDUCER
+                             : JUMP_GAIN_GAGE;
+    snprintf(text, JUMP_TEXT, "gain %.4g -> %.4g %s per code, %.3g times", was, is,
+             transducer ? "in" : "lb", ratio);
+    return (same && is * was < 0.0) || !(ratio <= most && ratio >= 1.0 / most);
 }
 
 void jump_channel(unsigned index, char out[8])

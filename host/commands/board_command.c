@@ -378,8 +378,7 @@ const struct command command_board = {
     board_command,
     "--serial LINK [--image FILE] | list | read N --db DB [--run RUN] | free "
     "N |\n"
-    "                        config get|set|check [-o F] [--force] [--can LINK] [--db DB "
-    "[--changed NOTE]] | "
+    "                        config get|set|check [-o F] [--force] [--can LINK] | "
     "runway [show|load F|forget] [-o F] |\n"
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
     "| health [--elf F] | "

@@ -8,7 +8,6 @@
 
 #include "common/gain.h"
 #include "host/base/answer.h"
-#include "host/board/calibration_history.h"
 #include "host/board/certificates.h"
 #include "host/board/config_text.h"
 #include "host/calibrate/fit.h"
@@ -119,23 +118,20 @@ static enum mr_status check_codes(const struct request *r, const struct calibrat
     return MR_OK;
 }
 
-/* A jump is only reported here: config set and ready refuse it until somebody says what changed. */
+/* A jump is only reported here: config set refuses it without --force. */
 static enum mr_status check_gain(const struct request *r, const struct mr_config *config,
                                  const struct mr_channel_config *old, struct error *error)
 {
     struct mr_config_reason reason;
-    struct jump jump;
     char text[500];
     const struct mr_channel_config *channel = &config->channel[r->channel];
     if (mr_config_check(config, &reason) != MR_OK) {
         config_text_reason(config, &reason, text, sizeof text);
         return error_set(error, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
     }
-    if (jump_find(old, channel, &jump)) {
-        jump_text(&jump, channel, text, sizeof text);
+    if (jump_find(old, channel, text))
         cli_note(r->cli, "%s: %s, compared with %s: look at unit and points", r->word, text,
                  old->calibrated_day ? "the last calibration" : "the configuration");
-    }
     return MR_OK;
 }
 
@@ -184,7 +180,6 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
 static enum mr_status enter_certificate(const struct request *r, struct error *error)
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
-    struct calibration_history past;
     struct store *store = NULL;
     enum mr_status status = certificates_parse(r->certificate, &row, error);
     if (status == MR_OK)
@@ -194,14 +189,9 @@ static enum mr_status enter_certificate(const struct request *r, struct error *e
     if (status == MR_OK && !row.board_uid[0])
         status = error_set(error, MR_UNKNOWN,
                            "the campaign has no board yet: %s; run matrig ready DB first", r->db);
+    snprintf(row.sensor, sizeof row.sensor, "%s", r->sensor ? r->sensor : "");
     if (status == MR_OK)
-        status = calibration_history_read(store, row.board_uid, &past, error);
-    if (status == MR_OK) {
-        const struct mr_channel_config *fitted = &past.channel[r->channel];
-        snprintf(row.sensor, sizeof row.sensor, "%.*s", (int)sizeof fitted->serial,
-                 r->sensor ? r->sensor : fitted->serial);
         status = store_certificate_add(store, &row, error);
-    }
     store_close(store);
     if (status == MR_OK)
         cli_note(r->cli, "%s: certificate %s entered, of sensor %s", r->word, row.number,
@@ -232,11 +222,9 @@ static enum mr_status recompute_landing(const struct request *r, struct store *s
                              "input %u is another channel in %s than in RUN %lld; correct the "
                              "configuration of that landing",
                              c + 1, r->recompute, (long long)landing->id);
-        struct jump jump;
-        if (jump_find(&old[c], new, &jump) && jump.gain) { /* its reason is kept with it */
-            char name[8], what[160];
+        char name[8], what[JUMP_TEXT];
+        if (jump_find(&old[c], new, what)) { /* its reason is kept with it */
             jump_channel(c, name);
-            jump_text(&jump, new, what, sizeof what);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
         status = store_recalibrate(store, landing->id, c, &old[c], new, how, &changed, error);
@@ -422,7 +410,7 @@ static const struct command_part parts[] = {
         "lb, with a unit (0.05mm), or of the reading (0.4%); the coverage is its factor or "
         "probability (95%); due may be never.\n"
         "The one entered last holds; after its due day matrig ready says no-go. --sensor S: "
-        "its serial number, else as fitted"),
+        "its serial number, which ready compares with the configuration's"),
     OPTION_TEXT("--recompute", "C", recompute,
                 "give the landings of DB (of a series, or one) the calibration of configuration C. "
                 "Readings come from the stored\n"

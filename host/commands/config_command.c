@@ -5,20 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/block.h"
 #include "host/base/monotonic_clock.h"
-#include "host/board/calibration_history.h"
 #include "host/board/config_client.h"
 #include "host/board/config_text.h"
 #include "host/calibrate/jump.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
-#include "host/store/store_readiness.h"
 
 #define LISTEN_S 2.0 /* each board says hello once a second */
 
 struct request {
     const struct cli *cli;
-    const char *can, *serial, *file, *output, *changed, *db;
+    const char *can, *serial, *file, *output;
     bool force;
 };
 
@@ -139,48 +138,23 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     return status;
 }
 
-/* Each gain against the last one that is known: the campaign's, else the board's (NULL: no board).
- * Refused when it jumped, unless it was said why. A zero that moved is told; matrig ready holds it
- * against the campaign. `*said`: bit per channel that differs from the board's, when something was
- * said of it. */
-static enum mr_status hold_gains(const struct request *request,
-                                 const struct calibration_history *past,
-                                 const struct mr_config *old, const struct mr_config *new,
-                                 uint32_t *said, struct error *error)
+/* Each gain against the board's: refused when it jumped, without --force. */
+static enum mr_status hold_gains(const struct request *request, const struct mr_config *old,
+                                 const struct mr_config *new, struct error *error)
 {
-    *said = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        struct jump jump;
-        char name[8], what[160];
-        bool known = past->channel[i].kind != MR_KIND_NONE;
-        if (request->changed && old &&
-            memcmp(&old->channel[i], &new->channel[i], sizeof old->channel[i]) != 0)
-            *said |= 1u << i;
-        if ((!known && !old) ||
-            !jump_find(known ? &past->channel[i] : &old->channel[i], &new->channel[i], &jump))
+        char name[8], what[JUMP_TEXT];
+        if (!jump_find(&old->channel[i], &new->channel[i], what))
             continue;
         jump_channel(i, name);
-        jump_text(&jump, &new->channel[i], what, sizeof what);
-        if (jump.gain && !request->changed)
+        if (!request->force)
             return error_set(error, MR_LIMIT,
-                             "%s: %s, compared with %s: %s; look at its calibration; if something "
-                             "is another: --changed NOTE --db DB",
-                             name, what, known ? "the campaign" : "the board's", request->file);
-        cli_note(request->cli, "%s: %s, compared with %s", name, what,
-                 known ? "the campaign" : "the board's");
+                             "%s: %s, compared with the board's: %s; look at its calibration; "
+                             "--force sends it if something was changed",
+                             name, what, request->file);
+        cli_note(request->cli, "%s: %s, compared with the board's", name, what);
     }
     return MR_OK;
-}
-
-/* Keeps what was said of the change, once it is in force. */
-static enum mr_status keep_note(const struct request *request, const struct session *session,
-                                const struct mr_config *config, uint32_t channels,
-                                struct store *store, struct error *error)
-{
-    char uid[IDENTITY_UID_TEXT];
-    identity_uid_text(&session->dialogue.identity, uid);
-    return calibration_history_say(store, uid, config, channels, request->changed,
-                                   (int64_t)link_now_us(), error);
 }
 
 /* ---- another base on CAN ---- */
@@ -244,9 +218,6 @@ static int set(const struct request *request, struct error *error)
 {
     static struct session session;
     static struct mr_config wanted;
-    struct calibration_history past = {.run = {0}};
-    struct store *store = NULL;
-    uint32_t said = 0;
     int exit_code = 0;
     json_t *changes = json_array();
     enum mr_status status = config_text_load(request->file, &wanted, error);
@@ -263,17 +234,8 @@ static int set(const struct request *request, struct error *error)
                            "get it again and change that, or set "
                            "site.revision = %u to put this one over it",
                            own_revision, revision, request->file, revision);
-    if (status == MR_OK && request->db) {
-        char uid[IDENTITY_UID_TEXT];
-        identity_uid_text(&session.dialogue.identity, uid);
-        status = store_open(request->db, STORE_CREATE, &store, error);
-        if (status == MR_OK)
-            status = calibration_history_read(store, uid, &past, error);
-    }
     if (status == MR_OK && count)
-        status = hold_gains(request, &past, &session.config, &wanted, &said, error);
-    if (status == MR_OK && request->changed && !said)
-        cli_note(request->cli, "no channel differs from the board's: the note is not kept");
+        status = hold_gains(request, &session.config, &wanted, error);
     uint16_t base = wanted.site[0].can_base;
     bool moves = status == MR_OK && count && base != session.config.site[0].can_base;
     if (moves)
@@ -285,9 +247,6 @@ static int set(const struct request *request, struct error *error)
         fflush(stdout);
         status = change(&session, &wanted, error);
     }
-    if (status == MR_OK && said)
-        status = keep_note(request, &session, &wanted, said, store, error);
-    store_close(store);
     char at_base[LINK_SPEC_MAX];
     link_at_base(request, base, at_base);
     if (status == MR_TIMEOUT && moves && !request->serial)
@@ -311,30 +270,11 @@ static int set(const struct request *request, struct error *error)
     return exit_code;
 }
 
-/* Of the board that the campaign logged or checked last. */
-static enum mr_status check_past(const struct request *request, const struct mr_config *config,
-                                 struct error *error)
-{
-    struct calibration_history past = {.run = {0}};
-    struct store *store = NULL;
-    char uid[IDENTITY_UID_TEXT];
-    uint32_t said;
-    enum mr_status status = store_open(request->db, STORE_READ, &store, error);
-    if (status == MR_OK)
-        status = store_board_newest(store, uid, error);
-    if (status == MR_OK)
-        status = calibration_history_read(store, uid, &past, error);
-    store_close(store);
-    return status == MR_OK ? hold_gains(request, &past, NULL, config, &said, error) : status;
-}
-
 static int check(const struct request *request, struct error *error)
 {
     static struct mr_config config;
     static uint8_t image[MR_CONFIG_IMAGE];
     enum mr_status status = config_text_load(request->file, &config, error);
-    if (status == MR_OK && request->db)
-        status = check_past(request, &config, error);
     if (status != MR_OK)
         return cli_fail(error);
     uint32_t crc = mr_config_encode(&config, image);
@@ -368,14 +308,6 @@ static int config_command(int argc, char **argv, const struct cli *cli)
             is_get ? request.file : verb);
     if (status == MR_OK && request.output && !is_get)
         status = error_set(&error, MR_USAGE, "-o is config get's: matrig board config %s", verb);
-    if (status == MR_OK && request.changed && (!is_set || !request.db || !request.changed[0]))
-        status = error_set(&error, MR_USAGE,
-                           "--changed NOTE goes with --db DB, where it is kept, and config set: "
-                           "matrig board config %s",
-                           verb);
-    if (status == MR_OK && request.db && is_get)
-        status = error_set(&error, MR_USAGE,
-                           "--db is config set's and check's: matrig board config get");
     if (status == MR_OK && !is_check && !request.can == !request.serial && !(is_set && request.can))
         status = error_set(&error, MR_USAGE,
                            "which link? matrig board config %s needs --serial LINK or --can LINK; "
@@ -398,18 +330,14 @@ static const struct command_part parts[] = {
     HELP_WORD("config set F",
               "check F, show what it changes, send it, see that it is stored; "
               "refused from arm to done. A gain that has\n"
-              "jumped (see matrig ready --help) since the campaign of --db, else "
-              "since the board's, is refused, but for\n"
-              "--changed NOTE --db DB, which keeps the note in the campaign. A base "
-              "at which another board says hello on --can LINK\n"
+              "jumped against the board's (a tenth; half of another transducer, five times of "
+              "another gage, by serial number) is\n"
+              "refused without --force. A base at which another board says hello on --can LINK "
               "is refused"),
-    HELP_WORD("config check F", "check F alone, without a board; --db DB holds its gains against "
-                                "those that the campaign knows"),
+    HELP_WORD("config check F", "check F alone, without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
     OPTION_TEXT("-o", "FILE", output, NULL),
-    OPTION_TEXT("--changed", "NOTE", changed, NULL),
-    OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_FLAG("--force", force, NULL),
 };
 

@@ -8,11 +8,9 @@
 #include <sys/statvfs.h>
 #include <time.h>
 
-#include "common/channels.h"
 #include "host/board/config_text.h"
 #include "host/board/ready_client.h"
 #include "host/board/walk.h"
-#include "host/calibrate/jump.h"
 #include "host/commands/commands.h"
 #include "host/board/imagefile.h"
 #include "host/store/store_readiness.h"
@@ -32,7 +30,7 @@
 
 struct request {
     const struct cli *cli;
-    const char *db, *serial, *can, *image, *expected, *changed, *learn;
+    const char *db, *serial, *can, *image, *expected, *learn;
     bool walk, force;
 };
 
@@ -84,52 +82,13 @@ static int show(const struct cli *cli, const char *kind, const struct ready_repo
 
 /* ---- ready ---- */
 
-/* "d3: a longer rod" or "d3,t4: ...": what is said of these channels becomes part of what the
- * campaign knows. */
-static enum mr_status say_changed(const char *text, struct store *store, struct ready_facts *f,
-                                  struct error *error)
-{
-    char uid[IDENTITY_UID_TEXT];
-    uint32_t channels = 0;
-    unsigned input;
-    const char *note = strchr(text, ':'), *p = text;
-    if (!note || !note[1 + strspn(note + 1, " ")])
-        return error_set(error, MR_USAGE,
-                         "which channel, and what was changed? '%s' for --changed; write for "
-                         "example 'd3: a longer rod'",
-                         text);
-    for (size_t length; p < note; p += length + 1) {
-        length = strcspn(p, ",:");
-        if (!jump_channel_read(p, length, &input) ||
-            !mr_channel_measures(&f->config.channel[input]))
-            return error_set(
-                error, MR_USAGE,
-                "no channel that is fitted: '%.*s' for --changed; d1 to d%u, t1 to t%u",
-                (int)length, p, MR_TRANSDUCERS, MR_GAGES);
-        channels |= 1u << input;
-    }
-    identity_uid_text(&f->identity, uid);
-    note += 1 + strspn(note + 1, " ");
-    snprintf(f->changed, sizeof f->changed, "%.*s", (int)sizeof f->changed - 1, text);
-    enum mr_status status = calibration_history_say(store, uid, &f->config, channels, note,
-                                                    (int64_t)link_now_us(), error);
-    return status == MR_OK ? calibration_history_read(store, uid, &f->past, error) : status;
-}
-
-static enum mr_status examine(const struct request *request, struct store *store,
-                              struct ready_client *talk, struct ready_facts *f, struct error *error)
+static enum mr_status examine(struct store *store, struct ready_client *talk, struct ready_facts *f,
+                              struct error *error)
 {
     enum mr_status status = ready_client_meet(talk, error);
     if (status != MR_OK || !f->hello)
         return status;
     status = ready_client_look_back(store, f, error);
-    if (status == MR_OK && request->changed && !f->config_known)
-        return error_set(error, MR_TIMEOUT,
-                         "the board did not tell its configuration, so that nothing is kept of the "
-                         "change: %s; try again",
-                         request->serial);
-    if (status == MR_OK && request->changed)
-        status = say_changed(request->changed, store, f, error);
     return status == MR_OK && f->identity.hello.state == MR_LANDING_IDLE
              ? ready_client_ask(talk, error)
              : status;
@@ -149,7 +108,7 @@ static int ready(const struct request *request, struct ready_facts *f)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
     if (status == MR_OK) {
         ready_client_begin(talk, &dialogue, f, LIMIT_S - (monotonic_s() - begun_s));
-        status = examine(request, store, talk, f, &error);
+        status = examine(store, talk, f, &error);
     }
     if (status == MR_OK)
         ready_judge(f, report);
@@ -339,10 +298,10 @@ static enum mr_status check_request(const struct request *r, struct error *error
     if (!r->serial)
         return error_set(error, MR_USAGE,
                          "no link: matrig ready needs --serial LINK; see matrig ready --help");
-    if ((r->walk || r->learn) && (r->image || r->expected || r->changed))
+    if ((r->walk || r->learn) && (r->image || r->expected))
         return error_set(error, MR_USAGE,
-                         "--walk and --learn go without --image, --expect-config and --changed: "
-                         "matrig ready; see matrig ready --help");
+                         "--walk and --learn go without --image and --expect-config: matrig ready; "
+                         "see matrig ready --help");
     return MR_OK;
 }
 
@@ -399,13 +358,6 @@ static const struct command_part parts[] = {
                 "it must be configured so (a file: but for the revision, which config set raises); "
                 "else as in the\n"
                 "campaign's last landing"),
-    OPTION_TEXT("--changed", "T", changed,
-                "'d3: a longer rod', 'd3,t4: ...': what was changed of these channels. Without, it "
-                "is no-go when the gain of a\n"
-                "channel has jumped since the campaign's landings and checks (a tenth; half of "
-                "another transducer, five times\n"
-                "of another gage, by serial number), or its zero (0.25 in, 10 lb). Kept in the "
-                "campaign (table readiness)"),
     HELP_NOTE("Takes at most 20 s: readings at rest, shunt calibration, self-test (the warning "
               "lamp lights for 0.2 s). Exit 1: no-go."),
     OPTION_FLAG("--walk", walk,
@@ -427,7 +379,7 @@ static const struct command_part parts[] = {
 const struct command command_ready = {
     "ready",
     ready_command,
-    "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] [--changed T] |\n"
+    "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] |\n"
     "                         DB --serial LINK (--walk | --learn FILE [--force])",
     "go or no-go before a landing, and the walk test",
     COMMAND_PARTS(parts),

@@ -42,19 +42,6 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
     return MR_OK;
 }
 
-enum mr_status store_readiness_all(struct store *store, const char *board_uid,
-                                   void (*each)(void *context, int64_t made_us, const char *kind,
-                                                const char *checks),
-                                   void *context, struct error *error)
-{
-    sqlite3_stmt *s;
-    struct store_readiness_row row;
-    enum mr_status status = STORE_QUERY(store, error, READINESS_ALL, &s, BIND(board_uid));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, READINESS_ALL, s, &row)) == MR_OK)
-        each(context, row.made_us, row.kind ? row.kind : "", row.checks ? row.checks : "");
-    return status == MR_TOO_FEW ? MR_OK : status;
-}
-
 enum mr_status store_certificate_add(struct store *store, const struct store_certificate *row,
                                      struct error *error)
 {

@@ -10,11 +10,11 @@
 
 struct store_readiness {
     int64_t made_us; /* host time */
-    char verdict[8]; /* go, no-go; said: of a change */
+    char verdict[8]; /* go, no-go */
     char *checks;    /* JSON; a read allocates it, the caller frees it */
 };
 
-/* `kind`: "ready", "walk" or "change". */
+/* `kind`: "ready" or "walk". */
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error);
 /* The newest of a board and kind made at `until_us` or within STORE_READINESS_US before (`hours`
@@ -22,12 +22,6 @@ enum mr_status store_readiness_put(struct store *store, const char *board_uid, c
 enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind,
                                    int64_t until_us, bool hours, struct store_readiness *row,
                                    bool *found, struct error *error);
-
-/* Calls `each` for every row of a board, oldest first, with its time, kind and JSON. */
-enum mr_status store_readiness_all(struct store *store, const char *board_uid,
-                                   void (*each)(void *context, int64_t made_us, const char *kind,
-                                                const char *checks),
-                                   void *context, struct error *error);
 
 /* The board that was logged or checked last; empty: none. */
 enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error);

@@ -365,42 +365,6 @@ TEST_IN(the_one_that_moved_most_is_meant, all_well, NULL)
     assert_int_equal(feed((float[]){1.2f, NAN, -1.3f}, 100), 1);
 }
 
-/* Gain 0.0016 in per code, zero at 62 codes, calibrated on day 1, in RUN 3 and now; but for this
- * gain and zero now. */
-static void calibrated_before(float factor, float zero_code)
-{
-    f.config.channel[0].unit_per_code = 0.0016f;
-    f.config.channel[0].zero_code = 62.0f;
-    f.past.channel[0] = f.config.channel[0];
-    f.past.run[0] = 3;
-    f.config.channel[0].unit_per_code *= factor;
-    f.config.channel[0].zero_code = zero_code;
-}
-
-TEST_IN(a_calibration_follows_from_the_past, all_well, NULL)
-{
-    f.config.channel[0].unit_per_code = 0.0016f;
-    f.config.channel[0].zero_code = 62.0f;
-    ready_judge(&f, &report); /* the campaign knows nothing: nothing is said */
-    for (unsigned i = 0; i < report.count; i++)
-        assert_true(strncmp(report.check[i].name, "calibration ", 12) != 0);
-    calibrated_before(1.05f, 62.0f);
-    ready_judge(&f, &report);
-    assert_int_equal(ready_count(&report, READY_NO_GO), 0);
-    assert_non_null(strstr(check_named("calibration kept")->value, "the gain of d1, by 5 %"));
-    calibrated_before(2.54f, 62.0f);
-    only_no_go("calibration d1", "gain 0.0016 -> 0.004064 in per code, 2.54 times since RUN 3");
-    calibrated_before(1.0f, 262.0f);
-    only_no_go("calibration d1", "zero moved by +0.32 in since RUN 3");
-    calibrated_before(1.4f, 262.0f); /* another sensor has another zero, and nearly that gain */
-    memcpy(f.past.channel[0].serial, "ET-17", 5);
-    memcpy(f.config.channel[0].serial, "ET-18", 5);
-    ready_judge(&f, &report);
-    assert_int_equal(ready_count(&report, READY_NO_GO), 0);
-    f.config.channel[0].unit_per_code = 2.54f * 0.0016f;
-    only_no_go("calibration d1", "2.54 times");
-}
-
 /* What rounds to nothing has no sign; SI units are asked for with --si; lines fit. */
 TEST_IN(numbers_are_for_people, all_well, NULL)
 {
