@@ -5,7 +5,7 @@
 
 #define VALUES struct error_request
 static const struct command_part parts[] = {
-    HELP_ITEM("SCENE", "scene file, JSON"),
+    HELP_ITEM("SCENE", "scene file, JSON, of model report or consistent; the chain has one solver"),
     OPTION_TEXT("--plot", "F", plot,
                 "draw error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
     HELP_NOTE("\n"

@@ -18,9 +18,9 @@ struct compare_landing {
     double moved_in[SURVEY_POINTS], moved_spread_in[SURVEY_POINTS];
 };
 
-/* RUN as landing `index` (from 0) of the model's series: simulated, aligned, compared and kept; it
- * replaces no earlier comparison. MR_TOO_FEW, MR_TRUNCATED: nothing to compare with (no motion, no
- * transducers, no edges), the model is as before. The caller frees, also after an error. */
+/* RUN as landing `index` (from 0) of the model's series: simulated, compared and kept; it replaces
+ * no earlier comparison. MR_TOO_FEW, MR_TRUNCATED: nothing to compare with (no motion, no
+ * transducers), the model is as before. The caller frees, also after an error. */
 enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model,
                                size_t index, struct compare_landing *landing, struct error *error);
 void compare_landing_free(struct compare_landing *landing);
@@ -73,10 +73,9 @@ struct compare_series {
 };
 
 /* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that
- * cannot be compared is there with its reason (no motion, nothing to align, a simulation that
- * fails), and what it did to the runway is unknown to those after it until the next survey.
- * MR_TOO_FEW: none could be; MR_UNKNOWN: no such series. `progress` may be NULL. The caller frees,
- * also after an error. */
+ * cannot be compared is there with its reason (no motion, a simulation that fails), and what it did
+ * to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be;
+ * MR_UNKNOWN: no such series. `progress` may be NULL. The caller frees, also after an error. */
 enum mr_status compare_series_run(struct store *store, const char *name,
                                   struct compare_model *model,
                                   void (*progress)(void *ctx, size_t done, size_t of), void *ctx,

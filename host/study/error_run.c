@@ -22,8 +22,6 @@ static void add_error(struct answer *answer, const char *name, const char *label
                       const struct error_run *run, double error_ft, double agreement_ft)
 {
     answer_value(answer, name, NULL, UNIT_NUMBER, or_null(run->status == SIM_OK, error_ft), 0);
-    if (!label)
-        return;
     if (run->status != SIM_OK || isnan(error_ft))
         answer_words(answer, NULL, label, "%9s", "-");
     else if (error_ft <= ERROR_FLOOR * agreement_ft)
@@ -46,17 +44,14 @@ static void add_run(struct answer *answer, const struct error_study *study,
     answer_count(answer, "rhs", "rhs", (int64_t)run->rhs);
     answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
     add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->agreement_u_ft);
-    add_error(answer, "err_lift", study->lifts ? "error of|lift, ft" : NULL, run, run->lift_ft,
-              study->agreement_lift_ft);
-    add_error(answer, "err_u_rms", study->lifts ? NULL : "rms error|of u, ft", run, run->rms_u_ft,
-              study->agreement_rms_u_ft);
+    add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft, study->agreement_lift_ft);
     answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
     answer_words(answer, NULL, "status", run->beyond ? "%s, beyond the limit" : "%s",
                  sim_status_name(run->status));
     if (run->status != SIM_OK)
         answer_words(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
     answer_value(answer, "max_lift", NULL, UNIT_STATION,
-                 or_null(run->status == SIM_OK && study->lifts, run->max_lift_ft), 0)
+                 or_null(run->status == SIM_OK, run->max_lift_ft), 0)
         ->digits = 9;
     answer_flag(answer, "beyond_limit", NULL, run->beyond);
 }
@@ -109,8 +104,7 @@ static void add_orders(struct answer *answer, const struct error_study *study)
         slope_text("lift", &order->lift, order, lift, sizeof lift);
         answer_open(answer, NULL, "");
         answer_words(answer, NULL, order->solver, "%s, %s", law, u);
-        if (study->lifts)
-            answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
+        answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
         answer_words(answer, "solver", NULL, "%s", order->solver);
         answer_words(answer, "against", NULL, "%s", order->of_step ? "dt" : "rtol");
         answer_json_value(answer, "u", slope_json(&order->u));
@@ -127,8 +121,7 @@ static void add_cheapest(struct answer *answer, const struct error_study *study)
     for (size_t i = 0; i < error_level_count; i++) {
         const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[i]);
         answer_row(answer);
-        answer_value(answer, study->lifts ? "err_lift" : "err_u", NULL, UNIT_NUMBER,
-                     error_levels_ft[i], 0);
+        answer_value(answer, "err_lift", NULL, UNIT_NUMBER, error_levels_ft[i], 0);
         if (run) {
             answer_words(answer, "solver", NULL, "%s", run->solver);
             answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
@@ -146,10 +139,8 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     answer_table(answer, NULL,
-                 study->lifts ? "least ms for an error of lift of at most (fixed steps: of the "
-                                "step and both its neighbours)"
-                              : "least ms for an error of u of at most (fixed steps: of the step "
-                                "and both its neighbours)");
+                 "least ms for an error of lift of at most (fixed steps: of the step and both its "
+                 "neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
@@ -179,16 +170,12 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     answer_sentence(answer, "method", "%s", study->method);
     answer_open(answer, "agreement", "");
     answer_value(answer, "u", "agreement of u", UNIT_STATION, study->agreement_u_ft, -2);
-    answer_value(answer, "lift", study->lifts ? "of lift" : NULL, UNIT_STATION,
-                 study->agreement_lift_ft, -2);
-    answer_value(answer, "rms_u", study->lifts ? NULL : "rms of u", UNIT_STATION,
-                 study->agreement_rms_u_ft, -2);
+    answer_value(answer, "lift", "of lift", UNIT_STATION, study->agreement_lift_ft, -2);
     answer_close(answer);
     answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits =
         12;
-    answer_value(answer, "max_lift", study->lifts ? "largest lift" : NULL, UNIT_STATION,
-                 study->max_lift_ft, -6)
-        ->digits = 12;
+    answer_value(answer, "max_lift", "largest lift", UNIT_STATION, study->max_lift_ft, -6)->digits =
+        12;
     answer_close(answer);
     answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
     add_runs(answer, study);
@@ -204,19 +191,15 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
 
 #define LEAST_FT 1e-16 /* below every error that is not 0 */
 
-enum quantity { LIFT, U, RMS };
-
-static double error_ft(const struct error_run *run, enum quantity quantity)
+static double error_ft(const struct error_run *run, bool lift)
 {
-    return fmax(LEAST_FT, quantity == LIFT ? run->lift_ft
-                          : quantity == U  ? run->u_ft
-                                           : run->rms_u_ft);
+    return fmax(LEAST_FT, lift ? run->lift_ft : run->u_ft);
 }
 
 /* The runs of a solver within its stability limit, or those beyond it. A failed run breaks the
  * line. */
 static void plot_solver(struct plot *plot, const struct error_study *study, const char *solver,
-                        unsigned index, enum quantity quantity, bool beyond)
+                        unsigned index, bool lift, bool beyond)
 {
     double ms[ERROR_RUNS_MAX], error[ERROR_RUNS_MAX];
     size_t count = 0;
@@ -226,7 +209,7 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
         if (strcmp(run->solver, solver) != 0 || run->beyond != beyond)
             continue;
         ms[count] = ok ? run->ms : (double)NAN;
-        error[count++] = ok ? error_ft(run, quantity) : (double)NAN;
+        error[count++] = ok ? error_ft(run, lift) : (double)NAN;
     }
     plot_draw(plot, &(struct plot_series){.kind = beyond ? PLOT_POINTS : PLOT_LINE_POINTS,
                                           .key = beyond ? NULL : solver,
@@ -238,21 +221,18 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
                                           .count = count});
 }
 
-static void plot_panel_of(struct plot *plot, const struct error_study *study,
-                          enum quantity quantity)
+static void plot_panel_of(struct plot *plot, const struct error_study *study, bool lift)
 {
-    static const char *const labels[] = {"largest error of lift (ft)", "largest error of u (ft)",
-                                         "rms error of u (ft)"};
-    const double floor_ft = quantity == LIFT ? study->agreement_lift_ft
-                          : quantity == U    ? study->agreement_u_ft
-                                             : study->agreement_rms_u_ft;
+    const double floor_ft = lift ? study->agreement_lift_ft : study->agreement_u_ft;
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
-    plot_panel(plot, NULL, (struct plot_axis){.label = "run time (ms)", .log = true},
-               (struct plot_axis){.label = labels[quantity], .log = true});
+    plot_panel(
+        plot, NULL, (struct plot_axis){.label = "run time (ms)", .log = true},
+        (struct plot_axis){.label = lift ? "largest error of lift (ft)" : "largest error of u (ft)",
+                           .log = true});
     for (unsigned k = 0; k < count; k++) {
-        plot_solver(plot, study, names[k], k, quantity, false);
-        plot_solver(plot, study, names[k], k, quantity, true);
+        plot_solver(plot, study, names[k], k, lift, false);
+        plot_solver(plot, study, names[k], k, lift, true);
     }
     if (floor_ft > 0.0)
         plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS,
@@ -266,8 +246,8 @@ static enum mr_status write_plot(const char *path, const char *name,
                                  const struct error_study *study, struct error *error)
 {
     struct plot *plot = plot_new(name, 960, 480, 2);
-    plot_panel_of(plot, study, study->lifts ? LIFT : U);
-    plot_panel_of(plot, study, study->lifts ? U : RMS);
+    plot_panel_of(plot, study, true);
+    plot_panel_of(plot, study, false);
     return plot_write(plot, path, error);
 }
 

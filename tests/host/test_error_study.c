@@ -9,11 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/check/error_march.h"
 #include "host/sim/check/error_study.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/sim.h"
-#include "tests/host/model_mat.h"
 
 static struct error error;
 static struct error_study study;
@@ -126,9 +124,9 @@ TEST(references_agree_and_errors_fall)
 /* One mat between two fixed joints: m u'' + 2 CL u' + 2 KL u = 0, u(0) = 0, u'(0) = v0. */
 #define OSCILLATOR_KL 2000.0
 #define OSCILLATOR_V0 1.5
-static struct sim_scene oscillator(enum sim_model model, double cl)
+static struct sim_scene oscillator(double cl)
 {
-    struct sim_scene scene = plain(model, 1);
+    struct sim_scene scene = plain(SIM_REPORT, 1);
     scene.left = SIM_FIXED;
     scene.right = SIM_FIXED;
     scene.kl_lb_ft = OSCILLATOR_KL;
@@ -153,7 +151,7 @@ static double exact_ft(const struct sim_scene *scene, double t_s)
 
 TEST(an_error_is_the_true_error)
 {
-    struct sim_scene scene = oscillator(SIM_REPORT, 5.0);
+    struct sim_scene scene = oscillator(5.0);
     double floor_ft;
     run(&scene);
     floor_ft = 2.0 * study.agreement_u_ft + 1e-13;
@@ -174,7 +172,7 @@ TEST(an_error_is_the_true_error)
     sim_scene_free(&scene);
 }
 
-/* Classical Runge-Kutta is of order 4 and the leapfrog of order 2 where nothing switches. */
+/* Classical Runge-Kutta is of order 4 where nothing switches. */
 TEST(smooth_scenes_show_the_order)
 {
     struct sim_scene scene = plain(SIM_REPORT, 10);
@@ -187,175 +185,10 @@ TEST(smooth_scenes_show_the_order)
     const struct error_slope *rk4 = slope_of("rk4", false);
     assert_true(rk4->points >= 6 && rk4->scatter < 0.1);
     assert_near(rk4->slope, 4.0, 0.3);
-    sim_scene_free(&scene);
 
-    scene = oscillator(SIM_CHAIN, 0.0);
-    run(&scene);
-    const struct error_slope *fixed = slope_of("staggered", false);
-    assert_true(fixed->points >= 6 && fixed->scatter < 0.1);
-    assert_near(fixed->slope, 2.0, 0.1);
-    assert_false(study.lifts);
-    sim_scene_free(&scene);
-
-    /* The joints' damper acts on the last half step's speeds (staggered.h), half a step late: at
-     * least first order. */
-    scene = oscillator(SIM_CHAIN, 50.0);
-    run(&scene);
-    fixed = slope_of("staggered", false);
-    assert_true(fixed->points >= 6 && fixed->slope > 0.9 && fixed->slope < 2.1);
-    sim_scene_free(&scene);
-}
-
-TEST(chain_errors_are_the_true_ones)
-{
-    struct sim_scene scene = oscillator(SIM_CHAIN, 5.0);
-    double times_s[64];
-    run(&scene);
-    for (size_t k = 0; k < 64; k++)
-        times_s[k] = scene.t_end_s * (double)(k + 1) / 64.0;
-    sim_scene_set_list(&scene.t_out_s, times_s, 64);
-    for (size_t i = 0; i < study.run_count; i++) {
-        const struct error_run *r = &study.runs[i];
-        const struct sim_options options = {.dt_s = r->dt_s, .single = true};
-        struct sim_result result;
-        double worst = 0.0;
-        if (r->status != SIM_OK)
-            continue;
-        assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
-        for (size_t k = 0; k < result.output_count; k++)
-            worst = fmax(worst,
-                         fabs(result.outputs[k].u_ft[1] - exact_ft(&scene, result.outputs[k].t_s)));
-        assert_near(r->u_ft, worst, 2.0 * study.agreement_u_ft + 1e-13);
-        sim_result_free(&result);
-    }
-    sim_scene_free(&scene);
-}
-
-/* The second method for chains with grit, against the planar models' on a chain whose joints have
- * slack but no grit: sticking, hooking and pressing together in both. */
-TEST(the_march_is_right_where_another_method_can_say)
-{
-    const double gap_ft = 0.002;
-    struct sim_scene scene = plain(SIM_CHAIN, 8), flat;
-    struct sim_record record;
-    struct march_cost cost;
-    scene.slack_ft = 0.004;
-    scene.mats_crossed = 3;
-    scene.vac_ft_s = 300.0;
-    sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1);
-    flat = scene;
-    flat.model = SIM_REPORT;
-    flat.shear_lb = 0.0;
-    flat.bump_first = 1;
-    struct pass_outcome outcome = one_pass(&flat, "event", 1e-11, 0.0);
-    assert_int_equal(outcome.status, SIM_OK);
-    assert_int_equal(march_run(&record, &cost, &scene, 5e-6, &error), MR_OK);
-    assert_false(cost.stalled);
-    assert_true(cost.events > 20);
-    assert_true(sim_record_peak(&outcome.record).u_ft > 0.01);
-    assert_near(sim_record_difference(&record, &outcome.record).u_ft, 0.0, 1e-7);
-    sim_record_free(&record);
-    pass_free(&outcome);
-    sim_scene_free(&scene);
-}
-
-/* Grit on one mat that is pushed against the fixed end, closed form: it feels nothing below the
- * grit's strength (12 lb against 30 lb of grit: F/KL/2 as on a closed joint), and above it moves
- * until the joint is closed. */
-TEST(the_march_holds_grit)
-{
-    const double gap_ft = 0.01, grit_lb = 30.0;
-    for (int strong = 0; strong < 2; strong++) {
-        struct sim_scene scene = plain(SIM_CHAIN, 1);
-        struct sim_record record;
-        struct march_cost cost;
-        scene.left = SIM_FREE;
-        scene.right = SIM_FIXED;
-        scene.kl_lb_ft = 1e5;
-        scene.cl_lb_s_ft = 50.0;
-        scene.slack_ft = 0.02;
-        scene.friction_law = SIM_NONE;
-        scene.v0_ft_s = 0.0;
-        scene.vac_ft_s = 0.0;
-        scene.s0_ft = 1.0;
-        scene.force_lb = strong ? 40.0 : 12.0;
-        scene.t_end_s = 2.0;
-        sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1);
-        sim_scene_set_list(&scene.grit_lb, &grit_lb, 1);
-        assert_int_equal(march_run(&record, &cost, &scene, 1e-4, &error), MR_OK);
-        assert_false(cost.stalled);
-        double end_ft = record.snapshots[record.snapshot_count - 1].u_ft[1];
-        /* pressed back by KL u from where the grit, or the closed joint, begins */
-        assert_near(end_ft, strong ? gap_ft + 40.0 / 1e5 : 12.0 / 1e5, 1e-6);
-        sim_record_free(&record);
-        sim_scene_free(&scene);
-    }
-}
-
-/* A mat thrown at an open joint with grit, without damping, closed form: spring up to the grit's
- * strength, then that force until it stops, then the spring's quarter swing back, then free
- * flight. */
-TEST(the_march_gives_way_and_springs_back)
-{
-    const double gap_ft = 0.01, grit_lb = 2000.0, kl = 4e6, v0 = 1.0;
-    struct sim_scene scene = plain(SIM_CHAIN, 1);
-    struct sim_record record;
-    struct march_cost cost;
-    scene.left = SIM_FREE;
-    scene.right = SIM_FIXED;
-    scene.kl_lb_ft = kl;
-    scene.cl_lb_s_ft = 0.0;
-    scene.slack_ft = 0.02;
-    scene.friction_law = SIM_NONE;
-    scene.v0_ft_s = v0;
-    scene.force_lb = scene.vac_ft_s = 0.0;
-    scene.s0_ft = 1.0;
-    scene.t_end_s = 0.008;
-    sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1);
-    sim_scene_set_list(&scene.grit_lb, &grit_lb, 1);
-    assert_int_equal(march_run(&record, &cost, &scene, 2e-6, &error), MR_OK);
-    double m = scene.weight_lb / scene.g_ft_s2, w = sqrt(kl / m), bend_ft = grit_lb / kl;
-    double t1 = asin(bend_ft * w / v0) / w, v1 = v0 * cos(w * t1);
-    double t2 = t1 + v1 * m / grit_lb, most_ft = bend_ft + 0.5 * v1 * v1 * m / grit_lb;
-    double t3 = t2 + 0.5 * 3.14159265358979323846 / w;
-    assert_true(t1 < t2 && t3 < 0.8 * scene.t_end_s && most_ft < gap_ft);
-    for (size_t k = 0; k < record.snapshot_count; k++) {
-        double t = record.snapshots[k].t_s, u;
-        if (t < t1)
-            u = v0 / w * sin(w * t);
-        else if (t < t2)
-            u = bend_ft + v1 * (t - t1) - 0.5 * grit_lb / m * (t - t1) * (t - t1);
-        else if (t < t3)
-            u = most_ft - bend_ft + bend_ft * cos(w * (t - t2));
-        else
-            u = most_ft - bend_ft - bend_ft * w * (t - t3);
-        assert_near(record.snapshots[k].u_ft[1], u, 1e-9);
-    }
-    sim_record_free(&record);
-    sim_scene_free(&scene);
-}
-
-/* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed
- * again, with dampers. The march and `staggered` share no code; the answers differ by less with
- * every finer step. */
-TEST(two_methods_agree_on_grit)
-{
-    const double gap_ft = 0.0015, grit_lb = 10.0;
-    struct sim_scene scene = plain(SIM_CHAIN, 20);
-    model_mat_chain(&scene);
-    scene.left = scene.right = SIM_FIXED;
-    scene.force_lb = 13.0;
-    scene.vac_ft_s = 28.0;
-    scene.s0_ft = 0.1;
-    scene.v0_ft_s = 0.0;
-    scene.t_end_s = 0.1;
-    sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1);
-    sim_scene_set_list(&scene.grit_lb, &grit_lb, 1);
-    run(&scene);
-    assert_non_null(strstr(study.method, "staggered"));
-    assert_true(study.peak_u_ft > 0.005);
-    assert_near(study.agreement_u_ft, 0.0, 3e-6);
-    assert_near(study.agreement_rms_u_ft, 0.0, 1e-6);
+    scene.model = SIM_CHAIN;
+    assert_int_equal(error_study_run(&study, &scene, NULL, NULL, &error), MR_USAGE);
+    assert_non_null(strstr(error.text, "one solver only"));
     sim_scene_free(&scene);
 }
 
@@ -390,8 +223,7 @@ TEST(without_a_reference_there_is_no_table)
 /* error = 3 dt^1.5 except at one lucky step. */
 TEST(slopes_and_cheapest_of_a_known_study)
 {
-    study = (struct error_study){.lifts = true,
-                                 .agreement_lift_ft = 1e-9,
+    study = (struct error_study){.agreement_lift_ft = 1e-9,
                                  .agreement_u_ft = 1e-9,
                                  .peak_u_ft = 10,
                                  .max_lift_ft = 10,
@@ -430,22 +262,4 @@ TEST(slopes_and_cheapest_of_a_known_study)
     assert_true(isnan(error_study_judged_ft(&study, 3)));
     error_study_fit(&study);
     assert_int_equal(slope_of("rk4", true)->points, 7);
-}
-
-/* The second method has no elements of the table: a chain with one and with grit has no reference,
- * and the key is named. */
-TEST(a_force_that_it_lacks_is_refused)
-{
-    struct sim_scene scene;
-    struct sim_record record;
-    struct march_cost cost;
-    const char *text =
-        "{\"model\": \"chain\", \"slack\": 0.01, \"grit\": 5, \"ground_damping\": 3}";
-    memset(&error, 0, sizeof error);
-    assert_int_equal(sim_scene_parse(&scene, "scene", text, strlen(text), &error), MR_OK);
-    assert_int_equal(march_run(&record, &cost, &scene, 1e-4, &error), MR_USAGE);
-    assert_non_null(strstr(error.text, "ground_damping in a chain with grit"));
-    sim_record_free(&record);
-    sim_scene_free(&scene);
-    memset(&error, 0, sizeof error);
 }

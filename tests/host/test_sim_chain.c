@@ -304,6 +304,40 @@ TEST(grit_resists_a_closing_joint_with_its_threshold)
     sim_scene_free(&scene);
 }
 
+/* A mat thrown at an open joint with grit: spring up to the grit's strength, then that force until
+ * it stops, then the spring's quarter swing back, then free flight. */
+TEST(grit_gives_way_and_springs_back)
+{
+    const double gap = 0.01, grit = 2000.0, kl = 4e6, v0 = 1.0, m = 160.0 / G, w = sqrt(kl / m);
+    const double bend = grit / kl, t1 = asin(bend * w / v0) / w, v1 = v0 * cos(w * t1);
+    const double t2 = t1 + v1 * m / grit, most = bend + 0.5 * v1 * v1 * m / grit,
+                 t3 = t2 + 0.5 * 3.14159265358979323846 / w;
+    double times[64];
+    struct sim_scene scene = plain(1);
+    scene.right = SIM_FIXED;
+    scene.kl_lb_ft = kl;
+    scene.slack_ft = 0.02;
+    scene.v0_ft_s = v0;
+    scene.t_end_s = 0.008;
+    assert_true(t1 < t2 && t3 < 0.8 * scene.t_end_s && most < gap);
+    for (int k = 0; k < 64; k++)
+        times[k] = scene.t_end_s * (k + 1) / 64.0;
+    set_list(&scene.t_out_s, times, 64);
+    set_list(&scene.gap0_ft, &gap, 1);
+    set_list(&scene.grit_lb, &grit, 1);
+    struct sim_result result = run(&scene, 1e-7);
+    for (int k = 0; k < 64; k++) {
+        double t = times[k], u = t < t1 ? v0 / w * sin(w * t)
+                               : t < t2
+                                   ? bend + v1 * (t - t1) - 0.5 * grit / m * (t - t1) * (t - t1)
+                               : t < t3 ? most - bend + bend * cos(w * (t - t2))
+                                        : most - bend - bend * w * (t - t3);
+        near(result.outputs[k].u_ft[1], u, 1e-8);
+    }
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
 /* A joint that is run into: the damper alone would push with CL v = 5 lb and more, an open joint
  * never with more than grit. */
 TEST(grit_is_all_an_open_joint_can_push)

@@ -8,11 +8,8 @@
 
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
-#include "host/sim/check/error_march.h"
-#include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
-#define EVEN_TIMES          64    /* of a record */
 #define TARGET_FT           1e-10 /* agreement that needs no further tightening, */
 /* at a tolerance well below those that are judged: two errors can be alike by luck */
 #define TARGET_RTOL         1e-12
@@ -33,16 +30,8 @@
 #define CLOSE_RUNGS         15
 #define FIRST               0.97 /* of the limit */
 #define LEAST_STEPS         20.0
-#define MAT_STEPS           6e7              /* steps times mats of the longest run of rk4, */
-#define CHAIN_MAT_STEPS     7e8              /* and of the chain's solver */
+#define MAT_STEPS           6e7              /* steps times mats of the longest run of rk4 */
 static const double beyond[] = {1.12, 1.05}; /* of the limit */
-
-/* A chain with grit, or of more than this many mats times steps at the limit, is held against
- * error_march.h: at these parts of the limit, until both agree. */
-#define PLANAR_WORK     1e6
-#define MARCH_TARGET_FT 1e-7
-#define MARCH_MAT_STEPS 1.2e9
-static const double march_parts[] = {16.0, 64.0, 256.0};
 
 /* Slopes are fitted over errors above this many times what the references differ by, below this
  * part of the peak, and over at least this range. */
@@ -58,7 +47,7 @@ const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft
 struct reference {
     bool found;
     double rtol;
-    double u_ft, lift_ft, rms_u_ft; /* how far the two methods are apart */
+    double u_ft, lift_ft; /* how far the two methods are apart */
     double max_lift_ft;
     struct sim_record record; /* of the first method */
 };
@@ -90,62 +79,20 @@ static struct error_run *add_run(struct error_study *study)
     struct error_run *run = &study->runs[study->run_count++];
     if (study->told)
         study->told(study->told_ctx, study->run_count);
-    *run = (struct error_run){.u_ft = (double)NAN,
-                              .rms_u_ft = (double)NAN,
-                              .lift_ft = (double)NAN,
-                              .max_lift_ft = (double)NAN};
+    *run =
+        (struct error_run){.u_ft = (double)NAN, .lift_ft = (double)NAN, .max_lift_ft = (double)NAN};
     return run;
 }
 
 /* ---- one run ---- */
 
-/* A result's outputs as a record. The scene's t_out are the even times and then what was asked for;
- * the record brings its own even times, which are the same. */
-static void as_record(struct sim_record *record, const struct sim_result *result,
-                      const struct sim_scene *scene)
-{
-    const struct sim_options options = {0};
-    size_t row = (size_t)scene->mats + 1;
-    int even = 0;
-    sim_record_make(record, scene, &options);
-    for (size_t i = 0; i < record->snapshot_count; i++) {
-        struct sim_snapshot *snapshot = &record->snapshots[i];
-        int output = snapshot->output >= 0 ? snapshot->output : even++;
-        memcpy(snapshot->u_ft, result->outputs[output].u_ft, row * sizeof *snapshot->u_ft);
-    }
-}
-
-/* The chain's solver has no pass of its own to call. A run that fails its check is no error:
- * outcome->status says it. */
-static enum mr_status chain_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
-                                 double dt_s, struct error *error)
-{
-    const struct sim_options options = {.solver = "staggered", .dt_s = dt_s, .single = true};
-    struct sim_result result;
-    struct error failed = {0};
-    sim_run(scene, &options, &result, &failed);
-    if (failed.status != MR_OK && failed.status != MR_NUMERICS)
-        error_set(error, failed.status, "%s", failed.text);
-    outcome->status = result.status;
-    outcome->mat = result.mat;
-    outcome->t_s = result.t_s;
-    outcome->steps = outcome->rhs = result.steps;
-    outcome->ms = result.pass_ms;
-    if (error->status == MR_OK && result.status == SIM_OK)
-        as_record(&outcome->record, &result, scene);
-    sim_result_free(&result);
-    return error->status;
-}
-
-/* request->kind NULL: the chain's solver. outcome->ms becomes processor time. */
+/* outcome->ms becomes processor time. */
 static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_scene *scene,
                                const struct pass_request *request, struct error *error)
 {
     struct model model;
     const struct sim_options options = {0};
     *outcome = (struct pass_outcome){0};
-    if (!request->kind)
-        return chain_pass(outcome, scene, request->dt_s, error);
     if (model_make(&model, scene, false, error) != MR_OK)
         return error->status;
     double begin_ms = processor_ms();
@@ -153,18 +100,6 @@ static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_sc
     outcome->ms = processor_ms() - begin_ms;
     model_free(&model);
     return error->status;
-}
-
-static double rms_ft(const struct sim_record *a, const struct sim_record *b)
-{
-    double sum = 0.0;
-    for (size_t i = 0; i < a->snapshot_count; i++) {
-        for (int n = 1; n <= a->mats; n++) {
-            double difference = a->snapshots[i].u_ft[n] - b->snapshots[i].u_ft[n];
-            sum += difference * difference;
-        }
-    }
-    return sqrt(sum / ((double)a->snapshot_count * a->mats));
 }
 
 static double lift_difference_ft(const struct pass_outcome *a, const struct sim_record *record,
@@ -195,7 +130,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
     struct error_run *run = add_run(study);
     if (!run || one_pass(&outcome, scene, request, error) != MR_OK)
         return error->status;
-    run->solver = request->kind ? request->kind->name : "staggered";
+    run->solver = request->kind->name;
     run->rtol = request->rtol;
     run->dt_s = request->dt_s;
     run->steps = outcome.steps;
@@ -205,11 +140,8 @@ static enum mr_status measure(struct error_study *study, const struct reference 
     run->mat = outcome.mat;
     run->t_s = outcome.t_s;
     run->beyond = request->dt_s > study->dt_limit_s;
-    if (outcome.status == SIM_OK && !request->kind)
-        run->dt_s = study->end_s / (double)outcome.steps; /* whole steps */
     if (outcome.status == SIM_OK) {
         run->u_ft = sim_record_difference(&outcome.record, &reference->record).u_ft;
-        run->rms_u_ft = rms_ft(&outcome.record, &reference->record);
         run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
         run->max_lift_ft = outcome.max_lift_ft;
     } else if (outcome.steps > request->most_steps / 2) {
@@ -265,9 +197,8 @@ static enum mr_status tighten(struct reference *reference, const struct stepper_
         /* the tighter pair, unless it is clearly worse */
         if (!reference->found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
-            double rms = rms_ft(&both[0].record, &both[1].record);
             sim_record_free(&reference->record);
-            *reference = (struct reference){true,          rtol, u, lift, rms, both[0].max_lift_ft,
+            *reference = (struct reference){true,          rtol, u, lift, both[0].max_lift_ft,
                                             both[0].record};
             both[0].record = (struct sim_record){0};
         }
@@ -326,89 +257,6 @@ static enum mr_status planar_reference(struct reference *reference, struct error
     return MR_OK;
 }
 
-/* The chain's solver and the march, at ever finer steps. */
-static enum mr_status march_reference(struct reference *reference, struct error_study *study,
-                                      const struct sim_scene *scene, struct error *error)
-{
-    double limit_s = fmin(study->dt_limit_s, study->end_s / LEAST_STEPS), dt_s = 0.0;
-    for (size_t k = 0; k < sizeof march_parts / sizeof march_parts[0]; k++) {
-        struct sim_record record = {0};
-        struct pass_outcome other = {0};
-        struct march_cost cost = {0};
-        if (k > 0 && study->end_s / limit_s * march_parts[k] * scene->mats > MARCH_MAT_STEPS)
-            break;
-        dt_s = limit_s / march_parts[k];
-        if (march_run(&record, &cost, scene, 2.0 * dt_s, error) == MR_OK && !cost.stalled)
-            chain_pass(&other, scene, dt_s, error);
-        if (error->status == MR_OK && cost.stalled)
-            error_set(error, MR_NUMERICS,
-                      "no reference: %s: switches without end at %.9g s; give an earlier tend",
-                      name_of(scene), cost.t_s);
-        if (error->status == MR_OK && other.status != SIM_OK)
-            error_set(
-                error, MR_NUMERICS,
-                "no reference: %s: staggered ends %s with steps of %.3g s; give an earlier tend",
-                name_of(scene), sim_status_name(other.status), dt_s);
-        if (error->status == MR_OK) {
-            sim_record_free(&reference->record);
-            *reference =
-                (struct reference){.found = true,
-                                   .u_ft = sim_record_difference(&record, &other.record).u_ft,
-                                   .rms_u_ft = rms_ft(&record, &other.record),
-                                   .record = record};
-            record = (struct sim_record){0};
-        }
-        sim_record_free(&record);
-        pass_free(&other);
-        if (error->status != MR_OK || reference->u_ft <= MARCH_TARGET_FT)
-            break;
-    }
-    if (error->status == MR_OK && reference->rms_u_ft > ERROR_LIMIT_RMS_FT)
-        error_set(
-            error, MR_NUMERICS,
-            "no reference: %s: staggered and Runge-Kutta with located switches still differ by "
-            "%.2g ft (rms) with steps of %.3g s; give an earlier tend",
-            name_of(scene), reference->rms_u_ft, dt_s);
-    snprintf(study->method, sizeof study->method,
-             "classical Runge-Kutta with every switch located, steps of at most %.3g s; agrees "
-             "with staggered at %.3g s",
-             2.0 * dt_s, dt_s);
-    return error->status;
-}
-
-static bool has_grit(const struct sim_scene *scene)
-{
-    for (size_t i = 0; i < scene->grit_lb.count; i++) {
-        if (scene->grit_lb.values[i] > 0.0 && scene->slack_ft > 0.0)
-            return true;
-    }
-    return false;
-}
-
-/* The report model without bump and shear stays flat: its horizontal equations are the chain's. */
-static struct sim_scene as_planar(const struct sim_scene *scene)
-{
-    struct sim_scene flat = *scene;
-    flat.model = SIM_REPORT;
-    flat.profile = SIM_LOW;
-    flat.bump_ft = (struct sim_list){0};
-    flat.grit_lb = (struct sim_list){0};
-    flat.shear_lb = 0.0;
-    flat.q1_lb = 0.0;
-    return flat;
-}
-
-static enum mr_status chain_reference(struct reference *reference, struct error_study *study,
-                                      const struct sim_scene *scene, struct error *error)
-{
-    struct sim_scene flat = as_planar(scene);
-    bool smooth = scene->friction > 0.0 && scene->friction_law == SIM_TANH;
-    bool heavy = study->end_s / study->dt_limit_s * scene->mats > PLANAR_WORK;
-    if (has_grit(scene) || (heavy && !smooth))
-        return march_reference(reference, study, scene, error);
-    return planar_reference(reference, study, &flat, error);
-}
-
 /* ---- the runs ---- */
 
 static enum mr_status over_tolerances(struct error_study *study, const struct reference *reference,
@@ -437,18 +285,16 @@ static double octaves(int rung)
     return rung < CLOSE_RUNGS ? 0.2 * rung : 0.2 * CLOSE_RUNGS + 0.5 * (rung - CLOSE_RUNGS);
 }
 
-/* Fixed steps, of rk4 or, `kind` NULL, the chain's solver. */
+/* Fixed steps, of rk4. */
 static enum mr_status over_steps(struct error_study *study, const struct reference *reference,
-                                 const struct sim_scene *scene, const struct stepper_kind *kind,
-                                 struct error *error)
+                                 const struct sim_scene *scene, struct error *error)
 {
-    struct pass_request request = {.kind = kind, .most_steps = UINT64_MAX};
-    const char *name = kind ? kind->name : "staggered";
+    struct pass_request request = {.kind = &stepper_rk4, .most_steps = UINT64_MAX};
     double end_s = study->end_s, limit_s = study->dt_limit_s;
-    double least_s = end_s * scene->mats / (kind ? MAT_STEPS : CHAIN_MAT_STEPS);
+    double least_s = end_s * scene->mats / MAT_STEPS;
     double first_s = FIRST * fmin(limit_s, end_s / LEAST_STEPS);
     if (first_s < least_s) {
-        note(study, "%s left out: its stability limit of %.3g s asks for %.3g steps", name, limit_s,
+        note(study, "rk4 left out: its stability limit of %.3g s asks for %.3g steps", limit_s,
              end_s / limit_s);
         return MR_OK;
     }
@@ -460,7 +306,7 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
     for (int k = 0; k < RUNGS; k++) {
         request.dt_s = first_s * pow(2.0, -octaves(k));
         if (request.dt_s < least_s) {
-            note(study, "%s: steps below %.3g s left out", name, least_s);
+            note(study, "rk4: steps below %.3g s left out", least_s);
             break;
         }
         if (measure(study, reference, scene, &request, error) != MR_OK)
@@ -473,7 +319,6 @@ static void take(struct error_study *study, const struct reference *reference)
 {
     study->agreement_u_ft = reference->u_ft;
     study->agreement_lift_ft = reference->lift_ft;
-    study->agreement_rms_u_ft = reference->rms_u_ft;
     study->peak_u_ft = sim_record_peak(&reference->record).u_ft;
     study->max_lift_ft = reference->max_lift_ft;
 }
@@ -492,59 +337,27 @@ static enum mr_status planar(struct error_study *study, const struct sim_scene *
         for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
             over_tolerances(study, &reference, scene, kinds[i], error);
         if (error->status == MR_OK)
-            over_steps(study, &reference, scene, &stepper_rk4, error);
+            over_steps(study, &reference, scene, error);
     }
     sim_record_free(&reference.record);
-    return error->status;
-}
-
-/* The step limit is the solver's own word; an answer that is refused has it too. */
-static void ask_limit(struct error_study *study, const struct sim_scene *scene)
-{
-    const struct sim_options options = {.solver = "staggered", .dt_s = 1e6};
-    struct sim_result result;
-    struct error ignored = {0};
-    sim_run(scene, &options, &result, &ignored);
-    study->dt_limit_s = result.dt_limit_s;
-    sim_result_free(&result);
-}
-
-static enum mr_status chain(struct error_study *study, const struct sim_scene *scene,
-                            struct error *error)
-{
-    struct sim_scene timed = *scene;
-    struct reference reference = {0};
-    size_t asked = scene->t_out_s.count;
-    double *times_s = xcalloc(EVEN_TIMES + asked, sizeof *times_s);
-    for (size_t i = 0; i < EVEN_TIMES; i++)
-        times_s[i] = study->end_s * (double)(i + 1) / EVEN_TIMES;
-    for (size_t i = 0; i < asked; i++)
-        times_s[EVEN_TIMES + i] = scene->t_out_s.values[i];
-    timed.t_out_s = (struct sim_list){times_s, EVEN_TIMES + asked};
-    ask_limit(study, &timed);
-    if (chain_reference(&reference, study, &timed, error) == MR_OK) {
-        take(study, &reference);
-        over_steps(study, &reference, &timed, NULL, error);
-    }
-    sim_record_free(&reference.record);
-    free(times_s);
     return error->status;
 }
 
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
                                error_told *told, void *told_ctx, struct error *error)
 {
-    *study = (struct error_study){
-        .lifts = scene->model != SIM_CHAIN, .told = told, .told_ctx = told_ctx};
+    *study = (struct error_study){.told = told, .told_ctx = told_ctx};
     if (told)
         told(told_ctx, 0);
     if (sim_scene_check(scene, scene->name[0] ? scene->name : "scene", error) != MR_OK)
         return error->status;
-    study->end_s = sim_scene_end_s(scene);
     if (scene->model == SIM_CHAIN)
-        chain(study, scene, error);
-    else
-        planar(study, scene, error);
+        return error_set(error, MR_USAGE,
+                         "one solver only: %s: model chain; its error is in the answer of matrig "
+                         "sim, or give model report or consistent",
+                         name_of(scene));
+    study->end_s = sim_scene_end_s(scene);
+    planar(study, scene, error);
     if (error->status == MR_OK)
         error_study_fit(study);
     return error->status;
@@ -609,33 +422,31 @@ void error_study_fit(struct error_study *study)
     study->order_count = error_study_solvers(study, names, ERROR_ORDERS_MAX);
     for (size_t k = 0; k < study->order_count; k++) {
         struct error_order *order = &study->orders[k];
-        *order = (struct error_order){.solver = names[k], .u = fit(study, names[k], false)};
-        if (study->lifts)
-            order->lift = fit(study, names[k], true);
+        *order = (struct error_order){.solver = names[k],
+                                      .u = fit(study, names[k], false),
+                                      .lift = fit(study, names[k], true)};
         for (size_t i = 0; i < study->run_count; i++)
             order->of_step = order->of_step || (strcmp(study->runs[i].solver, names[k]) == 0 &&
                                                 study->runs[i].dt_s > 0.0);
     }
 }
 
-static double own_ft(const struct error_study *study, const struct error_run *run)
+static double own_ft(const struct error_run *run)
 {
-    if (!usable(run))
-        return (double)NAN;
-    return study->lifts ? run->lift_ft : run->u_ft;
+    return usable(run) ? run->lift_ft : (double)NAN;
 }
 
 double error_study_judged_ft(const struct error_study *study, size_t i)
 {
     const struct error_run *run = &study->runs[i];
-    double own = own_ft(study, run);
+    double own = own_ft(run);
     if (run->dt_s == 0.0 || isnan(own))
         return own;
     for (int side = 0; side < 2; side++) {
         if (side == 0 ? i == 0 : i + 1 == study->run_count)
             return (double)NAN;
         const struct error_run *next = &study->runs[side == 0 ? i - 1 : i + 1];
-        double error = own_ft(study, next);
+        double error = own_ft(next);
         if (strcmp(next->solver, run->solver) != 0 || isnan(error))
             return (double)NAN;
         own = fmax(own, error);
@@ -647,7 +458,7 @@ const struct error_run *error_study_cheapest(const struct error_study *study, co
                                              double level_ft)
 {
     const struct error_run *best = NULL;
-    if (level_ft < ERROR_FLOOR * (study->lifts ? study->agreement_lift_ft : study->agreement_u_ft))
+    if (level_ft < ERROR_FLOOR * study->agreement_lift_ft)
         return NULL;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];

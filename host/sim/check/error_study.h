@@ -4,18 +4,13 @@
  * Every run is a single pass, without the second one that checks an answer (planar.h), at
  * tolerances a decade apart or steps a factor sqrt 2 apart. Errors are largest differences to the
  * reference over all mats at 64 even times and t_out (u), and over the same times and the run's
- * largest lift (lift). A run's time is the processor time of its pass, the least of up to five; of
- * `staggered` the wall clock time that it states.
+ * largest lift (lift). A run's time is the processor time of its pass, the least of up to five.
+ * Model chain has one solver, whose answer states its error: MR_USAGE.
  *
  * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly
  * implicit one of order 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when
- * they do not agree to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`.
- * Chain: the same two on the report model with flat mats, whose horizontal equations are the
- * chain's. Chain with grit, which the planar models do not have, or too long for them: Runge-Kutta
- * with located switches (error_march.h) and `staggered` at a fine step; the former is the
- * reference. On a runway whether a joint's grit gives way can hang on rounding, so single mats
- * differ at any step: there the rms over mats and times is what has to agree. When the two differ
- * by more than the limits below there is no reference and no table: MR_NUMERICS.
+ * they do not agree to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`. When
+ * they differ by more than the limits below there is no reference and no table: MR_NUMERICS.
  *
  * Units ft, s; run times in ms. */
 #ifndef MATRIG_HOST_SIM_CHECK_ERROR_STUDY_H
@@ -29,7 +24,6 @@
 #define ERROR_NOTES_MAX     8
 #define ERROR_LIMIT_U_FT    1e-6 /* more disagreement about u: no reference */
 #define ERROR_LIMIT_LIFT_FT 1e-5 /* the same about lift */
-#define ERROR_LIMIT_RMS_FT  1e-4 /* a chain by error_march.h: more rms disagreement about u */
 /* errors below this many times the disagreement are not told from it */
 #define ERROR_FLOOR         2.0
 
@@ -43,7 +37,6 @@ struct error_run {
     int mat; /* where and when it failed, when not SIM_OK */
     double t_s;
     double u_ft, lift_ft; /* errors; NaN unless SIM_OK */
-    double rms_u_ft;      /* rms of u's over the same mats and times */
     double max_lift_ft;   /* the run's own; NaN unless SIM_OK */
     bool beyond;          /* fixed step beyond the stability limit: sim_run would have refused it */
 };
@@ -69,11 +62,10 @@ typedef void error_told(void *ctx, size_t runs_begun);
 
 struct error_study {
     char method[240]; /* of the reference, for people */
-    double agreement_u_ft, agreement_lift_ft, agreement_rms_u_ft;
+    double agreement_u_ft, agreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* of the reference */
     double end_s;
     double dt_limit_s;                     /* of the fixed-step solver */
-    bool lifts;                            /* the model has heights */
     struct error_run runs[ERROR_RUNS_MAX]; /* by solver, coarse to fine */
     size_t run_count;
     struct error_order orders[ERROR_ORDERS_MAX];
@@ -93,9 +85,9 @@ extern const size_t error_level_count;
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
                                error_told *told, void *told_ctx, struct error *error);
 
-/* Error by which run i is judged, of lift or, when the model has none, of u: its own; of a fixed
- * step the worst of it and both neighbours, because such an error can be small by luck. NaN:
- * failed, beyond the limit, or no neighbour. */
+/* Error of lift by which run i is judged: its own; of a fixed step the worst of it and both
+ * neighbours, because such an error can be small by luck. NaN: failed, beyond the limit, or no
+ * neighbour. */
 double error_study_judged_ft(const struct error_study *study, size_t i);
 
 /* The cheapest run of `solver` (NULL: of any) that is judged to be within level_ft. NULL: none, or
