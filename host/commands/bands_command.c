@@ -1,24 +1,120 @@
-/* matrig bands: restraining bands by Appendix C of the report, checked in the chain model. */
+/* matrig bands: restraining bands by Appendix C of the report. Units lb, ft, s. C.3 is misprinted
+ * (N for W: R = (W a/g)(s/b)) and so is C.10 (n for n F': n F' = A fy - R); the worked example
+ * settles both. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "host/analyse/banddesign.h"
 #include "host/base/answer.h"
 #include "host/base/quantity.h"
 #include "host/commands/commands.h"
 #include "host/base/units.h"
 
 #define WORDS_MAX 32
-#define DISAGREE  0.1 /* of T0: simple theory and model say different things */
+
+struct band_design {
+    /* given */
+    double weight_lb, g_ft_s2, deceleration_ft_s2;
+    double bands; /* that carry it together, N */
+    double area_ft2, yield_lb_ft2, modulus_lb_ft2;
+    double mat_lb, friction;
+    double held;         /* mats that act against one connection */
+    double every;        /* rows from one connection to the next */
+    double row_ft;       /* length of a mat along the runway */
+    double width_ft;     /* of influence of the gear, b; 0: not given */
+    double length_ft;    /* of band between its springs; 0: as long as it may be */
+    double spring_lb_ft; /* K at either end; 0: A E/L, as soft as dT = R/2 supposes */
+    double at;           /* a': where R acts, fraction of the length */
+    double tension_lb;   /* T0 chosen; 0: the design's */
+    /* worked out by band_design */
+    double r_lb;          /* C.1 */
+    double strength_lb;   /* A fy */
+    double friction_lb;   /* most n F' that C.8 and C.9 leave room for, C.10 */
+    double connection_lb; /* F' */
+    double connections;   /* n: of the band as long as given, else the most */
+    double most_connections;
+    double longest_ft;
+    double least_t0_lb, most_t0_lb; /* C.8, C.9 for n */
+    double t0_lb;                   /* chosen, or in their middle */
+    double spacing_ft;              /* C.2; 0: not known */
+    double ahead_lb, behind_lb;     /* C.6, C.7: changes */
+    double least_lb, most_lb;       /* tensions that follow: T0 - n F' - R/2, T0 + R/2 */
+};
+
+#define IN2_PER_FT2 144.0
+#define G_FT_S2     (9.80665 / 0.3048) /* the g in which a deceleration may be given */
+
+/* The worked example of Appendix C, as given. */
+static void band_design_defaults(struct band_design *design)
+{
+    *design = (struct band_design){
+        .weight_lb = 480e3,
+        .g_ft_s2 = G_FT_S2,
+        .deceleration_ft_s2 = 0.5 * G_FT_S2,
+        .bands = 4.0,
+        .area_ft2 = 6.0 * 0.375 / IN2_PER_FT2,
+        .yield_lb_ft2 = 50e3 * IN2_PER_FT2,
+        .modulus_lb_ft2 = 29e6 * IN2_PER_FT2,
+        .mat_lb = 160.0,
+        .friction = 0.5,
+        .held = 4.0,
+        .every = 10.0,
+        .row_ft = 2.0,
+        .spring_lb_ft = 0.0,
+        .at = 0.5,
+    };
+}
+
+static enum mr_status too_weak(const struct band_design *d, struct error *error)
+{
+    return error_set(error, MR_USAGE,
+                     "bands too weak: each takes R = %.6g lb and yields at A fy = %.6g lb (C.10 "
+                     "leaves n F' = %.6g lb); give "
+                     "more bands, or a larger area or yield",
+                     d->r_lb, d->strength_lb, d->strength_lb - d->r_lb);
+}
+
+/* Works out the rest. MR_USAGE when no band can do it, saying why. */
+static enum mr_status band_design(struct band_design *d, struct error *error)
+{
+    d->r_lb = d->weight_lb * d->deceleration_ft_s2 / d->g_ft_s2 / d->bands;
+    d->strength_lb = d->area_ft2 * d->yield_lb_ft2;
+    d->friction_lb = d->strength_lb - d->r_lb;
+    if (!(d->friction_lb > 0.0))
+        return too_weak(d, error);
+    d->connection_lb = d->held * d->friction * d->mat_lb;
+    d->most_connections = d->connection_lb > 0.0
+                            ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12))
+                            : HUGE_VAL;
+    double apart_ft = d->every * d->row_ft;
+    d->longest_ft = d->most_connections * apart_ft;
+    d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
+                                        : d->most_connections;
+    /* without a length the room that C.10 leaves is used up, as the example does: 52.5 kip, not 164
+     * x 320 lb */
+    double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
+    d->least_t0_lb = held_lb + 0.5 * d->r_lb;
+    d->most_t0_lb = d->strength_lb - 0.5 * d->r_lb;
+    d->t0_lb = d->tension_lb > 0.0 ? d->tension_lb : 0.5 * (d->least_t0_lb + d->most_t0_lb);
+    d->spacing_ft = d->width_ft > 0.0 ? d->width_ft / d->bands : 0.0;
+    double length_ft = d->length_ft > 0.0 ? d->length_ft : d->longest_ft;
+    double band_lb_ft = d->area_ft2 * d->modulus_lb_ft2 / length_ft;
+    if (!(d->spring_lb_ft > 0.0))
+        d->spring_lb_ft = band_lb_ft;
+    double give = d->spring_lb_ft / band_lb_ft; /* K L/(A E) */
+    d->ahead_lb = -d->r_lb * (d->at * give + 1.0) / (give + 2.0);
+    d->behind_lb = d->r_lb * ((1.0 - d->at) * give + 1.0) / (give + 2.0);
+    d->least_lb = d->t0_lb - held_lb - 0.5 * d->r_lb;
+    d->most_lb = d->t0_lb + 0.5 * d->r_lb;
+    return MR_OK;
+}
 
 struct request {
     struct band_design design;
     double width_ft, thickness_ft; /* of a band; 0: the area is given */
-    bool area_given, design_only;
-    int64_t passes;
+    bool area_given;
 };
 
 struct input {
@@ -48,8 +144,6 @@ static const struct input inputs[] = {
     {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, IN_DESIGN(spring_lb_ft)},
     {"at", "", "", 0, 1, IN_DESIGN(at)},
     {"tension", "lb", "lb", 0, 1e9, IN_DESIGN(tension_lb)},
-    {"grip", "lb", "lb", 0, 1e9, IN_DESIGN(grip_lb)},
-    {"speed", "ft/s", "ft/s", 0.1, 1e4, IN_DESIGN(speed_ft_s)},
 };
 
 static enum mr_status find_input(const char *word, const struct input **input, const char **value,
@@ -120,99 +214,51 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     band_design_defaults(&request->design);
     if (command_parse(&command_bands, argc, argv, cli, request, words, error) != MR_OK)
         return error->status;
-    request->design.passes = (int)request->passes;
     return read_words(words, request, error);
 }
 
-/* --- what theory and model say --- */
+/* --- what theory says --- */
 
-#define FINDINGS_MAX 8
+#define FINDINGS_MAX 4
 struct findings {
     char text[FINDINGS_MAX][200];
     size_t count;
-    bool si;                        /* told in SI units */
-    bool theory_fails, model_fails; /* the band goes slack, yields or slips */
+    bool si; /* told in SI units */
 };
 
-enum weight { A_WARNING, THEORY_FAILS, MODEL_FAILS };
-
-__attribute__((format(printf, 3, 4))) static void find(struct findings *findings,
-                                                       enum weight weight, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void find(struct findings *findings,
+                                                       const char *format, ...)
 {
     va_list list;
     va_start(list, format);
     if (findings->count < FINDINGS_MAX)
         vsnprintf(findings->text[findings->count++], sizeof findings->text[0], format, list);
     va_end(list);
-    findings->theory_fails = findings->theory_fails || weight == THEORY_FAILS;
-    findings->model_fails = findings->model_fails || weight == MODEL_FAILS;
 }
 
-/* "55000 lb", "600 ft", "0.4 in" (of a movement in ft), or the same with --si. */
 struct said {
     char text[UNIT_TEXT];
 };
-static struct said said(const struct findings *f, enum unit_kind kind, double value)
-{
-    struct said said;
-    const struct unit *unit = unit_of(kind, f->si);
-    snprintf(said.text, sizeof said.text, kind == UNIT_STATION ? "%.0f %s" : "%.6g %s",
-             value * unit->factor, unit->text);
-    return said;
-}
 static struct said force(const struct findings *f, double lb)
 {
-    return said(f, UNIT_TENSION, lb);
+    struct said said;
+    const struct unit *unit = unit_of(UNIT_TENSION, f->si);
+    snprintf(said.text, sizeof said.text, "%.6g %s", lb * unit->factor, unit->text);
+    return said;
 }
 
-static void judge_theory(const struct band_design *d, struct findings *f)
+static void judge(const struct band_design *d, struct findings *f)
 {
     if (d->connections > d->most_connections)
-        find(f, THEORY_FAILS,
+        find(f,
              "theory: %.0f connections; C.10 allows %.0f: a shorter band, or more or stronger ones",
              d->connections, d->most_connections);
     if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
-        find(f, THEORY_FAILS, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
+        find(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
              force(f, d->t0_lb).text, force(f, d->least_t0_lb).text);
     if (d->t0_lb > d->most_t0_lb * (1.0 + 1e-9))
-        find(f, THEORY_FAILS, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
+        find(f, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
              force(f, d->t0_lb).text, force(f, d->most_t0_lb).text);
-}
-
-static void judge_model(const struct band_design *d, const struct band_check *c, struct findings *f)
-{
-    double apart = DISAGREE * d->t0_lb;
-    double least_lb = fmax(d->least_lb, 0.0); /* a slack band pulls 0 in theory */
-    if (c->least_lb < 0.0 && d->least_lb >= -1e-9 * d->t0_lb)
-        find(f, MODEL_FAILS,
-             "disagree: the model's band goes loose at %s (pass %d), where theory leaves it "
-             "%s",
-             said(f, UNIT_STATION, c->least_ft).text, c->least_pass, force(f, least_lb).text);
-    else if (c->least_lb < 0.0)
-        find(f, MODEL_FAILS, "the model's band goes loose at %s (pass %d), as theory says",
-             said(f, UNIT_STATION, c->least_ft).text, c->least_pass);
-    else if (fabs(c->least_lb - least_lb) > apart)
-        find(f, A_WARNING, "disagree: least tension %s in the model, %s by theory, which is %s",
-             force(f, c->least_lb).text, force(f, least_lb).text,
-             c->least_lb > least_lb ? "safe" : "NOT safe");
-    if (c->most_lb > d->strength_lb)
-        find(f, MODEL_FAILS, "%s: the model's band yields at %s (pass %d): %s, A fy is %s",
-             d->most_lb > d->strength_lb ? "theory and model" : "disagree",
-             said(f, UNIT_STATION, c->most_ft).text, c->most_pass, force(f, c->most_lb).text,
-             force(f, d->strength_lb).text);
-    else if (fabs(c->most_lb - d->most_lb) > apart)
-        find(f, A_WARNING, "disagree: largest tension %s in the model, %s by theory, which is %s",
-             force(f, c->most_lb).text, force(f, d->most_lb).text,
-             c->most_lb < d->most_lb ? "safe" : "NOT safe");
-    if (c->slip_ft > 0.0)
-        find(f, MODEL_FAILS, "connections slip: up to %s; they hold %s",
-             said(f, UNIT_MOVEMENT, c->slip_ft).text, force(f, d->grip_lb).text);
-    if (c->load_lb > 2.0 * d->connection_lb)
-        find(f, A_WARNING,
-             "disagree: a connection carries up to %s (at %s); theory loads it with F' = "
-             "%s only",
-             force(f, c->load_lb).text, said(f, UNIT_STATION, c->load_ft).text,
-             force(f, d->connection_lb).text);
 }
 
 struct figure {
@@ -224,7 +270,7 @@ struct figure {
 };
 
 #define OF_DESIGN(field) offsetof(struct band_design, field)
-static const struct figure design_figures[] = {
+static const struct figure figures[] = {
     {"R", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
     {"strength", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
     {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb),
@@ -245,107 +291,48 @@ static const struct figure design_figures[] = {
     {"spring", "K", UNIT_STIFFNESS, 1, OF_DESIGN(spring_lb_ft), ", springs at the ends"},
 };
 
-#define OF_CHECK(field) offsetof(struct band_check, field)
-static const struct figure check_figures[] = {
-    {"least", "least tension", UNIT_TENSION, 1, OF_CHECK(least_lb), NULL},
-    {"least", "least at", UNIT_STATION, 1, OF_CHECK(least_ft), NULL},
-    {"most", "largest", UNIT_TENSION, 1, OF_CHECK(most_lb), NULL},
-    {"most", "largest at", UNIT_STATION, 1, OF_CHECK(most_ft), NULL},
-    {"error", "error, tensions", UNIT_TENSION, 0, OF_CHECK(error_lb), ", the model's own estimate"},
-    {"slack_share", "loose", UNIT_NUMBER, 3, OF_CHECK(slack_share), " of the segments at a time"},
-    {"load", "most carried", UNIT_TENSION, 1, OF_CHECK(load_lb), " by a connection"},
-    {"load", "carried at", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
-    {"slip", "slip", UNIT_STATION, 4, OF_CHECK(slip_ft), " of a connection, at most"},
-    {"residual", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb),
-     " less than T0, held by friction"},
-    {"moved", "movement", UNIT_STATION, 4, OF_CHECK(moved_ft), " at most"},
-    {"error", "error, movements", UNIT_STATION, 3, OF_CHECK(error_ft),
-     ", the model's own estimate"},
-};
-
-static void figures_answer(const struct figure *figures, size_t count, const void *from,
-                           struct answer *answer)
+static void figures_answer(const struct band_design *d, struct answer *answer)
 {
-    for (size_t i = 0; i < count; i++) {
-        const struct figure *f = &figures[i];
+    for (size_t i = 0; i < sizeof figures / sizeof *figures; i++) {
         double value;
-        memcpy(&value, (const char *)from + f->offset, sizeof value);
-        struct answer_fact *fact = answer_value(answer, f->name, f->label, f->unit, value,
-                                                f->decimals);
+        memcpy(&value, (const char *)d + figures[i].offset, sizeof value);
+        struct answer_fact *fact = answer_value(answer, figures[i].name, figures[i].label,
+                                                figures[i].unit, value, figures[i].decimals);
         fact->digits = 9;
-        fact->end = f->says;
+        fact->end = figures[i].says;
     }
 }
 
-static void design_answer(const struct band_design *d, struct answer *answer)
+static struct answer *answer_of(const struct band_design *d, const struct findings *f)
 {
+    struct answer *answer = answer_new(f->si);
     bool placed = d->spacing_ft > 0.0;
+    answer_as_given(answer);
     answer_open(answer, "design", "design by Appendix C, per band");
-    figures_answer(design_figures, sizeof design_figures / sizeof *design_figures, d, answer);
+    figures_answer(d, answer);
     answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
                  placed ? d->spacing_ft : (double)NAN, 2)
         ->digits = 9;
     answer_remark(answer, " from band to band (C.2)");
     answer_close(answer);
-}
-
-static void check_answer(const struct band_design *d, const struct band_check *c,
-                         struct answer *answer)
-{
-    answer_open(answer, "model", "in the model");
-    answer_words(answer, NULL, "strip",
-                 "%d mats, of one band; %g rows from rivet to rivet, R all along it, %d passes",
-                 c->mats, d->every, d->passes);
-    answer_count(answer, "mats", NULL, c->mats);
-    answer_count(answer, "least_pass", NULL, c->least_pass);
-    answer_count(answer, "most_pass", NULL, c->most_pass);
-    figures_answer(check_figures, sizeof check_figures / sizeof *check_figures, c, answer);
-    answer_close(answer);
-}
-
-static struct answer *answer_of(const struct request *request, const struct band_check *check,
-                                const struct findings *f, bool si)
-{
-    struct answer *answer = answer_new(si);
-    answer_as_given(answer);
-    design_answer(&request->design, answer);
-    if (request->design_only)
-        answer_none(answer, "model", NULL, "");
-    else
-        check_answer(&request->design, check, answer);
     answer_list(answer, "findings", "");
     for (size_t i = 0; i < f->count; i++)
         answer_words(answer, NULL, "finding", "%s", f->text[i]);
     answer_close(answer);
-    if (f->model_fails && !f->theory_fails)
-        answer_sentence(answer, NULL,
-                        "the theory allows this band, the model does not: leave it more room");
-    answer_flag(answer, "holds_by_theory", NULL, !f->theory_fails);
-    if (request->design_only)
-        answer_none(answer, "holds_in_model", NULL, "");
-    else
-        answer_flag(answer, "holds_in_model", NULL, !f->model_fails);
+    answer_flag(answer, "holds_by_theory", NULL, f->count == 0);
     return answer;
 }
 
-/* The report's own example has its bands at the limit of the theory, so that any knock in the model
- * goes beyond it: what the model says against the theory is a warning. */
 static int bands_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
-    struct band_check check = {0};
     struct findings findings = {.si = cli->si};
     struct error error = {0};
-    struct band_design *d = &request.design;
     if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        band_design(d, &error) != MR_OK ||
-        (!request.design_only && band_check(d, &check, &error) != MR_OK))
+        band_design(&request.design, &error) != MR_OK)
         return cli_fail(&error);
-    judge_theory(d, &findings);
-    if (!request.design_only)
-        judge_model(d, &check, &findings);
-    return answer_show(cli, answer_of(&request, &check, &findings, cli->si),
-                       findings.theory_fails ? 1 : 0);
+    judge(&request.design, &findings);
+    return answer_show(cli, answer_of(&request.design, &findings), findings.count ? 1 : 0);
 }
 
 #define VALUES struct request
@@ -359,19 +346,14 @@ static const struct command_part parts[] = {
         "rivet to\n"
         "rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the "
         "longest),\n"
-        "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a "
-        "connection),\n"
-        "speed (ft/s, in the model)"),
+        "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0)"),
     HELP_ITEM("UNIT",
               "any of the input's kind: lb kip N kN kgf kg (the weight of that mass), ft in m "
               "mm, ft/s mph m/s,\n"
               "ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    OPTION_FLAG("--design-only", design_only, "leave the model out"),
-    OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0,
-                 "how often the aircraft passes in the model; else {standard}"),
-    HELP_NOTE("Exit 1 when the band goes loose or yields by theory. What the model says otherwise "
-              "is a warning: the report's own example has\n"
-              "its bands at the theory's limit, and R goes from rivet to rivet in knocks. "),
+    HELP_NOTE("Exit 1 when the band goes loose or yields by theory. R goes from rivet to rivet in "
+              "knocks that theory leaves out: simulate the\n"
+              "band before it is built (matrig sim, host/scenes/model_runway_bands.json). "),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),
@@ -380,8 +362,8 @@ static const struct command_part parts[] = {
 const struct command command_bands = {
     "bands",
     bands_command,
-    "[NAME=VALUE[UNIT]...] [--design-only] [--passes N]",
-    "design restraining bands by Appendix C, and check them in the model",
+    "[NAME=VALUE[UNIT]...]",
+    "design restraining bands by Appendix C",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "[NAME=VALUE[UNIT]...]"},
 };

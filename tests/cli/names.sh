@@ -32,7 +32,7 @@ host/landing_series/series.h unhinging
 common/closure.h compression zone
 host/sim/scene/result.h bow_wave
 common/similitude.h similitude
-host/analyse/banddesign.h band design
+host/commands/bands_command.c band design
 host/sim/models/model.h lift shear
 host/sim/elements/hinge.h TAD
 common/gates.h touchdown

@@ -7,10 +7,10 @@
  * largest lift (lift). A run's time is the processor time of its pass, the least of up to five.
  * Model chain has one solver, whose answer states its error: MR_USAGE.
  *
- * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly
- * implicit one of order 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when
- * they do not agree to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`. When
- * they differ by more than the limits below there is no reference and no table: MR_NUMERICS.
+ * Reference: `event` and `implicit` (an explicit method of order 8 and a linearly implicit one of
+ * order 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when they do not agree
+ * to 1e-10 ft yet. Where the explicit one gets stuck, `implicit` and `cvode`. When they differ by
+ * more than the limits below there is no reference and no table: MR_NUMERICS.
  *
  * Units ft, s; run times in ms. */
 #ifndef MATRIG_HOST_SIM_CHECK_ERROR_STUDY_H
