@@ -18,7 +18,7 @@
 #include "hil/core/cpu.h"
 #include "hil/core/core.h"
 #include "hil/core/elf.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/exception.h"
 #include "hil/core/state.h"
 #include "hil/core/nvic.h"

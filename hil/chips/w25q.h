@@ -20,7 +20,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 #include "hil/periph/spi.h"
 
 /* ---- w25q_rules ---- */

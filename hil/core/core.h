@@ -7,7 +7,7 @@
  *
  * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes
  * them. What the core has to tell them goes over wires that they connect (bus.h,
- * clock.h) and by the calls below. */
+ * event.h) and by the calls below. */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
@@ -19,10 +19,81 @@
 #include <unicorn/unicorn.h>
 
 #include "common/status.h"
-#include "hil/core/bus.h"
-#include "hil/core/clock.h"
 #include "hil/core/state.h"
 #include "hil/core/stores.h"
+
+struct hil_register;
+struct hil_register_set;
+
+/* The access in progress, for refusals. */
+struct hil_access {
+    uint32_t address;
+    unsigned size;
+    bool write;
+};
+
+/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each
+ * call, with `unit`. The bus refuses by registers.def before it calls: `read` and `write` see
+ * registers of that table alone, and no value that the table refuses. */
+struct hil_peripheral {
+    uint32_t base;
+    const char *name;
+    unsigned unit; /* of several alike behind one device */
+    uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
+    void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
+    bool narrow; /* byte and halfword writes are modelled */
+    /* What a narrow write leaves in the rest of the word: the register's own bits. NULL: nothing,
+     * where a written 0 means nothing or the register is no wider. */
+    uint32_t (*rest)(void *device, unsigned unit, uint32_t offset);
+    void *device;
+    const uint32_t *clocks; /* its clock is on while one of these bits is; NULL: always */
+    uint32_t clock_mask;
+};
+
+/* Memory of the chip that no store changes, from 0x1fff7000: unique id, option bytes and the
+ * like. */
+struct hil_system_memory {
+    uint32_t (*read)(void *device, uint32_t address); /* the word at `address` & ~3 */
+    void *device;
+};
+
+/* Clocks that were switched on a moment ago. */
+struct hil_fresh_clocks {
+    const uint32_t *clocks; /* NULL: none; else as in struct hil_peripheral */
+    uint32_t mask;
+    void (*accessed)(void *who); /* the first access to one that has such a clock */
+    void *who;
+};
+
+#define HIL_PERIPHERALS_MAX 64u
+#define HIL_REGISTER_WORDS  256u /* a kilobyte */
+#define HIL_BUS_PAGES       512u /* kilobytes from 0x40000000 */
+
+struct hil_bus {
+    struct hil_access access;
+    uint32_t issued; /* the address that the core named: a bit-band alias, or that of `access` */
+    uint64_t issues; /* how many the core has named */
+    struct hil_system_memory system_memory;
+    struct hil_fresh_clocks fresh;
+    unsigned count;
+    struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
+    uint8_t peripheral_of[HIL_BUS_PAGES];
+    /* of each */
+    const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
+    /* by word of a peripheral; NULL: not yet looked for, or none */
+    const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS];
+};
+
+#define HIL_NO_PERIPHERAL 0xffu
+
+/* The peripheral at an address; NULL: none. */
+static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bus *bus,
+                                                             uint32_t address)
+{
+    uint32_t page = (address - 0x40000000u) >> 10;
+    uint8_t i = page < HIL_BUS_PAGES ? bus->peripheral_of[page] : HIL_NO_PERIPHERAL;
+    return i == HIL_NO_PERIPHERAL ? NULL : &bus->peripheral[i];
+}
 
 /* Who looks on while the core runs: a debugger, a trace, a profile. The core calls them, and
  * knows none of them by name; what they are is in hil/debug/. An onlooker whose calls are NULL is
@@ -176,6 +247,15 @@ struct hil_core {
     struct hil_onlookers onlookers;
     struct hil_cpu_engine engine;
 };
+
+/* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
+uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
+uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
+/* HCLK of a clock that starts. */
+void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
+/* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told:
+ * hil_hclk_change does both. */
+void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
 
 /* Stop the run, with a message. The first stop wins. */
 __attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core,

@@ -5,7 +5,9 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/core/access.h"
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/core/exception.h"
 #include "hil/core/whatif.h"
 

@@ -2,6 +2,7 @@
 
 #include "hil/core/access.h"
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/core/registers.h"
 
 #define ISPR         0x200u

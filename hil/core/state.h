@@ -4,11 +4,40 @@
 #define MATRIG_HIL_STATE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
-#include "hil/core/bus.h"
+/* ---- call ---- */
 
-/* --- time: hil/core/clock.h --- */
+/* A wire from one part to another: who is told, and by which call. The part at the near end knows
+ * nothing of the far end, so that a peripheral does not know the board it sits on. */
+
+struct hil_call {
+    void (*call)(void *who); /* NULL: nobody is there */
+    void *who;
+};
+
+static inline void hil_call(const struct hil_call *wire)
+{
+    if (wire->call)
+        wire->call(wire->who);
+}
+
+/* ---- words ---- */
+
+/* Registers of a peripheral by name and by offset: word[offset / 4] is the register that is named
+ * at that place. A register that keeps nothing, and a place without a register, has a name too and
+ * stays 0. */
+
+#define HIL_WORDS(word, ...)                                          \
+    union {                                                           \
+        struct {                                                      \
+            uint32_t __VA_ARGS__;                                     \
+        };                                                            \
+        uint32_t word[sizeof(struct { uint32_t __VA_ARGS__; }) / 4u]; \
+    }
+
+/* --- time: hil/core/event.h --- */
 
 /* Units of physical time, in picoseconds. */
 #define HIL_SECOND_PS 1000000000000ull
@@ -104,7 +133,7 @@ struct hil_counters {
     uint32_t last_fault_pc;
 };
 
-/* --- events: hil/core/clock.h --- */
+/* --- events: hil/core/event.h --- */
 
 /* Order is the order of treatment when several are due at the same cycle. */
 enum hil_event_slot {

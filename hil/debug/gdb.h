@@ -15,7 +15,7 @@
 
 #include "common/status.h"
 #include "hil/board/board.h"
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 #include "hil/debug/debug.h"
 
 /* ---- gdb_packet ---- */

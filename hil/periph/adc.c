@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/access.h"
 #include "hil/periph/board_type.h"

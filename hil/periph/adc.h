@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 
 struct hil_adc_errors;
 struct hil_core;

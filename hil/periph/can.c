@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/canbits.h"
 #include "hil/periph/gpio.h"

@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 #include "hil/periph/can_frame.h"
 #include "hil/periph/wire.h"
 

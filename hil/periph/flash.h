@@ -23,7 +23,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 
 struct hil_core;
 struct hil_options;

@@ -1,7 +1,7 @@
 #include "hil/periph/i2c.h"
 
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/access.h"
 #include "hil/periph/gpio.h"

@@ -4,7 +4,7 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/cpu.h"
 #include "hil/core/access.h"
 #include "hil/periph/board_type.h"

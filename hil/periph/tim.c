@@ -1,7 +1,7 @@
 #include "hil/periph/tim.h"
 
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/access.h"
 #include "hil/core/state.h"

@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 
 struct hil_adc_device;
 struct hil_core;

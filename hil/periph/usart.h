@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 #include "hil/periph/wire.h"
 
 struct hil_core;

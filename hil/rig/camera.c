@@ -1,7 +1,7 @@
 #include "hil/rig/camera.h"
 
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"

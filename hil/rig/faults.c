@@ -14,7 +14,7 @@
 #include "hil/core/core.h"
 #include "hil/core/cpu.h"
 #include "hil/core/elf.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/file_place.h"
 #include "hil/core/state.h"
 #include "hil/periph/can.h"

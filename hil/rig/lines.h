@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "hil/core/bus.h"
+#include "hil/core/state.h"
 #include "hil/periph/can_frame.h"
 #include "hil/periph/wire.h"
 

@@ -8,7 +8,7 @@
 
 #include "common/crc32.h"
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/file_place.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/gpio.h"

@@ -5,7 +5,7 @@
 #include "common/canbase.h"
 #include "common/framing.h"
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/periph/can.h"
 #include "hil/periph/options.h"
 #include "hil/periph/usart.h"

@@ -3,7 +3,7 @@
 #include "hil/chips/tmp112.h"
 #include "hil/chips/w25q.h"
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/periph/flash.h"
 #include "hil/periph/rcc.h"
 

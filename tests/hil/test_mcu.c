@@ -4,7 +4,7 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/clock.h"
+#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/mcu.h"
 #include "hil/periph/options.h"

@@ -1,25 +1,16 @@
-/* Virtual time: HCLK cycles since power on, and their physical time in picoseconds.
- * And the events: one fixed slot per source, so that the whole queue is a few words without
- * pointers. A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate
- * is) or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
+/* Event queue: one fixed slot per source, so that the whole queue is a few words without pointers.
+ *
+ * A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate is)
+ * or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
  * converted again whenever HCLK changes. */
-#ifndef MATRIG_HIL_CLOCK_H
-#define MATRIG_HIL_CLOCK_H
+#ifndef MATRIG_HIL_EVENT_H
+#define MATRIG_HIL_EVENT_H
 
 #include <stdint.h>
 
 #include "hil/core/state.h"
 
 struct hil_core;
-
-/* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
-uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
-uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
-/* HCLK of a clock that starts. */
-void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
-/* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told:
- * hil_hclk_change does both. */
-void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
 
 /* An empty queue. */
 void hil_event_create(struct hil_core *core);
