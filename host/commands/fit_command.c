@@ -22,10 +22,6 @@ static const struct command_part parts[] = {
                  "simulated data sets a round, at least {low}; else {standard}"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of what is drawn; else {standard}. The same seed gives the same answer"),
-    OPTION_WHOLE("-j", "N", threads, 1.0, 64.0, 0.0, "threads; else as many as processors"),
-    OPTION_NUMBER(
-        "--max-time", "S", max_s, "s", 1.0, 1e6, 600.0,
-        "else {standard}; an answer that is not settled by then is given and said to be so"),
     OPTION_TEXT("--plot", "F", plot, "a plot of the residuals, SVG, PNG or PDF (gnuplot)"),
     OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
     OPTION_FORCE(force),
@@ -35,8 +31,8 @@ static const struct command_part parts[] = {
 const struct command command_fit = {
     "fit",
     study_start,
-    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] "
-    "[--max-time S] [--plot F] [-o F] [--force]",
+    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] "
+    "[--plot F] [-o F] [--force]",
     "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
     COMMAND_PARTS(parts),
     {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},

@@ -27,8 +27,7 @@ struct fit_request {
     const char *words[1 + FIT_RUNS_MAX];
     const char *scene, *fitted, *prior, *plot, *out_scene;
     bool force;
-    int64_t draws, seed, threads; /* threads 0: as many as processors */
-    double max_s;
+    int64_t draws, seed;
     char model_runway[500];
 };
 

@@ -14,7 +14,7 @@ between() { awk -v low="$1" -v x="$2" -v high="$3" 'BEGIN { print low, x, high; 
 
 fits() { # by a clock that passes 300 times as fast: it takes minutes
     touch "$tmp/fast"
-    LD_PRELOAD=build/tests/link/faults.so CLOCK_RATE=$tmp/fast:300 $matrig --json fit "$db" 1 --fit grit --draws 60 --max-time 1e6 \
+    LD_PRELOAD=build/tests/link/faults.so CLOCK_RATE=$tmp/fast:300 $matrig --json fit "$db" 1 --fit grit --draws 60 \
         --plot "$tmp/fit.svg" -o "$tmp/fit_scene.json" >"$tmp/fit.json" 2>"$tmp/goes.txt"
 }
 goes_on() {

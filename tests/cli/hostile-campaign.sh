@@ -47,7 +47,7 @@ done <<EOL
 report report DB -o $tmp/none.html
 export export DB 1 --format csv -o $tmp/none.csv
 compare compare DB 1
-fit fit DB --draws 60 -j 1 --max-time 5
+fit fit DB --draws 60
 replay replay DB 1
 bundle bundle DB 1 -o $tmp/none.bundle
 live --json live DB

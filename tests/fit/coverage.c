@@ -13,7 +13,7 @@
 #include <stdlib.h>
 
 #include "host/base/statistics.h"
-#include "host/study/fit/misfit.h"
+#include "host/study/fit/landings.h"
 #include "tests/fit/cheap.h"
 
 /* x^6 = x + 1: powers of its inverse are far from fractions with small denominators */

@@ -1,5 +1,5 @@
 /* Whether the fit notices that its model cannot be the data's: campaigns of tests/fit/runway.h,
- * right ones and four kinds of wrong ones, each fitted and checked (host/study/fit/misfit.h).
+ * right ones and four kinds of wrong ones, each fitted and checked (host/study/fit/landings.h).
  * Prints how many of each are called impossible, with Wilson's 95 % intervals, and how often the
  * intervals hold.
  *
@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "host/base/statistics.h"
-#include "host/study/fit/misfit.h"
+#include "host/study/fit/landings.h"
 #include "tests/fit/runway.h"
 
 #define VERSION  3u

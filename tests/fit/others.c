@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "host/base/statistics.h"
-#include "host/study/fit/misfit.h"
+#include "host/study/fit/landings.h"
 #include "tests/fit/cheap.h"
 #include "tests/score/truth.h"
 

@@ -11,18 +11,15 @@
 #include <gsl/gsl_rng.h>
 #include <gsl/gsl_statistics.h>
 #include <math.h>
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "host/base/monotonic_clock.h"
-#include "host/study/fit/misfit.h"
+#include "host/base/parallel_for.h"
 
 /* ---- ensemble ---- */
 
-#define THREADS_MAX  64u
 #define FAILED_SHARE 0.1
 
 struct work {
@@ -31,10 +28,8 @@ struct work {
     const struct fit_options *options;
     struct ensemble *ensemble;
     unsigned round;
-    double until_s;
     bool *good;
-    atomic_size_t next, done;
-    atomic_bool stop;
+    atomic_size_t done;
 };
 
 /* z of a w. */
@@ -67,50 +62,22 @@ static void simulate_rows(const struct work *work, size_t from, size_t count)
                     z + k * ensemble->parameters);
         draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
     }
-    double *statistic = ensemble->statistic + from * ensemble->statistics;
-    if (model->simulate_some)
-        model->simulate_some(model->context, count, z, draw, statistic, work->good + from);
-    else
-        work->good[from] = model->simulate(model->context, z, draw[0], statistic);
+    model->simulate(model->context, count, z, draw,
+                    ensemble->statistic + from * ensemble->statistics, work->good + from);
 }
 
-static void simulate_share(struct work *work, bool first)
+static void simulate_share(void *context, size_t from, size_t every)
 {
-    struct ensemble *ensemble = work->ensemble;
+    struct work *work = context;
     const struct fit_options *options = work->options;
-    size_t some = work->model->simulate_some ? FIT_SOME : 1;
-    for (;;) {
-        size_t i = some * atomic_fetch_add(&work->next, 1);
-        if (i >= ensemble->draws || atomic_load(&work->stop))
-            return;
-        size_t count = ensemble->draws - i < some ? ensemble->draws - i : some;
+    size_t draws = work->ensemble->draws;
+    for (size_t i = FIT_SOME * from; i < draws; i += FIT_SOME * every) {
+        size_t count = draws - i < FIT_SOME ? draws - i : FIT_SOME;
         simulate_rows(work, i, count);
         size_t done = atomic_fetch_add(&work->done, count) + count;
-        if (monotonic_s() > work->until_s ||
-            (first && options->go_on &&
-             !options->go_on(options->go_on_context, work->round, done, ensemble->draws)))
-            atomic_store(&work->stop, true);
+        if (from == 0 && options->progress)
+            options->progress(options->progress_context, work->round, done, draws);
     }
-}
-
-static void *helper(void *context)
-{
-    simulate_share(context, false);
-    return NULL;
-}
-
-static void simulate_all(struct work *work)
-{
-    pthread_t thread[THREADS_MAX];
-    unsigned wanted = work->options->threads, running = 0;
-    if (wanted == 0)
-        wanted = (unsigned)fmax(1.0, (double)sysconf(_SC_NPROCESSORS_ONLN));
-    while (running + 1 < wanted && running < THREADS_MAX &&
-           pthread_create(&thread[running], NULL, helper, work) == 0)
-        running++;
-    simulate_share(work, true);
-    while (running > 0)
-        pthread_join(thread[--running], NULL);
 }
 
 /* As xmalloc: an allocation that fails ends the process. */
@@ -161,7 +128,7 @@ static void close_ranks(struct ensemble *ensemble, const bool *good)
 }
 
 enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
-                             const struct fit_options *options, unsigned round, double until_s,
+                             const struct fit_options *options, unsigned round,
                              struct ensemble *ensemble, struct error *error)
 {
     *ensemble = (struct ensemble){
@@ -175,23 +142,19 @@ enum mr_status ensemble_make(const struct fit_model *model, const struct ensembl
                         .options = options,
                         .ensemble = ensemble,
                         .round = round,
-                        .until_s = until_s,
                         .good = good};
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
     spread_evenly(&work);
-    simulate_all(&work);
-    if (atomic_load(&work.stop)) {
-        error_set(error, MR_TIMEOUT,
-                  "stopped after %zu of %zu simulated data sets: round %u; allow more time, or "
-                  "fewer draws",
-                  atomic_load(&work.done), options->draws, round + 1);
-    } else {
-        close_ranks(ensemble, good);
-        if ((double)ensemble->failed > FAILED_SHARE * (double)options->draws)
-            error_set(error, MR_NUMERICS,
-                      "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
-                      "scene with matrig sim",
-                      ensemble->failed, options->draws, round + 1);
-    }
+    parallel_for(options->threads ? options->threads
+                 : processors > 1 ? (unsigned)processors
+                                  : 1u,
+                 simulate_share, &work);
+    close_ranks(ensemble, good);
+    if ((double)ensemble->failed > FAILED_SHARE * (double)options->draws)
+        error_set(error, MR_NUMERICS,
+                  "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
+                  "scene with matrig sim",
+                  ensemble->failed, options->draws, round + 1);
     free(good);
     return error->status;
 }
@@ -581,18 +544,17 @@ static void solve_covariance(size_t parameters, square information, square covar
 
 /* ---- fit ---- */
 
-#define DRAWS  300u
-#define WIDEN  1.3  /* the next design, in standard errors of the present estimate */
-#define STANDS 1.2  /* an estimate within this of its design's middle (in w) stands */
-#define REFITS 640u /* of the bootstrap, about */
-#define SPARE  0.9  /* of the time that is left, planned for */
-#define MOST_W (1.2 * ENSEMBLE_REACH)
+#define DRAWS    300u
+#define REPLICAS 99u  /* rank of the measured one among 100 */
+#define WIDEN    1.3  /* the next design, in standard errors of the present estimate */
+#define STANDS   1.2  /* an estimate within this of its design's middle (in w) stands */
+#define REFITS   640u /* of the bootstrap, about */
+#define MOST_W   (1.2 * ENSEMBLE_REACH)
 
 struct fitting {
     const struct fit_model *model;
     const double *measured;
     struct fit_options options;
-    double until_s;
     struct ensemble_place place; /* of the next ensemble */
     gsl_matrix *weight;          /* statistics x parameters: scores */
     /* Cholesky factor of the statistics' correlation, with their standard deviations in `scale` */
@@ -644,12 +606,12 @@ static void set_weight(struct fitting *fitting, const struct surface *surface)
     }
 }
 
-static void set_score(const struct fitting *fitting, double *score)
+static void set_score(const struct fitting *fitting, const double *statistic, double *score)
 {
     for (size_t i = 0; i < fitting->model->parameters; i++) {
         score[i] = 0.0;
         for (size_t s = 0; s < fitting->model->statistics; s++)
-            score[i] += gsl_matrix_get(fitting->weight, s, i) * fitting->measured[s];
+            score[i] += gsl_matrix_get(fitting->weight, s, i) * statistic[s];
     }
 }
 
@@ -686,7 +648,7 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
         return error_set(error, MR_NUMERICS,
                          "a parameter changes nothing that was measured: scores are singular; fit "
                          "fewer parameters");
-    set_score(fitting, solve->score);
+    set_score(fitting, fitting->measured, solve->score);
     memset(w, 0, fitting->model->parameters * sizeof *w);
     if (isnan(solve_least(solve, w)))
         return error_set(
@@ -709,7 +671,7 @@ static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *en
 {
     struct fit_answer *answer = fitting->answer;
     enum mr_status status = ensemble_make(fitting->model, &fitting->place, &fitting->options,
-                                          answer->rounds, fitting->until_s, ensemble, error);
+                                          answer->rounds, ensemble, error);
     if (status == MR_OK) {
         answer->rounds++;
         answer->simulated += ensemble->draws + ensemble->failed;
@@ -823,6 +785,55 @@ static void set_expected(const struct surface *surface, const double *w, struct 
         answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
+/* What is left of a data set once it is fitted. False: that fit does not converge. */
+static bool leave(const struct fitting *fitting, const struct solve *fitted,
+                  const struct surface *all, const double *statistic, double *residual)
+{
+    const struct fit_answer *answer = fitting->answer;
+    struct solve solve = *fitted;
+    double w[FIT_PARAMETERS_MAX] = {0.0};
+    set_score(fitting, statistic, solve.score);
+    if (isnan(solve_least(&solve, w)))
+        return false;
+    for (size_t i = 0; i < answer->parameters; i++)
+        w[i] = fmax(-SOLVE_STRAIGHT, fmin(SOLVE_STRAIGHT, w[i]));
+    surface_at(all, w, residual, NULL);
+    for (size_t s = 0; s < answer->statistics; s++)
+        residual[s] = answer->scatter[s] > 0.0 ? (statistic[s] - residual[s]) / answer->scatter[s]
+                                               : 0.0;
+    return true;
+}
+
+/* Replicas: parameters from the posterior (normal in z, by the estimate and its covariance),
+ * everything else anew as in any ensemble; then each goes through what the measured data set went
+ * through. So both have lost alike what a fit takes away, and the measured one is one more replica
+ * if the model is the data's: whatever is made of the rows, its rank among them is even. When the
+ * posterior reaches where simulations fail, there are no replicas, and that is no error. */
+static void make_replicas(const struct fitting *fitting, const struct solve *solve,
+                          const struct surface *all)
+{
+    struct fit_answer *answer = fitting->answer;
+    struct fit_options options = fitting->options;
+    struct ensemble_place place = {.parameters = answer->parameters, .normal = true};
+    struct ensemble ensemble;
+    struct error failed = {0};
+    size_t p = answer->statistics;
+    options.draws = options.replicas ? options.replicas : REPLICAS;
+    memcpy(place.middle, answer->z, sizeof place.middle);
+    if (!solve_cholesky(answer->parameters, answer->covariance, place.spread))
+        return;
+    if (ensemble_make(fitting->model, &place, &options, answer->rounds, &ensemble, &failed) ==
+        MR_OK) {
+        answer->simulated += ensemble.draws + ensemble.failed;
+        answer->residual = xcalloc((1 + ensemble.draws) * p, sizeof *answer->residual);
+        bool good = leave(fitting, solve, all, fitting->measured, answer->residual);
+        for (size_t i = 0; good && i < ensemble.draws; i++)
+            answer->replicas += leave(fitting, solve, all, ensemble.statistic + i * p,
+                                      answer->residual + (1 + answer->replicas) * p);
+    }
+    ensemble_free(&ensemble);
+}
+
 /* The last ensemble: its scores were chosen by others. */
 static enum mr_status conclude(struct fitting *fitting, struct error *error)
 {
@@ -836,17 +847,10 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
         ensemble_at(&fitting->place, w, answer->z);
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
-        const struct replicas replicas = {.model = fitting->model,
-                                          .measured = fitting->measured,
-                                          .options = &fitting->options,
-                                          .until_s = fitting->until_s,
-                                          .weight = fitting->weight,
-                                          .solve = &solve,
-                                          .surface = &all};
         if (surface_make(&ensemble, &all, error) == MR_OK) {
             set_expected(&all, w, answer);
             if (set_intervals(fitting, &solve, w, error) == MR_OK)
-                replicas_make(&replicas, answer, error);
+                make_replicas(fitting, &solve, &all);
         }
     }
     surface_free(&scores);
@@ -855,36 +859,15 @@ static enum mr_status conclude(struct fitting *fitting, struct error *error)
     return error->status;
 }
 
-/* Whether one more ensemble before the last can be afforded; the last one gets as many draws as
- * there is time for. */
-static bool time_for_more(struct fitting *fitting, double each_s)
-{
-    if (isinf(fitting->until_s) || fitting->answer->rounds == 0)
-        return true;
-    double left_s = SPARE * (fitting->until_s - monotonic_s());
-    if (left_s >= 2.0 * each_s)
-        return true;
-    fitting->answer->stopped = true;
-    double draws = floor((double)fitting->options.draws * left_s / each_s);
-    size_t least = 2 * surface_terms(fitting->model->parameters) + 1;
-    least = least > FIT_DRAWS_LEAST ? least : FIT_DRAWS_LEAST;
-    if (draws < (double)fitting->options.draws)
-        fitting->options.draws = draws > (double)least ? (size_t)draws : least;
-    return false;
-}
-
 static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
-    double moved = (double)INFINITY, each_s = 0.0;
-    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2) &&
-           time_for_more(fitting, each_s)) {
-        double begin_s = monotonic_s();
+    double moved = (double)INFINITY;
+    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2)) {
         if (find_place(fitting, &moved, error) != MR_OK)
             return error->status;
-        each_s = monotonic_s() - begin_s;
     }
-    answer->stopped = answer->stopped || moved > STANDS;
+    answer->stopped = moved > STANDS;
     return conclude(fitting, error);
 }
 
@@ -920,7 +903,6 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
     if (check(model, &fitting.options, error) != MR_OK)
         return error->status;
     gsl_error_handler_t *before = gsl_set_error_handler_off();
-    fitting.until_s = options->max_s > 0.0 ? monotonic_s() + options->max_s : (double)INFINITY;
     fitting.place.parameters = q;
     for (size_t i = 0; i < q; i++)
         fitting.place.spread[i][i] = 1.0;

@@ -28,8 +28,8 @@
  *   with priors drawn alike, the fit is done again. The spread of these estimates is the error of
  *   the fit, Student's t of it the interval (in z, so that the interval of a parameter is as wide
  *   upwards as downwards by its factor), their offset the bias.
- * - replicas: data sets from the posterior, fitted again, for misfit.h to hold the measured one
- * against.
+ * - replicas: data sets from the posterior, fitted again, for the check of
+ * landings.h to hold the measured one against.
  *
  * Parameters here are z: in units of their prior's standard deviation, from its middle; the priors
  * are independent. Deterministic: the same seed gives the same answer, however many threads. */
@@ -49,17 +49,15 @@
 #define FIT_ROUNDS_MAX     8u
 #define FIT_SOME           8u
 
-/* What is fitted. simulate() writes the statistics of one data set at z; everything that is drawn
- * comes from `draw` alone, so that equal calls give equal answers; it is called from several
- * threads. False: this draw failed. */
+/* What is fitted. simulate() writes the statistics of 1 to FIT_SOME data sets, rows of z and of
+ * statistics, and which are good; everything that is drawn comes from each one's `draw` alone, so
+ * that equal calls give equal answers; it is called from several threads. Which ones are asked for
+ * together does not depend on the threads. */
 struct fit_model {
     size_t parameters, statistics;
-    bool (*simulate)(const void *context, const double *z, uint64_t draw, double *statistics);
+    void (*simulate)(const void *context, size_t count, const double *z, const uint64_t *draw,
+                     double *statistics, bool *good);
     const void *context;
-    /* 1 to FIT_SOME of them at once: rows of z and of statistics, and which are good. NULL: one
-     * after the other. Which ones are asked for together does not depend on the threads. */
-    void (*simulate_some)(const void *context, size_t count, const double *z, const uint64_t *draw,
-                          double *statistics, bool *good);
 };
 
 struct fit_options {
@@ -67,10 +65,9 @@ struct fit_options {
     size_t replicas;  /* of the data set, to check the model with; 0: 99 */
     unsigned threads; /* 0: as many as processors */
     uint64_t seed;
-    double max_s; /* wall clock; 0: without limit */
-    /* called by one thread; false: stop. NULL: none */
-    bool (*go_on)(void *context, unsigned round, size_t done, size_t of);
-    void *go_on_context;
+    /* called by one thread; NULL: none */
+    void (*progress)(void *context, unsigned round, size_t done, size_t of);
+    void *progress_context;
 };
 
 struct fit_answer {
@@ -84,19 +81,17 @@ struct fit_answer {
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* of the data alone */
     unsigned rounds;                                            /* ensembles */
     size_t simulated, failed;
-    /* the estimate did not come to stand still in the rounds or the time there were */
-    bool stopped;
+    bool stopped;     /* the estimate did not come to stand still in the rounds there were */
     double *expected; /* per statistic, at z */
     double *scatter;  /* its standard deviation */
     /* 1 + replicas rows of statistics: what is left, in standard deviations, of the measured data
-     * set and of replicas (replicas.h). No replicas: there was no time for them */
+     * set and of replicas. No replicas: simulations of them failed */
     size_t replicas;
     double *residual;
 };
 
 /* MR_TOO_FEW: fewer statistics than parameters. MR_NUMERICS: too many draws failed, or a statistic
- * that nothing changes. MR_TIMEOUT: time ran out, or go_on said no, before there was any answer.
- * The caller releases with fit_free, also after an error. */
+ * that nothing changes. The caller releases with fit_free, also after an error. */
 enum mr_status fit_run(const struct fit_model *model, const double *measured,
                        const struct fit_options *options, struct fit_answer *answer,
                        struct error *error);
@@ -122,11 +117,10 @@ struct ensemble {
     size_t failed;     /* left out of the rows */
 };
 
-/* `round` keeps the draws of one ensemble apart from those of the next. `until_s`: by
- * monotonic_s(); INFINITY: no limit. MR_TIMEOUT, MR_NUMERICS (more than a tenth failed).
- * Released with ensemble_free, also after an error. */
+/* `round` keeps the draws of one ensemble apart from those of the next. MR_NUMERICS: more than a
+ * tenth failed. Released with ensemble_free, also after an error. */
 enum mr_status ensemble_make(const struct fit_model *model, const struct ensemble_place *place,
-                             const struct fit_options *options, unsigned round, double until_s,
+                             const struct fit_options *options, unsigned round,
                              struct ensemble *ensemble, struct error *error);
 void ensemble_free(struct ensemble *ensemble);
 

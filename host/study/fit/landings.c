@@ -1,7 +1,11 @@
 #include "host/study/fit/landings.h"
 
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_linalg.h>
 #include <gsl/gsl_randist.h>
 #include <gsl/gsl_rng.h>
+#include <gsl/gsl_sort.h>
+#include <gsl/gsl_statistics.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -170,8 +174,6 @@ static bool beside_run(const struct sim_scene *scene, const double *station_ft, 
     return true;
 }
 
-/* ---- landings ---- */
-
 /* ---- simulated ---- */
 
 #define IN_PER_FT       12.0
@@ -323,8 +325,10 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-void fit_landings_lay(const struct fit_landings *list, const struct fit_landing *landing,
-                      gsl_rng *random, double sum_in[MR_SEGMENTS])
+/* Sums that a survey reads of gaps drawn anew, all alike, as the survey's mean has them; NaN where
+ * `landing` has none. */
+static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
+                        gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
     const struct sim_scene *scene = &landing->scene;
     double half_ft = half_range_ft(list->parameter[FIT_GAP].value / IN_PER_FT, scene->slack_ft);
@@ -511,8 +515,8 @@ static void end_drawing(struct drawing *drawing)
     gsl_rng_free(drawing->random);
 }
 
-static void simulate_some(const void *context, size_t count, const double *z, const uint64_t *draw,
-                          double *statistic, bool *good)
+static void simulate(const void *context, size_t count, const double *z, const uint64_t *draw,
+                     double *statistic, bool *good)
 {
     const struct fit_landings *list = context;
     struct drawing drawing[FIT_SOME];
@@ -526,13 +530,6 @@ static void simulate_some(const void *context, size_t count, const double *z, co
         good[k] = drawing[k].good;
         end_drawing(&drawing[k]);
     }
-}
-
-static bool simulate(const void *context, const double *z, uint64_t draw, double *statistic)
-{
-    bool good;
-    simulate_some(context, 1, z, &draw, statistic, &good);
-    return good;
 }
 
 void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
@@ -551,23 +548,21 @@ void fit_landings_joints(const struct fit_landings *list, const double *z, uint6
 struct fit_model fit_landings_model(const struct fit_landings *list)
 {
     enum fit_key key[FIT_KEYS];
-    return (struct fit_model){fit_landings_fitted(list, key), list->statistics, simulate, list,
-                              simulate_some};
+    return (struct fit_model){fit_landings_fitted(list, key), list->statistics, simulate, list};
 }
 
 /* ---- landings ---- */
 
-#define IN_PER_FT      12.0
 #define END_S          0.2
 #define LEAST_WINDOW_S 0.01
 #define VALID_SHARE    0.5
 
 const struct fit_name fit_names[FIT_KEYS] = {
-    [FIT_GAP] = {"gap", "mean gap of the joints", "in"},
-    [FIT_GRIT] = {"grit", "mean closing resistance", "lb"},
-    [FIT_FRICTION] = {"f", "friction", ""},
-    [FIT_SHARE] = {"share", "share of the thrust", ""},
-    [FIT_STIFFNESS] = {"KL", "stiffness of a joint", "lb/ft"},
+    [FIT_GAP] = {"gap", "mean gap of the joints", UNIT_DISPLACEMENT},
+    [FIT_GRIT] = {"grit", "mean closing resistance", UNIT_TENSION},
+    [FIT_FRICTION] = {"f", "friction", UNIT_NUMBER},
+    [FIT_SHARE] = {"share", "share of the thrust", UNIT_NUMBER},
+    [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
 /* Distances of the wheel from a transducer, ft, ahead positive: between each and the next is a
@@ -597,11 +592,6 @@ void fit_landings_free(struct fit_landings *list)
     free(list->landing);
     free(list->measured);
     *list = (struct fit_landings){0};
-}
-
-double fit_movement_in(double statistic)
-{
-    return BEND_IN * sinh(statistic / BEND_IN);
 }
 
 /* ---- what was measured ---- */
@@ -721,4 +711,89 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
         const struct fit_parameter *parameter = &list->parameter[k];
         value[k] = parameter->value * (parameter->fitted ? exp(parameter->spread * *z++) : 1.0);
     }
+}
+
+/* ---- misfit ---- */
+
+/* Squared Mahalanobis distance of each row of residuals. */
+static void add_residuals(const struct fit_answer *answer, size_t rows, double *square)
+{
+    size_t p = answer->statistics;
+    gsl_matrix *z = gsl_matrix_alloc(rows, p), *covariance = gsl_matrix_alloc(p, p);
+    for (size_t s = 0; s < p; s++) {
+        const double *column = answer->residual + s;
+        double mean = gsl_stats_mean(column, p, rows), sd = gsl_stats_sd(column, p, rows);
+        for (size_t i = 0; i < rows; i++)
+            gsl_matrix_set(z, i, s, sd > 0.0 ? (column[i * p] - mean) / sd : 0.0);
+    }
+    gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0 / (double)(rows - 1), z, z, 0.0, covariance);
+    surface_shrink(z, covariance);
+    for (size_t s = 0; s < p; s++) /* also a statistic that never changes */
+        *gsl_matrix_ptr(covariance, s, s) += 1e-6;
+    gsl_linalg_cholesky_decomp1(covariance);
+    for (size_t i = 0; i < rows; i++) {
+        gsl_vector_view row = gsl_matrix_row(z, i);
+        gsl_blas_dtrsv(CblasLower, CblasNoTrans, CblasNonUnit, covariance, &row.vector);
+        gsl_blas_ddot(&row.vector, &row.vector, &square[i]);
+    }
+    gsl_matrix_free(z);
+    gsl_matrix_free(covariance);
+}
+
+/* Logarithm of the spread between segments; false: too few were surveyed. */
+static bool spread_of(const double *sum_in, double *spread)
+{
+    double read[MR_SEGMENTS];
+    size_t count = 0;
+    for (size_t s = 0; s < MR_SEGMENTS; s++) {
+        if (!isnan(sum_in[s]))
+            read[count++] = sum_in[s];
+    }
+    *spread = count > 4 ? log(fmax(gsl_stats_sd(read, 1, count), 1e-9)) : 0.0;
+    return count > 4;
+}
+
+/* A runway that nothing has rolled over: the sums that were read, and those that gaps laid as the
+ * fit draws them would give. Later surveys do not show how the gaps were laid. */
+static void add_survey(const struct fit_landings *list, uint64_t seed, size_t rows, double *square)
+{
+    const struct fit_landing *first = &list->landing[0];
+    double sum_in[MR_SEGMENTS], *spread = xcalloc(2 * rows, sizeof *spread),
+                                *sorted = spread + rows;
+    if (!first->later && spread_of(first->survey_in, &spread[0])) {
+        gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
+        gsl_rng_set(random, (unsigned long)(seed * 2654435761u + 17u) & 0xffffffffu);
+        for (size_t i = 1; i < rows; i++) {
+            draw_survey(list, first, random, sum_in);
+            spread_of(sum_in, &spread[i]);
+        }
+        gsl_rng_free(random);
+        for (size_t i = 0; i < rows; i++)
+            sorted[i] = spread[i];
+        gsl_sort(sorted, 1, rows);
+        double middle = gsl_stats_median_from_sorted_data(sorted, 1, rows),
+               unit = gsl_stats_quantile_from_sorted_data(sorted, 1, rows, 0.8413) - middle;
+        for (size_t i = 0; i < rows && unit > 0.0; i++)
+            square[i] += pow(fmax(spread[i] - middle, 0.0) / unit, 2.0);
+    }
+    free(spread);
+}
+
+struct misfit misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
+                           uint64_t seed)
+{
+    size_t rows = 1 + answer->replicas, out = 0;
+    struct misfit misfit = {.replicas = answer->replicas};
+    if (answer->replicas < MISFIT_LEAST)
+        return misfit;
+    double *square = xcalloc(rows, sizeof *square);
+    add_residuals(answer, rows, square);
+    add_survey(list, seed, rows, square);
+    for (size_t i = 0; i < rows; i++)
+        out += square[i] >= square[0];
+    free(square);
+    misfit.checked = true;
+    misfit.share = (double)out / (double)rows;
+    misfit.cannot = misfit.share <= MISFIT_FALSE;
+    return misfit;
 }

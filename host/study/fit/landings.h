@@ -20,10 +20,9 @@
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 
-#include <gsl/gsl_rng.h>
-
 #include "common/catalogue.h"
 #include "common/closure.h"
+#include "host/base/units.h"
 #include "host/sim/models/chains.h"
 #include "host/sim/sim.h"
 #include "host/study/fit/fit.h"
@@ -37,7 +36,8 @@ struct fit_parameter {
     double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
 };
 extern const struct fit_name {
-    const char *key, *words, *unit; /* unit "" for a pure number */
+    const char *key, *words;
+    enum unit_kind unit;
 } fit_names[FIT_KEYS];
 
 /* A transducer's movement since the baseline, inches, NaN where not valid; sample i at t0_s + i
@@ -111,12 +111,6 @@ struct fit_model fit_landings_model(const struct fit_landings *list);
  * and gives the share of the thrust of that draw. */
 void fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                          struct sim_scene *scene, double *share);
-/* Sums that a survey reads of gaps drawn anew, all alike, as the survey's mean has them; NaN where
- * `landing` has none. */
-void fit_landings_lay(const struct fit_landings *list, const struct fit_landing *landing,
-                      gsl_rng *random, double sum_in[MR_SEGMENTS]);
-/* A displacement from its statistic. */
-double fit_movement_in(double statistic);
 
 /* Beside: the landing of a scene on eight runways side by side (sim/models/chains), which differ in
  * joints, friction, stiffness and the share of the thrust that comes to them.
@@ -138,5 +132,29 @@ struct beside_lane {
 /* Whether that chain has all that the scene has: nothing but mats, slack, grit, dry friction under
  * their own weight, ends that are fixed, and a path whose thrust goes from mat to mat. */
 bool beside_can(const struct sim_scene *scene);
+
+/* Misfit: one posterior predictive check of whether the fitted model can be the data's.
+ *
+ * The measured data set and its replicas are rows of residuals. The figure of a row is
+ * the square of its Mahalanobis distance, by the covariance of all rows (shrunk as Ledoit and Wolf,
+ * 2004); where every segment was surveyed before the runway's first landing, plus the square of how
+ * far the spread of these sums exceeds what gaps laid alike have, in standard deviations. If the
+ * model is the data's, the measured row is one among equals: `share` of the rows, itself among
+ * them, are at least as far out, and a share of MISFIT_FALSE or less is found for that share of
+ * right models. */
+
+#define MISFIT_FALSE 0.05
+#define MISFIT_LEAST 39u /* replicas; fewer decide nothing */
+
+struct misfit {
+    bool checked; /* there were replicas enough */
+    bool cannot;  /* share <= MISFIT_FALSE: the model cannot be the data's */
+    double share;
+    size_t replicas;
+};
+
+/* `answer` with its replicas; `seed` for the sums that a survey of gaps laid alike would read. */
+struct misfit misfit_check(const struct fit_landings *list, const struct fit_answer *answer,
+                           uint64_t seed);
 
 #endif
