@@ -9,7 +9,7 @@
 
 #include "common/canbase.h"
 #include "common/command.h"
-#include "host/link/rx_diagnostics.h"
+#include "host/link/link.h"
 #include "host/base/monotonic_clock.h"
 
 #define SERIAL_BYTES 16384u

@@ -206,17 +206,15 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
 /* A link as it is written whole. False: it is none. */
 static bool take_link(struct day *day, const char *given, enum link_kind kind, char into[200])
 {
-    char spec[LINK_SPEC_MAX];
-    if (strcmp(given, NO_CAN) == 0 && kind == LINK_CAN)
-        snprintf(spec, sizeof spec, "%s", given);
-    else if (link_complete(given, kind, spec, &day->error) != MR_OK)
+    bool none = strcmp(given, NO_CAN) == 0 && kind == LINK_CAN;
+    if (!none && link_check(given, &day->error) != MR_OK)
         return false;
-    if (strlen(spec) >= 200) {
+    if (strlen(given) >= 200) {
         error_set(&day->error, MR_TOO_LONG, "link too long: '%.60s...'; at most 199 characters",
-                  spec);
+                  given);
         return false;
     }
-    memcpy(into, spec, strlen(spec) + 1);
+    memcpy(into, given, strlen(given) + 1);
     return true;
 }
 

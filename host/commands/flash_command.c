@@ -12,7 +12,7 @@
 #include "host/board/dialogue.h"
 #include "host/commands/commands.h"
 #include "host/board/stm32flash.h"
-#include "host/link/rx_diagnostics.h"
+#include "host/link/link.h"
 #include "host/link/tty.h"
 
 #define BAUD_LEAST    9600.0
@@ -281,13 +281,12 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     static struct session session;
     const char *words[2];
     struct error error = {0};
-    static char spec[LINK_SPEC_MAX];
     session.cli = cli;
     session.chip = mr_board_of(MR_BOARD_ZG)->chip;
     enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error);
     if (status == MR_OK)
-        status = link_complete(words[0], LINK_SERIAL, spec, &error);
-    session.spec = spec;
+        status = link_check(words[0], &error);
+    session.spec = words[0];
     if (status == MR_OK)
         status = imagefile_read(words[1], &session.image, &error);
     if (status == MR_OK && !session.image.stamped && !session.force)

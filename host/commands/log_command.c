@@ -12,7 +12,7 @@
 
 #include "host/board/health_client.h"
 #include "host/commands/commands.h"
-#include "host/link/rx_diagnostics.h"
+#include "host/link/link.h"
 #include "host/log/logger.h"
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"

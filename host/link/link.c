@@ -2,13 +2,12 @@
 
 #include <ctype.h>
 #include <errno.h>
-#include <net/if.h>
+#include <linux/can/error.h>
+#include <math.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -22,9 +21,7 @@
 #define AWAY_MAX_US    10000000u
 #define SERVICE_US     1000000u
 #define SEND_WAIT_MS   1000 /* for a device that is being opened, or asked for its status */
-/* two clocks that are read one after the other differ by microseconds, one that was set by more */
-#define AHEAD_US       1000
-#define AHEAD_WIDTH_US 50 /* of a look at both clocks; one that takes longer was interrupted */
+#define AHEAD_WIDTH_US 50   /* of a look at both clocks; one that takes longer was interrupted */
 #define AHEAD_LOOKS    10
 
 static const struct kind {
@@ -47,11 +44,8 @@ static const struct kind *find_kind(const char *spec)
     return NULL;
 }
 
-/* ---- a name without a kind, as people type it: can0, /dev/ttyUSB0, landing.log ---- */
-
-#define FORMS_TEXT 200u
-
 /* "unix:PATH, file:PATH or pty:PATH" */
+#define FORMS_TEXT 200u
 static void say_forms(char out[FORMS_TEXT])
 {
     size_t n = 0;
@@ -63,106 +57,13 @@ static void say_forms(char out[FORMS_TEXT])
                               kinds[i].form);
 }
 
-/* can0, vcan1, slcan0: as Linux calls its CAN interfaces; or one that is there. */
-static bool is_can(const char *name)
-{
-    const char *can = strstr(name, "can");
-    bool called = can && can - name <= 2 && can[3] &&
-                  can[3 + strspn(can + 3, "0123456789")] == '\0';
-    return !strchr(name, '/') && strlen(name) < IF_NAMESIZE &&
-           (called || if_nametoindex(name) != 0);
-}
-
-/* /dev/ttyUSB0, or ttyUSB0 as it is said; the device's path without the rate behind it. False: of
- * another kind. */
-static bool is_port(const char *name, char path[200])
-{
-    bool bare = strncmp(name, "tty", 3) == 0 && isupper((unsigned char)name[3]);
-    bool whole = strncmp(name, "/dev/tty", 8) == 0 || strncmp(name, "/dev/serial/", 12) == 0;
-    const char *dev = bare ? "/dev/" : "";
-    snprintf(path, 200, "%s%s", dev, name);
-    return bare || whole;
-}
-
-static enum mr_status say_spec(char out[LINK_SPEC_MAX], const char *kind, const char *name)
-{
-    snprintf(out, LINK_SPEC_MAX, "%s:%s", kind, name);
-    return MR_OK;
-}
-
-/* COM3, as another system calls its ports. */
-static bool is_com(const char *name)
-{
-    return strncasecmp(name, "com", 3) == 0 && name[3] &&
-           name[3 + strspn(name + 3, "0123456789")] == '\0';
-}
-
-static enum mr_status complete_file(const char *spec, enum link_kind kind, char out[LINK_SPEC_MAX],
-                                    const struct stat *info, struct error *error)
-{
-    static const char magic[] = "SQLite format 3";
-    char head[sizeof magic] = "";
-    FILE *file = S_ISREG(info->st_mode) ? fopen(spec, "rb") : NULL;
-    bool database = file && fread(head, sizeof head, 1, file) == 1 &&
-                    memcmp(head, magic, sizeof magic) == 0;
-    if (file)
-        fclose(file);
-    if (database)
-        return error_set(error, MR_USAGE,
-                         "a campaign, no link: '%s'; give it as DB (--db of matrig log)", spec);
-    if (S_ISDIR(info->st_mode))
-        return error_set(error, MR_USAGE, "a folder, no link: '%s'; name a file in it", spec);
-    if (S_ISSOCK(info->st_mode))
-        return say_spec(out, "unix", spec);
-    if (S_ISREG(info->st_mode) || S_ISFIFO(info->st_mode))
-        return say_spec(out, "file", spec);
-    if (S_ISCHR(info->st_mode) && kind == LINK_SERIAL)
-        return say_spec(out, "pty", spec);
-    return error_set(error, MR_USAGE, "not a link: '%s'; write serial:%s or pty:%s", spec, spec,
-                     spec);
-}
-
-static enum mr_status refuse_name(const char *spec, struct error *error)
+enum mr_status link_check(const char *spec, struct error *error)
 {
     char forms[FORMS_TEXT];
-    if (is_com(spec))
-        return error_set(error, MR_USAGE,
-                         "not a link: '%s'; Linux calls its serial ports /dev/ttyUSB0, "
-                         "/dev/ttyACM0, ...",
-                         spec);
-    if (strchr(spec, '/') || strchr(spec, '.'))
-        return error_set(error, MR_IO,
-                         "no such file, port or interface: %s; check its name (ls, ip link)", spec);
+    if (find_kind(spec))
+        return MR_OK;
     say_forms(forms);
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
-}
-
-enum mr_status link_complete(const char *spec, enum link_kind kind, char out[LINK_SPEC_MAX],
-                             struct error *error)
-{
-    struct stat info;
-    char port[200];
-    if (find_kind(spec)) {
-        snprintf(out, LINK_SPEC_MAX, "%s", spec);
-        return MR_OK;
-    }
-    if (is_port(spec, port) && kind == LINK_SERIAL)
-        return say_spec(out, "serial", port);
-    if (is_port(strncmp(spec, "slcan:", 6) == 0 ? spec + 6 : spec, port))
-        return error_set(error, MR_USAGE,
-                         "not a CAN link: '%s'; for an SLCAN adapter run slcand -o -s8 %s can0 and "
-                         "ip link set can0 up, then give can:can0; the board's own line is "
-                         "--serial",
-                         spec, port);
-    if (stat(spec, &info) == 0)
-        return complete_file(spec, kind, out, &info, error);
-    if (is_can(spec) && kind == LINK_CAN)
-        return say_spec(out, "can", spec);
-    if (is_can(spec))
-        return error_set(error, MR_USAGE,
-                         "%s is a CAN interface: it carries no serial bytes; give it as --can",
-                         spec);
-    return refuse_name(spec, error);
 }
 
 enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
@@ -197,14 +98,7 @@ enum mr_status link_take_base(char *spec, uint16_t *base, struct error *error)
 
 bool link_is_can(const char *spec)
 {
-    struct stat info;
-    uint16_t base;
-    struct error ignored = {0};
-    char plain[LINK_SPEC_MAX];
-    snprintf(plain, sizeof plain, "%s", spec);
-    (void)link_take_base(plain, &base, &ignored); /* whoever opens it says what is wrong there */
-    return strncmp(plain, "can:", 4) == 0 ||
-           (!find_kind(plain) && stat(plain, &info) != 0 && is_can(plain));
+    return strncmp(spec, "can:", 4) == 0;
 }
 
 /* ---- links ---- */
@@ -258,11 +152,11 @@ static void write_spec(struct link *link)
 enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
                          struct error *error)
 {
-    char spec[LINK_SPEC_MAX], plain[LINK_SPEC_MAX];
+    char spec[LINK_SPEC_MAX];
     uint16_t base = 0;
-    snprintf(plain, sizeof plain, "%s", given);
-    if ((kind == LINK_CAN && link_take_base(plain, &base, error) != MR_OK) ||
-        link_complete(plain, kind, spec, error) != MR_OK)
+    snprintf(spec, sizeof spec, "%s", given);
+    if ((kind == LINK_CAN && link_take_base(spec, &base, error) != MR_OK) ||
+        link_check(spec, error) != MR_OK)
         return error->status;
     const struct kind *found = find_kind(spec);
     const char *path = path_of(spec);
@@ -338,8 +232,6 @@ void link_set_base(struct link *link, uint16_t base)
 {
     link->base = base;
     write_spec(link);
-    if (link->ops->moved)
-        link->ops->moved(link);
 }
 
 int link_fd(const struct link *link)
@@ -376,15 +268,6 @@ uint64_t link_clock_ahead_us(void)
         }
     }
     return ahead_us;
-}
-
-uint64_t link_ahead_us(struct link *link)
-{
-    uint64_t ahead_us = link_clock_ahead_us();
-    int64_t off_us = (int64_t)(ahead_us - link->ahead_us);
-    if (off_us > AHEAD_US || off_us < -AHEAD_US)
-        link->ahead_us = ahead_us;
-    return link->ahead_us;
 }
 
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
@@ -503,7 +386,6 @@ enum mr_status link_fill(struct link *link, struct error *error)
     if (count > 0) {
         link->end += (size_t)count;
         link->read_us = link_now_us();
-        link->read_monotonic_us = monotonic_us();
         return MR_OK;
     }
     /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us
@@ -516,6 +398,52 @@ enum mr_status link_fill(struct link *link, struct error *error)
         return error_set(error, MR_IO, "the device is gone: %s; plug it in again", link->spec);
     return error_set(error, MR_IO, "cannot read (%s): %s; check the device or file",
                      strerror(errno), link->spec);
+}
+
+/* ---- error frames, as SocketCAN makes them: the class of the error in the identifier, details in
+ * the data (linux/can/error.h) ---- */
+
+static uint32_t controller_troubles(uint8_t state)
+{
+    uint32_t troubles = 0;
+    if (state & CAN_ERR_CRTL_RX_OVERFLOW)
+        troubles |= 1u << LINK_RX_OVERFLOW;
+    if (state & CAN_ERR_CRTL_TX_OVERFLOW)
+        troubles |= 1u << LINK_TX_OVERFLOW;
+    if (state & (CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING))
+        troubles |= 1u << LINK_ERROR_WARNING;
+    if (state & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE))
+        troubles |= 1u << LINK_ERROR_PASSIVE;
+    if (state & CAN_ERR_CRTL_ACTIVE)
+        troubles |= 1u << LINK_ERROR_ACTIVE;
+    return troubles;
+}
+
+/* Bit 1 << enum link_trouble for each trouble that the error frame tells of; at least one is
+ * set. */
+static uint32_t error_troubles(const struct link_frame *frame)
+{
+    static const struct {
+        uint32_t class_bit;
+        enum link_trouble trouble;
+    } classes[] = {
+        {CAN_ERR_BUSOFF, LINK_BUS_OFF},
+        {CAN_ERR_RESTARTED, LINK_RESTARTED},
+        {CAN_ERR_ACK, LINK_NO_ACK},
+        {CAN_ERR_LOSTARB, LINK_ARBITRATION_LOST},
+        {CAN_ERR_PROT, LINK_PROTOCOL_ERROR},
+        {CAN_ERR_BUSERROR, LINK_BUS_ERROR},
+        {CAN_ERR_TX_TIMEOUT, LINK_TX_TIMEOUT},
+        {CAN_ERR_TRX, LINK_TRANSCEIVER},
+    };
+    uint32_t troubles = 0;
+    for (size_t i = 0; i < sizeof classes / sizeof classes[0]; i++) {
+        if (frame->id & classes[i].class_bit)
+            troubles |= 1u << classes[i].trouble;
+    }
+    if (frame->id & CAN_ERR_CRTL)
+        troubles |= controller_troubles(frame->data[1]);
+    return troubles ? troubles : 1u << LINK_OTHER_ERROR;
 }
 
 static void count_troubles(struct link *link, uint32_t troubles)
@@ -538,7 +466,7 @@ enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, s
         *(error_frame ? &link->counters.error_frames : &link->counters.received) += 1;
         pthread_mutex_unlock(&link->heard);
         if (error_frame)
-            count_troubles(link, can_error_troubles(frame));
+            count_troubles(link, error_troubles(frame));
     }
     return received(link, status, &found, error);
 }
@@ -630,4 +558,98 @@ enum mr_status link_line(struct link *link, int baud, struct error *error)
     link->start = link->end = 0;
     link_hear_anew(link, link->counters.rx.baud ? baud : 0);
     return link->ops->line ? link->ops->line(link, baud, error) : MR_OK;
+}
+
+/* ---- why no board is understood ---- */
+
+const char *diagnosis_word(enum diagnosis diagnosis)
+{
+    static const char *const words[] = {"silent", "garbled", "bus-errors", "no-hello"};
+    return words[diagnosis];
+}
+
+static enum diagnosis of_serial(const struct link *link, const struct link_counters *counters,
+                                double since_s, char text[DIAGNOSIS_TEXT])
+{
+    const struct link_rx *rx = &counters->rx;
+    char errors[60] = "", rate[80];
+    if (rx->bytes == 0) {
+        snprintf(text, DIAGNOSIS_TEXT,
+                 LINK_NO_HELLO ": %s; no byte received in %.1f s: is the board on, the cable in?",
+                 link->spec, since_s);
+        return DIAGNOSIS_SILENT;
+    }
+    if (rx->frames > 0) {
+        snprintf(text, DIAGNOSIS_TEXT,
+                 LINK_NO_HELLO ": %s; frames received: is this the board's serial output?",
+                 link->spec);
+        return DIAGNOSIS_NO_HELLO;
+    }
+    if (counters->trouble[LINK_UART_LINE])
+        snprintf(errors, sizeof errors, ", %llu framing errors",
+                 (unsigned long long)counters->trouble[LINK_UART_LINE]);
+    if (rx->baud == 0)
+        snprintf(rate, sizeof rate, "is this the board's serial output?");
+    else
+        snprintf(rate, sizeof rate, "is %d baud its rate?", rx->baud);
+    snprintf(text, DIAGNOSIS_TEXT,
+             LINK_NO_HELLO ": %s; %.0f bytes/s received%s, %llu frame ends, no whole frame: %s",
+             link->spec, (double)rx->bytes / fmax(since_s, 0.001), errors,
+             (unsigned long long)rx->bad, rate);
+    return DIAGNOSIS_GARBLED;
+}
+
+/* What the error frames tell most. */
+static const char *commonest(const struct link_counters *counters)
+{
+    unsigned most = 0;
+    for (unsigned i = 0; i < LINK_QUEUE_LOST; i++)
+        most = counters->trouble[i] > counters->trouble[most] ? i : most;
+    return link_trouble_text(most);
+}
+
+static enum diagnosis of_can(const struct link *link, const struct link_counters *counters,
+                             double since_s, char text[DIAGNOSIS_TEXT])
+{
+    if (counters->received > 0) {
+        snprintf(text, DIAGNOSIS_TEXT,
+                 LINK_NO_HELLO ": %s; %llu frames received: is the board on this bus?", link->spec,
+                 (unsigned long long)counters->received);
+        return DIAGNOSIS_NO_HELLO;
+    }
+    if (counters->error_frames > 0) {
+        snprintf(text, DIAGNOSIS_TEXT,
+                 LINK_NO_HELLO ": %s; error frames only, %llu, most of them %s: is the bit rate 1 "
+                               "Mbit/s, is the bus terminated at both ends?",
+                 link->spec, (unsigned long long)counters->error_frames, commonest(counters));
+        return DIAGNOSIS_BUS_ERRORS;
+    }
+    snprintf(text, DIAGNOSIS_TEXT,
+             LINK_NO_HELLO ": %s; no frame at all in %.1f s: is the board on, and on this bus?",
+             link->spec, since_s);
+    return DIAGNOSIS_SILENT;
+}
+
+enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
+{
+    struct link_counters counters;
+    struct error away;
+    link_heard(link, &counters, &away);
+    double since_s = (double)(monotonic_us() - counters.rx.begun_us) / 1e6;
+    if (away.status != MR_OK) {
+        snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);
+        return DIAGNOSIS_SILENT;
+    }
+    return link->kind == LINK_CAN ? of_can(link, &counters, since_s, text)
+                                  : of_serial(link, &counters, since_s, text);
+}
+
+enum mr_status link_no_board(const struct link *link, struct error *error)
+{
+    char text[DIAGNOSIS_TEXT];
+    enum diagnosis diagnosis = link_diagnose(link, text);
+    return error_set(error,
+                     diagnosis == DIAGNOSIS_SILENT || diagnosis == DIAGNOSIS_NO_HELLO ? MR_TIMEOUT
+                                                                                      : MR_IO,
+                     "%s", text);
 }

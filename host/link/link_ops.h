@@ -3,10 +3,13 @@
 #define MATRIG_HOST_LINK_LINK_OPS_H
 
 #include <pthread.h>
+#include <stdbool.h>
 #include <sys/types.h>
 
-#include "host/link/can.h"
-#include "host/link/link.h"
+#include "host/base/error.h"
+#include "host/link/link_frame.h"
+
+struct link;
 
 struct link_ops {
     unsigned kinds;  /* 1 << enum link_kind of each that it carries */
@@ -24,7 +27,6 @@ struct link_ops {
     void (*service)(struct link *link); /* about once a second */
     enum mr_status (*line)(struct link *link, int baud, struct error *error);
     void (*close)(struct link *link); /* NULL: close(2) of fd */
-    void (*moved)(struct link *link); /* its board has another base */
 };
 
 #define LINK_BUFFER 65536u
@@ -47,20 +49,16 @@ struct link {
     uint8_t buffer[LINK_BUFFER]; /* read from fd and not yet given on: from `start` to `end` */
     size_t start;
     size_t end;
-    uint64_t read_us;           /* when the newest of them was read, Unix time */
-    uint64_t read_monotonic_us; /* and by the clock that is never set */
-    uint64_t ahead_us;          /* what the time of day is ahead of that */
-    unsigned long line;         /* file: lines given on */
+    uint64_t read_us;   /* when the newest of them was read, Unix time */
+    unsigned long line; /* file: lines given on */
 
     struct error away;      /* why the device is away; MR_OK: it is there */
     uint64_t away_most_us;  /* how long it is waited for */
     uint64_t away_since_us; /* these three monotonic */
     uint64_t retry_us;
     uint64_t service_us;
-    uint32_t queue_lost;        /* can: the kernel's counter */
-    struct adapter_clock clock; /* can: of an adapter with a clock of its own */
-    struct tty *tty;            /* serial: */
-    int baud;                   /* serial: its rate; 0: not opened yet */
+    uint32_t queue_lost; /* can: the kernel's counter */
+    struct tty *tty;     /* serial: */
 };
 
 #define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;
@@ -80,9 +78,5 @@ void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
 void link_hear_anew(struct link *link, int baud);
 /* What was counted until now, but for what was sent, and why the device is away. By any thread. */
 void link_heard(const struct link *link, struct link_counters *counters, struct error *away);
-
-/* What the time of day is ahead of the monotonic clock now, without the microseconds that reading
- * both takes. */
-uint64_t link_ahead_us(struct link *link);
 
 #endif

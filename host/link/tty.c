@@ -1,4 +1,4 @@
-/* serial:TTY[:BAUD|:find], a serial port of this computer through libserialport; pty:PATH, the
+/* serial:TTY[:BAUD], a serial port of this computer through libserialport; pty:PATH, the
  * pseudo-terminal of an emulated board. */
 #include "host/link/tty.h"
 
@@ -16,10 +16,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "common/framing.h"
-#include "host/base/monotonic_clock.h"
 #include "host/link/link_ops.h"
-#include "host/link/rx_diagnostics.h"
 
 /* ---- pseudo-terminals, which libserialport does not take: Linux keeps no parity for them ---- */
 
@@ -78,10 +75,7 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
     const char *colon = strrchr(text, ':');
     size_t length = strlen(text);
     *baud = TTY_BAUD_DEFAULT;
-    if (colon && strcmp(colon + 1, "find") == 0) {
-        *baud = TTY_BAUD_FIND;
-        length = (size_t)(colon - text);
-    } else if (colon && strspn(colon + 1, "0123456789") == strlen(colon + 1)) {
+    if (colon && strspn(colon + 1, "0123456789") == strlen(colon + 1)) {
         char *end;
         long value = strtol(colon + 1, &end, 10);
         if (end == colon + 1 || value < 50 || value > BAUD_MAX)
@@ -242,11 +236,6 @@ static enum mr_status tty_line(struct tty *tty, int baud, struct error *error)
     return status;
 }
 
-static int tty_fd(const struct tty *tty)
-{
-    return tty->fd;
-}
-
 static ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
 {
     ssize_t count = tty->port ? (ssize_t)sp_nonblocking_read(tty->port, bytes, size)
@@ -295,64 +284,6 @@ static void tty_news(struct tty *tty, struct link *link)
     *before = now;
 }
 
-/* ---- the usual rates ---- */
-
-/* a clock every 0.1 s, and what is needed to find the beginning of a frame */
-#define LISTEN_US 700000u
-
-/* MR_OK: a frame was whole. */
-static enum mr_status listen_for_frame(struct tty *tty, uint64_t *heard, struct error *error)
-{
-    struct mr_deframer deframer;
-    struct mr_frame frame;
-    bool whole = false;
-    uint8_t bytes[4096];
-    uint64_t until_us = monotonic_us() + LISTEN_US;
-    mr_deframer_init(&deframer);
-    while (!whole && monotonic_us() < until_us) {
-        struct pollfd ready = {.fd = tty_fd(tty), .events = POLLIN};
-        uint64_t left_us = until_us - monotonic_us();
-        if (poll(&ready, 1, left_us > LISTEN_US ? 0 : (int)(left_us / 1000 + 1)) <= 0)
-            continue;
-        ssize_t count = tty_read(tty, bytes, sizeof bytes);
-        if (count < 0 && errno == ENODEV)
-            return error_set(
-                error, MR_IO,
-                "the serial port went away while its rate was looked for; plug it in again");
-        for (ssize_t i = 0; i < count && !whole; i++)
-            whole = mr_deframer_push(&deframer, bytes[i], &frame) == MR_OK;
-        *heard += count > 0 ? (uint64_t)count : 0;
-    }
-    return whole ? MR_OK : MR_TIMEOUT;
-}
-
-static enum mr_status find_baud(struct tty *tty, const char *spec, int *baud, struct error *error)
-{
-    uint64_t heard = 0;
-    static const int usual_bauds[] = {2000000, 115200, 921600, 1000000, 460800,
-                                      230400,  500000, 576000, 1500000, 3000000,
-                                      57600,   38400,  19200,  9600,    0};
-    for (const int *usual = usual_bauds; *usual; usual++) {
-        struct error cannot = {0};
-        if (tty_line(tty, *usual, &cannot) != MR_OK)
-            continue; /* a rate that this port does not do */
-        *baud = *usual;
-        enum mr_status status = listen_for_frame(tty, &heard, error);
-        if (status != MR_TIMEOUT)
-            return status;
-    }
-    if (heard == 0)
-        return error_set(error, MR_TIMEOUT,
-                         LINK_NO_HELLO
-                         ": %s; no byte received at any usual rate: is the board on, the cable in?",
-                         spec);
-    return error_set(
-        error, MR_IO,
-        LINK_NO_HELLO
-        ": %s; %llu bytes received at the usual rates, but no frame: is this the board's port?",
-        spec, (unsigned long long)heard);
-}
-
 /* ---- serial: ---- */
 
 static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
@@ -360,20 +291,12 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     char path[TTY_PATH_MAX];
     int baud;
     enum mr_status status = tty_parse(text, link->form, path, &baud, error);
-    bool find = status == MR_OK && baud == TTY_BAUD_FIND;
-    if (find)
-        baud = link->baud ? link->baud : TTY_BAUD_DEFAULT; /* one that comes back is what it was */
     if (status == MR_OK)
         status = tty_open(link->spec, path, baud, &link->tty, error);
-    if (status == MR_OK && find && link->baud == 0)
-        status = find_baud(link->tty, link->spec, &baud, error);
     if (status != MR_OK)
         return status;
-    if (find && link->baud == 0)
-        fprintf(stderr, "matrig: %s: receiving frames at %d baud\n", link->spec, baud);
-    link->baud = baud;
     link_hear_anew(link, baud);
-    link->fd = tty_fd(link->tty);
+    link->fd = link->tty->fd;
     return MR_OK;
 }
 

@@ -11,13 +11,12 @@
 #include "host/base/error.h"
 
 #define TTY_BAUD_DEFAULT 2000000
-#define TTY_BAUD_FIND    0 /* of the usual rates the one at which a board is understood */
 #define TTY_PATH_MAX     256u
 
 struct link;
 struct tty;
 
-/* "TTY[:BAUD]" or "TTY:find" (TTY_BAUD_FIND) in its parts. A colon belongs to the path unless only
+/* "TTY[:BAUD]" in its parts. A colon belongs to the path unless only
  * digits follow it (names below /dev/serial/by-path have colons). MR_USAGE; `form` tells how it
  * should be written. */
 enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_MAX], int *baud,

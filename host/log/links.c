@@ -1,7 +1,6 @@
 /* What comes over the links of matrig log, out of their queues into the collector. */
 #include <time.h>
 
-#include "host/link/can.h"
 #include "host/log/logger.h"
 #include "host/base/monotonic_clock.h"
 
@@ -27,18 +26,12 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
     return status;
 }
 
-/* What the link saw since the last time: recorded, and told. `frame` is the error frame that tells
- * it, if any. */
-static enum mr_status take_troubles(struct logger *logger, unsigned link,
-                                    const struct link_frame *frame, struct error *error)
+/* What the link saw since the last time: recorded, and told. */
+static enum mr_status take_troubles(struct logger *logger, unsigned link, struct error *error)
 {
-    char text[CAN_ERROR_TEXT_MAX];
     if (!logger->troubled[link])
         return MR_OK;
-    bool error_frame = frame && frame->id & LINK_ID_ERROR;
-    if (error_frame)
-        can_error_text(frame, text);
-    logger_note_troubles(logger, link, error_frame ? text : NULL);
+    logger_note_troubles(logger, link);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
         status = collector_troubles(logger->collector, (enum link_kind)link,
@@ -77,8 +70,7 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
         collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
-        status = take_troubles(logger, link, item->kind == LINK_ITEM_FRAME ? &item->frame : NULL,
-                               error);
+        status = take_troubles(logger, link, error);
     if (status != MR_OK)
         return status;
     switch (item->kind) {
@@ -103,7 +95,7 @@ enum mr_status logger_receive(struct logger *logger, unsigned link, struct error
         taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;
         status = take_item(logger, link, &item, error);
     }
-    return status == MR_OK ? take_troubles(logger, link, NULL, error) : status;
+    return status == MR_OK ? take_troubles(logger, link, error) : status;
 }
 
 /* When both links have something, the one that is behind in board time goes first: they stay in

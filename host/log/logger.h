@@ -135,8 +135,8 @@ void logger_serve_live(struct logger *logger);
 
 /* Takes the progress away before a line goes to stderr. */
 void logger_clear_progress(const struct logger *logger);
-/* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
-void logger_note_troubles(struct logger *logger, unsigned link, const char *text);
+/* Troubles of a link that are new. */
+void logger_note_troubles(struct logger *logger, unsigned link);
 void logger_note_unheard(struct logger *logger);
 /* A serial line is not that of the board on CAN: once. */
 void logger_note_exchanged(struct logger *logger);

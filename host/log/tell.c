@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "host/analyse/summary.h"
-#include "host/link/rx_diagnostics.h"
+#include "host/link/link.h"
 #include "host/log/logger.h"
 #include "host/base/monotonic_clock.h"
 
@@ -25,11 +25,10 @@ void logger_clear_progress(const struct logger *logger)
         fputs("\r\033[K", stderr);
 }
 
-void logger_note_troubles(struct logger *logger, unsigned link, const char *text)
+void logger_note_troubles(struct logger *logger, unsigned link)
 {
     const struct link_counters *counters = &logger->counters[link];
     uint64_t now_us = monotonic_us();
-    bool told = false;
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         uint64_t more = counters->trouble[i] - logger->noted[link][i];
         bool lately = logger->noted_us[link][i] != 0 &&
@@ -40,12 +39,8 @@ void logger_note_troubles(struct logger *logger, unsigned link, const char *text
         logger_clear_progress(logger);
         logger->noted[link][i] = counters->trouble[i];
         logger->noted_us[link][i] = now_us;
-        if (!text)
-            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]),
-                     link_trouble_text(i), (unsigned long long)more);
-        else if (!told)
-            cli_note(logger->cli, "%s: %s", link_spec(logger->link[link]), text);
-        told = true;
+        cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_trouble_text(i),
+                 (unsigned long long)more);
     }
 }
 

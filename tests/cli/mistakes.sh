@@ -15,17 +15,6 @@ cat "$tmp/mistakes.tap"
 count=$(grep -c '^\(not \)\?ok ' "$tmp/mistakes.tap")
 tests=$((tests + count))
 check "at least 60 of them" test $count -ge 60
-# What can mean one thing only is taken as that.
-bare() { # LINK-OPTION NAME LINK: logs as LINK does, and the campaign knows it by that
-    rm -f "$tmp/bare.db" && build/matrig --quiet log "$1" "$2" --db "$tmp/bare.db" >/dev/null && [ "$(sqlite3 "$tmp/bare.db" "select ${1#--}_link from sessions")" = "$3" ]
-}
-check "a log is a file" bare --can "$d/board.log" "file:$d/board.log"
-check "and so are serial bytes" bare --serial "$d/board.bin" "file:$d/board.bin"
-is_taken_for() { # LINK OPTION NAME: the error of what is not there names it as LINK
-    fails_with 3 "$1" build/matrig log "$2" "$3" --db "$tmp/none.db"
-}
-check "can7 is an interface" is_taken_for 'can:can7' --can can7
-check "a port with its rate" is_taken_for 'serial:/dev/ttyUSB77:115200' --serial /dev/ttyUSB77:115200
 a_terminal() { # bytes that are no text stay away from it
     script -qec "build/matrig export $d/campaign.db 1 --format mdf4" /dev/null >"$tmp/out" </dev/null
     local status=$?

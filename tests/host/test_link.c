@@ -19,20 +19,17 @@ TEST(refused_specs)
         const char *names;
     } cases[] = {
         {"", MR_USAGE,
-         "write unix:PATH, file:PATH, can:IFACE[:board][,base=N], serial:TTY[:BAUD|:find] or "
-         "pty:PATH"},
+         "write unix:PATH, file:PATH, can:IFACE[,base=N], serial:TTY[:BAUD] or pty:PATH"},
         {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
         {"file:", MR_USAGE, "without a path"},
-        {"can:", MR_USAGE, "write can:IFACE[:board][,base=N]"},
-        {"can:can0:boards", MR_USAGE, "no such filter: ':boards' of can:can0:boards"},
-        {"can::board", MR_USAGE, "interface name of 0 characters"},
+        {"can:", MR_USAGE, "write can:IFACE[,base=N]"},
         {"can:an_interface_name_too_long", MR_USAGE, "interface name of 26 characters"},
         {"can:no_such_can", MR_IO, "can:no_such_can"}, /* whether the kernel has CAN or not */
         {"serial:/dev/ttyUSB0", MR_USAGE,
          "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
-        {"slcan:/dev/ttyACM0", MR_USAGE, "slcand -o -s8 /dev/ttyACM0 can0"},
+        {"slcan:/dev/ttyACM0", MR_USAGE, "not a link: 'slcan:/dev/ttyACM0'"},
         {"file:build/test-tmp/no/such/file", MR_IO, "no/such/file"},
         {"file:build", MR_IO, "directory"},
     };
@@ -76,7 +73,7 @@ TEST(bytes_are_no_frames)
     struct error error = {0};
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
     assert_error(&error, MR_USAGE,
-                 "can:IFACE[:board][,base=N] carries no serial bytes: can:can0; give it as --can");
+                 "can:IFACE[,base=N] carries no serial bytes: can:can0; give it as --can");
 }
 
 TEST(socket_path_too_long)
@@ -227,6 +224,52 @@ TEST(foreign_file_names_its_line)
     assert_int_equal(link_receive_frame(link, &frame, &other), MR_MALFORMED);
     link_close(link);
     free(text);
+}
+
+/* CAN error frames are counted by what they say. The frames are numbers from the kernel's
+ * documentation of error frames (Documentation/networking/can.rst, linux/can/error.h). */
+TEST(error_frames_are_counted)
+{
+#define BIT(trouble) (1u << (trouble))
+    static const struct {
+        const char *frame;
+        uint32_t troubles;
+    } cases[] = {
+        {"20000040#", BIT(LINK_BUS_OFF)},
+        {"20000100#", BIT(LINK_RESTARTED)},
+        {"20000004#0001", BIT(LINK_RX_OVERFLOW)},
+        {"20000004#0002", BIT(LINK_TX_OVERFLOW)},
+        {"20000004#0004", BIT(LINK_ERROR_WARNING)},
+        {"20000004#0008", BIT(LINK_ERROR_WARNING)},
+        {"20000204#003000000000887F", BIT(LINK_ERROR_PASSIVE)},
+        {"20000004#0040", BIT(LINK_ERROR_ACTIVE)},
+        {"20000004#0000", BIT(LINK_OTHER_ERROR)},
+        {"20000020#", BIT(LINK_NO_ACK)},
+        {"20000002#0B", BIT(LINK_ARBITRATION_LOST)},
+        {"20000008#0000040A", BIT(LINK_PROTOCOL_ERROR)},
+        {"20000088#00009019", BIT(LINK_PROTOCOL_ERROR) | BIT(LINK_BUS_ERROR)},
+        {"20000010#0000000004", BIT(LINK_TRANSCEIVER)},
+        {"20000001#", BIT(LINK_TX_TIMEOUT)},
+        {"20000800#", BIT(LINK_OTHER_ERROR)},
+    };
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        char line[80];
+        struct link_frame frame;
+        struct error error = {0};
+        snprintf(line, sizeof line, "(1.0) can0 %s\n", cases[i].frame);
+        struct link *link = open_text(line);
+        assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+        for (unsigned k = 0; k < LINK_TROUBLES; k++)
+            assert_int_equal(link_counters(link)->trouble[k], cases[i].troubles >> k & 1u);
+        assert_int_equal(link_counters(link)->received, 0);
+        assert_int_equal(link_counters(link)->error_frames, 1);
+        link_close(link);
+    }
+    /* These numbers are in campaign files. */
+    assert_int_equal(LINK_BUS_OFF, 0);
+    assert_int_equal(LINK_QUEUE_LOST, 14);
+    assert_int_equal(LINK_BACK, 18);
+    assert_string_equal(link_trouble_text(LINK_TROUBLES), "unknown trouble");
 }
 
 /* A board's end of a socket: `far` is what it writes to. */
