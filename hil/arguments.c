@@ -13,7 +13,7 @@
 
 #include "common/canbase.h"
 #include "common/decimal.h"
-#include "hil/board/precious.h"
+#include "hil/board/board.h"
 #include "hil/core/state.h"
 #include "hil/periph/board_type.h"
 #include "hil/periph/rules.h"
@@ -21,89 +21,8 @@
 #define STALL_S 30.0
 #define HANG_S  5.0
 
-const char hil_help[] =
-    "usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
-    "       matrig-board --flash F | --boot0 [options]\n"
-    "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
-    "  --elf F          firmware image (ELF); else the one that came with matrig-board\n"
-    "  --board B        which board it is, by the name in common/boards.def: zg, discovery ...; "
-    "else\n"
-    "                   what the image says (default zg)\n"
-    "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
-    "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) "
-    "or none\n"
-    "  --can-base N     the base of the board's CAN identifiers, as its configuration has it "
-    "(default 0): CAN commands of\n"
-    "                   the run file or record are sent to it\n"
-    "  --parity P       of the serial line's other end: none, even, odd or board (what the board "
-    "has);\n"
-    "                   default none, pty: board, for Linux keeps no parity for pseudo-terminals\n"
-    "  --baud N         rate of the serial line's other end (default 2000000; pty: what is set "
-    "there)\n"
-    "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
-    "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig "
-    "replay writes\n"
-    "  --speed S        max: at full speed, waiting for a slow host (default); real: by the wall "
-    "clock, dropping\n"
-    "  --camera HZ[,DELAY_MS[,JITTER_US]]  a film camera: triggered by PE2, after DELAY_MS "
-    "(default 0) it gives a pulse\n"
-    "                   a frame on PB3\n"
-    "  --for S          seconds of virtual time (default: the longest run file's duration, or "
-    "until a signal)\n"
-    "  --seed N         of converter noise (default 1)\n"
-    "  --vdda V         supply of converters and staircase, 2.7 to 3.6 (default: the board's); "
-    "what is\n"
-    "                   relative to it: hil/README.md\n"
-    "  --board-seed N   draw the board's electronics (gains, zeros, noise, INL, kick, resistors) "
-    "from "
-    "the spread of the\n"
-    "                   reference circuits; the same N, the same board (default: the ideal board)\n"
-    "  --hse HZ         crystal, 0: it does not start (default 8000000)\n"
-    "  --hsi-ppm N      error of the internal oscillator (default 0)\n"
-    "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
-    "  --flash FILE     content of the flash: read if it is there, written at the end; --elf then "
-    "goes over it,\n"
-    "                   sparing the sectors it does not use\n"
-    "  --nor FILE       the same for the black box's memory\n"
-    "  --temperature C[,C/h]  of the mat, in degrees and how fast it rises, or none: no "
-    "thermometer (default 20)\n"
-    "  --bare           nothing is plugged in where the rig is: the lines of one-shot, lamp and "
-    "camera "
-    "are open\n"
-    "  --left-on        start as after a jump, without a reset: PLL and clocks on, as a debugger "
-    "leaves them\n"
-    "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
-    "  --times T        of flash and NOR operations: spread (drawn, default), typical or max\n"
-    "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on "
-    "stderr\n"
-    "  --alignment      fault on unaligned multiple and double transfers, as silicon does; slower\n"
-    "  --rules R        what a broken rule of time or electricity at the pins does: stop "
-    "(default), "
-    "count,\n"
-    "                   count:NAME,... (of these alone), or off: they are not looked at\n"
-    "  --margins FILE   what was measured of each rule: how often, the nearest to its number, "
-    "where\n"
-    "  --not-modelled   print what of the chip is not modelled, and end\n"
-    "  --version        print the version, and end\n"
-    "  --trace          tell exceptions and unusual events on stderr\n"
-    "  --gdb PORT       listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at "
-    "unix:PATH, and wait for it\n"
-    "  --vcd FILE       trace of pins, converters, links, exceptions, sleep and functions, for "
-    "GTKWave and others\n"
-    "  --vcd-functions A,B,...  functions to trace (default: the main ones)\n"
-    "  --profile FILE   instructions by function, level and kind\n"
-    "  --force          a file of --margins, --profile or --vcd takes the place of one that is not "
-    "of its kind\n"
-    "  --hang S         end when the firmware hangs for S seconds of virtual time (default 5, 0: "
-    "never)\n"
-    "  --stall S        end when a host does not read for S seconds (default 30)\n"
-    "  --wall-limit S   end after S seconds of wall clock (default 600 more than the run's own "
-    "length; none\n"
-    "                   for a run without end or with --gdb)\n"
-    "A unix: link is listened on; virtual time starts when a host has connected to each, and gdb, "
-    "within 30 s. At\n"
-    "full speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 s.\n"
-    "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
+/* Beside enum hil_parity, in the order of the option's words. */
+enum { PARITY_BOARD = 3, PARITY_NOT_GIVEN };
 
 #define refuse(...) (hil_complain(__VA_ARGS__), MR_USAGE)
 
@@ -120,36 +39,46 @@ void hil_complain(const char *format, ...)
 static bool parse_number(const char *text, double low, double high, double *value)
 {
     const char *end;
-    *value = mr_decimal_read(text, &end);
+    *value = strncmp(text, "0x", 2) == 0 ? (double)strtoul(text, (char **)(uintptr_t)&end, 16)
+                                         : mr_decimal_read(text, &end);
     return end != text && !*end && *value >= low && *value <= high;
 }
 
-/* Which of the words is it? -1: none. */
-static int parse_word(const char *text, const char *const words[], int n)
+/* Numbers between commas, of which the first must be there; how many, 0: none. */
+static unsigned parse_list(const char *text, double value[3])
 {
-    for (int i = 0; i < n; i++) {
-        if (strcmp(text, words[i]) == 0)
-            return i;
+    for (unsigned n = 0; n < 3; n++) {
+        const char *end;
+        value[n] = mr_decimal_read(text, &end);
+        if (end == text || (*end && *end != ','))
+            return 0;
+        if (!*end)
+            return n + 1;
+        text = end + 1;
     }
-    return -1;
+    return 0;
 }
 
-static bool parse_parity(struct hil_arguments *a, const char *text)
+/* Which of "a|b|c" is it? -1: none. */
+static int parse_word(const char *text, const char *words)
 {
-    static const char *const words[] = {"none", "even", "odd", "board"};
-    int word = parse_word(text, words, 4);
-    a->parity_given = true;
-    a->options.host_parity_follows = word == 3;
-    a->options.host_parity = word > 0 && word < 3 ? (enum hil_parity)word : HIL_PARITY_NONE;
-    return word >= 0;
+    size_t length = strlen(text);
+    for (int i = 0; length; i++, words++) {
+        size_t n = strcspn(words, "|");
+        if (n == length && strncmp(words, text, n) == 0)
+            return i;
+        words += n;
+        if (!*words)
+            break;
+    }
+    return -1;
 }
 
 /* stop, count, off, or the rules that only count. */
 static bool parse_rules(struct hil_arguments *a, const char *text)
 {
-    static const char *const words[] = {"stop", "count", "off"};
     static const char some[] = "count:";
-    int word = parse_word(text, words, 3);
+    int word = parse_word(text, "stop|count|off");
     a->options.rules = word > 0 ? (enum hil_rules_mode)word : HIL_RULES_STOP;
     a->options.rules_counted = 0;
     if (word >= 0)
@@ -168,49 +97,28 @@ static bool parse_rules(struct hil_arguments *a, const char *text)
     }
 }
 
-static bool parse_times(struct hil_arguments *a, const char *text)
-{
-    static const char *const words[] = {"spread", "typical", "max"};
-    int word = parse_word(text, words, 3);
-    a->options.cell_times = word > 0 ? (enum hil_cell_times)word : HIL_TIMES_SPREAD;
-    return word >= 0;
-}
-
 /* Degrees, and degrees per hour behind a comma. */
 static bool parse_temperature(struct hil_arguments *a, const char *text)
 {
-    const char *end;
-    a->options.temperature_c = (double)NAN;
-    a->options.temperature_c_per_h = 0.0;
-    if (strcmp(text, "none") == 0)
-        return true;
-    a->options.temperature_c = mr_decimal_read(text, &end);
-    if (end == text || !(a->options.temperature_c >= -60.0 && a->options.temperature_c <= 150.0))
-        return false;
-    return !*end ||
-           (*end == ',' && parse_number(end + 1, -1000, 1000, &a->options.temperature_c_per_h));
+    double value[3] = {(double)NAN, 0.0, 0.0};
+    unsigned n = strcmp(text, "none") == 0 ? 1 : parse_list(text, value);
+    a->options.temperature_c = value[0];
+    a->options.temperature_c_per_h = value[1];
+    return (n == 1 || n == 2) && !(value[0] < -60.0 || value[0] > 150.0) &&
+           fabs(value[1]) <= 1000.0;
 }
 
 /* HZ[,DELAY_MS[,JITTER_US]] */
 static bool parse_camera(struct hil_arguments *a, const char *text)
 {
     double value[3] = {0.0, 0.0, 0.0};
-    const double most[3] = {1e5, 1e6, 1e6};
-    for (unsigned i = 0; i < 3; i++) {
-        const char *end;
-        value[i] = mr_decimal_read(text, &end);
-        if (end == text || (*end && *end != ',') ||
-            !(value[i] >= (i ? 0.0 : 0.01) && value[i] <= most[i]))
-            return false;
-        text = end + 1;
-        if (*end)
-            continue;
-        a->options.camera_hz = value[0];
-        a->options.camera_delay_ps = (uint64_t)(value[1] * (double)HIL_MS_PS);
-        a->options.camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_US_PS);
-        return true;
-    }
-    return false;
+    if (!parse_list(text, value))
+        return false;
+    a->options.camera_hz = value[0];
+    a->options.camera_delay_ps = (uint64_t)(value[1] * (double)HIL_MS_PS);
+    a->options.camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_US_PS);
+    return value[0] >= 0.01 && value[0] <= 1e5 && value[1] >= 0.0 && value[1] <= 1e6 &&
+           value[2] >= 0.0 && value[2] <= 1e6;
 }
 
 static bool parse_board(struct hil_arguments *a, const char *text)
@@ -218,6 +126,177 @@ static bool parse_board(struct hil_arguments *a, const char *text)
     a->options.type = hil_board_type_named(text);
     a->board_given = a->options.type != NULL;
     return a->board_given;
+}
+
+static bool parse_seed(struct hil_arguments *a, const char *text)
+{
+    char *end;
+    errno = 0;
+    a->options.seed = strtoull(text, &end, 10);
+    return end != text && !*end && !errno && text[0] != '-';
+}
+
+static bool parse_board_seed(struct hil_arguments *a, const char *text)
+{
+    uint64_t seed = a->options.seed;
+    bool good = a->options.board_drawn = parse_seed(a, text);
+    a->options.board_seed = a->options.seed;
+    a->options.seed = seed;
+    return good;
+}
+
+/* ---- options and help ---- */
+
+/* What an option is, and where it goes. FLAG: without a value; WORD: by its place in `words`; OWN:
+ * by a function. */
+enum kind { FLAG, TEXT, REAL, UNSIGNED, SIGNED, WORD, OWN };
+
+static const struct option {
+    const char *name, *value; /* value: what the help calls it */
+    enum kind kind;
+    size_t place;      /* in struct hil_arguments */
+    double low, high;  /* of a number */
+    const char *words; /* "a|b|c" */
+    bool (*parse)(struct hil_arguments *a, const char *text);
+    const char *help;
+} options[] = {
+#define AT(member) offsetof(struct hil_arguments, member)
+#define OF_TEXT(name, value, member, help)                    \
+    {                                                         \
+        name, value, TEXT, AT(member), 0, 0, NULL, NULL, help \
+    }
+#define OF_FLAG(name, member, help)                        \
+    {                                                      \
+        name, "", FLAG, AT(member), 0, 0, NULL, NULL, help \
+    }
+#define OF_NUMBER(name, value, kind, member, low, high, help)      \
+    {                                                              \
+        name, value, kind, AT(member), low, high, NULL, NULL, help \
+    }
+#define OF_WORD(name, value, member, words, help)              \
+    {                                                          \
+        name, value, WORD, AT(member), 0, 0, words, NULL, help \
+    }
+#define OF_OWN(name, value, parse, help)             \
+    {                                                \
+        name, value, OWN, 0, 0, 0, NULL, parse, help \
+    }
+    OF_TEXT("--elf", "F", elf, "firmware image (ELF); else the one that came with matrig-board"),
+    OF_OWN("--board", "B", parse_board,
+           "which board it is, by the name in common/boards.def: zg, discovery ...; else\n"
+           "what the image says (default zg)"),
+    OF_TEXT("--can", "LINK", can,
+            "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
+    OF_TEXT("--serial", "LINK", serial,
+            "unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) or none"),
+    OF_NUMBER("--can-base", "N", UNSIGNED, options.can_base, 0, MR_CAN_BASE_MOST,
+              "the base of the board's CAN identifiers, as its configuration has it (default 0): "
+              "CAN commands of\n"
+              "the run file or record are sent to it"),
+    OF_WORD("--parity", "P", parity, "none|even|odd|board",
+            "of the serial line's other end: none, even, odd or board (what the board has);\n"
+            "default none, pty: board, for Linux keeps no parity for pseudo-terminals"),
+    OF_NUMBER("--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
+              "rate of the serial line's other end (default 2000000; pty: what is set there)"),
+    OF_TEXT("--rig", "RUNFILE", rig,
+            "what the rig does: a matrig-run file; without it nothing moves"),
+    OF_TEXT("--replay", "FILE", replay,
+            "instead of a rig, a recorded landing: a matrig-replay file, which matrig replay "
+            "writes"),
+    OF_WORD("--speed", "S", speed, "max|real",
+            "max: at full speed, waiting for a slow host (default); real: by the wall clock, "
+            "dropping"),
+    OF_OWN("--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
+           "a film camera: triggered by PE2, after DELAY_MS (default 0) it gives a pulse\n"
+           "a frame on PB3"),
+    OF_NUMBER("--for", "S", REAL, for_s, 1e-6, HIL_FOREVER_S,
+              "seconds of virtual time (default: the run file's duration, or until a signal)"),
+    OF_OWN("--seed", "N", parse_seed, "of converter noise (default 1)"),
+    OF_NUMBER("--vdda", "V", REAL, options.vdda_v, 2.7, 3.6,
+              "supply of converters and staircase, 2.7 to 3.6 (default: the board's); what is\n"
+              "relative to it: hil/README.md"),
+    OF_OWN("--board-seed", "N", parse_board_seed,
+           "draw the board's electronics (gains, zeros, noise, INL, kick, resistors) from the "
+           "spread of the\n"
+           "reference circuits; the same N, the same board (default: the ideal board)"),
+    OF_NUMBER("--hse", "HZ", UNSIGNED, options.hse_hz, 0, 26e6,
+              "crystal, 0: it does not start (default 8000000)"),
+    OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
+              "error of the internal oscillator (default 0)"),
+    OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
+              "watchdog clock, 17000 to 47000 (default 32000)"),
+    OF_TEXT("--flash", "FILE", flash,
+            "content of the flash: read if it is there, written at the end; --elf then goes over "
+            "it,\n"
+            "sparing the sectors it does not use"),
+    OF_TEXT("--nor", "FILE", nor, "the same for the black box's memory"),
+    OF_OWN("--temperature", "C[,C/h]", parse_temperature,
+           "of the mat, in degrees and how fast it rises, or none: no thermometer (default 20)"),
+    OF_FLAG("--bare", options.bare,
+            "nothing is plugged in where the rig is: the lines of one-shot, lamp and camera are "
+            "open"),
+    OF_FLAG("--left-on", options.left_on,
+            "start as after a jump, without a reset: PLL and clocks on, as a debugger leaves them"),
+    OF_FLAG("--boot0", options.boot0,
+            "start the boot ROM (AN3155 on the serial line) instead of the firmware"),
+    OF_WORD("--times", "T", options.cell_times, "spread|typical|max",
+            "of flash and NOR operations: spread (drawn, default), typical or max"),
+    OF_TEXT("--faults", "FILE", faults,
+            "what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr"),
+    OF_FLAG("--alignment", options.watch_alignment,
+            "fault on unaligned multiple and double transfers, as silicon does; slower"),
+    OF_OWN("--rules", "R", parse_rules,
+           "what a broken rule of time or electricity at the pins does: stop (default), count,\n"
+           "count:NAME,... (of these alone), or off: they are not looked at"),
+    OF_TEXT("--margins", "FILE", margins,
+            "what was measured of each rule: how often, the nearest to its number, where"),
+    OF_FLAG("--trace", trace, "tell exceptions and unusual events on stderr"),
+    OF_TEXT("--gdb", "PORT", gdb,
+            "listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and "
+            "wait for it"),
+    OF_TEXT("--vcd", "FILE", vcd,
+            "trace of pins, converters, links, exceptions, sleep and functions, for GTKWave and "
+            "others"),
+    OF_TEXT("--vcd-functions", "A,B,...", vcd_functions,
+            "functions to trace (default: the main ones)"),
+    OF_TEXT("--profile", "FILE", profile, "instructions by function, level and kind"),
+    OF_NUMBER("--hang", "S", REAL, hang_s, 0, HIL_FOREVER_S,
+              "end when the firmware hangs for S seconds of virtual time (default 5, 0: never)"),
+    OF_NUMBER("--stall", "S", REAL, stall_s, 0.001, 86400,
+              "end when a host does not read for S seconds (default 30)"),
+    OF_NUMBER("--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
+              "end after S seconds of wall clock (default 600 more than the run's own length; "
+              "none\n"
+              "for a run without end or with --gdb)"),
+#undef AT
+};
+
+static void print_item(const char *name, const char *value, const char *text)
+{
+    int width = printf("  %s%s%s", name, *value ? " " : "", value);
+    printf("%*s", width < 18 ? 19 - width : 2, "");
+    for (; *text; text++) {
+        putchar(*text);
+        if (*text == '\n')
+            printf("%19s", "");
+    }
+    putchar('\n');
+}
+
+void hil_arguments_help(void)
+{
+    puts("usage: matrig-board [--elf F] [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
+         "       matrig-board --flash F | --boot0 [options]\n"
+         "The STM32F407 board in virtual time, running the firmware image F unmodified.");
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
+        print_item(options[i].name, options[i].value, options[i].help);
+    print_item("--not-modelled", "", "print what of the chip is not modelled, and end");
+    print_item("--version", "", "print the version, and end");
+    puts("A unix: link is listened on; virtual time starts when a host has connected to each, and "
+         "gdb, within 30 s. At\n"
+         "full speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 "
+         "s.\n"
+         "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
 }
 
 static enum mr_status refuse_board(const char *text)
@@ -228,100 +307,6 @@ static enum mr_status refuse_board(const char *text)
                  hil_board_type_name(hil_board_type_of(i)));
     return refuse("--board cannot be `%s`; there are:%s", text, names);
 }
-
-static bool parse_speed(struct hil_arguments *a, const char *text)
-{
-    a->real = strcmp(text, "real") == 0;
-    return a->real || strcmp(text, "max") == 0;
-}
-
-static bool parse_whole(const char *text, uint64_t *value)
-{
-    char *end;
-    errno = 0;
-    *value = strtoull(text, &end, 10);
-    return end != text && !*end && !errno && text[0] != '-';
-}
-
-static bool parse_seed(struct hil_arguments *a, const char *text)
-{
-    return parse_whole(text, &a->options.seed);
-}
-
-static bool parse_board_seed(struct hil_arguments *a, const char *text)
-{
-    a->options.board_drawn = true;
-    return parse_whole(text, &a->options.board_seed);
-}
-
-/* 400 or 0x190 */
-static bool parse_can_base(struct hil_arguments *a, const char *text)
-{
-    char *end;
-    unsigned long base = strtoul(text, &end, strncmp(text, "0x", 2) == 0 ? 16 : 10);
-    a->options.can_base = (uint32_t)base;
-    return end != text && !*end && text[0] != '-' && base <= MR_CAN_BASE_MOST;
-}
-
-static bool parse_hse(struct hil_arguments *a, const char *text)
-{
-    double hz;
-    bool ok = parse_number(text, 0, 26e6, &hz) && (hz >= 4e6 || hz < 1);
-    a->options.hse_hz = ok ? (uint32_t)hz : 0;
-    return ok;
-}
-
-/* What an option is, and where it goes. FLAG: without a value; OWN: by a function. */
-enum kind { FLAG, TEXT, REAL, UNSIGNED, SIGNED, OWN };
-
-static const struct option {
-    const char *name;
-    enum kind kind;
-    size_t place;     /* in struct hil_arguments */
-    double low, high; /* of a number */
-    bool (*parse)(struct hil_arguments *a, const char *text);
-} options[] = {
-#define AT(member) offsetof(struct hil_arguments, member)
-    {"--elf", TEXT, AT(elf), 0, 0, NULL},
-    {"--can", TEXT, AT(can), 0, 0, NULL},
-    {"--serial", TEXT, AT(serial), 0, 0, NULL},
-    {"--rig", TEXT, AT(rig), 0, 0, NULL},
-    {"--replay", TEXT, AT(replay), 0, 0, NULL},
-    {"--flash", TEXT, AT(flash), 0, 0, NULL},
-    {"--nor", TEXT, AT(nor), 0, 0, NULL},
-    {"--faults", TEXT, AT(faults), 0, 0, NULL},
-    {"--gdb", TEXT, AT(gdb), 0, 0, NULL},
-    {"--vcd", TEXT, AT(vcd), 0, 0, NULL},
-    {"--vcd-functions", TEXT, AT(vcd_functions), 0, 0, NULL},
-    {"--profile", TEXT, AT(profile), 0, 0, NULL},
-    {"--margins", TEXT, AT(margins), 0, 0, NULL},
-    {"--baud", UNSIGNED, AT(options.host_baud), 1200, 10e6, NULL},
-    {"--can-base", OWN, 0, 0, 0, parse_can_base},
-    {"--lsi", UNSIGNED, AT(options.lsi_hz), 17000, 47000, NULL},
-    {"--hsi-ppm", SIGNED, AT(options.hsi_error_ppm), -50000, 50000, NULL},
-    {"--vdda", REAL, AT(options.vdda_v), 2.7, 3.6, NULL},
-    {"--for", REAL, AT(for_s), 1e-6, HIL_FOREVER_S, NULL},
-    {"--hang", REAL, AT(hang_s), 0, HIL_FOREVER_S, NULL},
-    {"--stall", REAL, AT(stall_s), 0.001, 86400, NULL},
-    {"--wall-limit", REAL, AT(wall_limit_s), 0, 1e6, NULL},
-    {"--board", OWN, 0, 0, 0, parse_board},
-    {"--parity", OWN, 0, 0, 0, parse_parity},
-    {"--temperature", OWN, 0, 0, 0, parse_temperature},
-    {"--times", OWN, 0, 0, 0, parse_times},
-    {"--rules", OWN, 0, 0, 0, parse_rules},
-    {"--speed", OWN, 0, 0, 0, parse_speed},
-    {"--camera", OWN, 0, 0, 0, parse_camera},
-    {"--seed", OWN, 0, 0, 0, parse_seed},
-    {"--board-seed", OWN, 0, 0, 0, parse_board_seed},
-    {"--hse", OWN, 0, 0, 0, parse_hse},
-    {"--alignment", FLAG, AT(options.watch_alignment), 0, 0, NULL},
-    {"--bare", FLAG, AT(options.bare), 0, 0, NULL},
-    {"--left-on", FLAG, AT(options.left_on), 0, 0, NULL},
-    {"--boot0", FLAG, AT(options.boot0), 0, 0, NULL},
-    {"--trace", FLAG, AT(trace), 0, 0, NULL},
-    {"--force", FLAG, AT(force), 0, 0, NULL},
-#undef AT
-};
 
 static const struct option *find(const char *name)
 {
@@ -336,8 +321,9 @@ static bool set(struct hil_arguments *a, const struct option *option, const char
 {
     char *place = (char *)a + option->place;
     double value = 0.0;
+    int word = option->kind == WORD ? parse_word(text, option->words) : 0;
     bool is_number = option->kind == REAL || option->kind == UNSIGNED || option->kind == SIGNED;
-    if (is_number && !parse_number(text, option->low, option->high, &value))
+    if (word < 0 || (is_number && !parse_number(text, option->low, option->high, &value)))
         return false;
     switch (option->kind) {
     case FLAG: *(bool *)place = true; break;
@@ -345,6 +331,7 @@ static bool set(struct hil_arguments *a, const struct option *option, const char
     case REAL: *(double *)place = value; break;
     case UNSIGNED: *(uint32_t *)place = (uint32_t)value; break;
     case SIGNED: *(int32_t *)place = (int32_t)value; break;
+    case WORD: *(unsigned *)place = (unsigned)word; break;
     case OWN: return option->parse(a, text);
     }
     return true;
@@ -389,6 +376,7 @@ static enum mr_status parse(struct hil_arguments *a, int argc, char **argv)
 {
     *a = (struct hil_arguments){.can = "none",
                                 .serial = "none",
+                                .parity = PARITY_NOT_GIVEN,
                                 .hang_s = HANG_S,
                                 .stall_s = STALL_S,
                                 .wall_limit_s = -1.0};
@@ -427,8 +415,11 @@ static enum mr_status check(struct hil_arguments *a)
     if (a->rig && a->replay)
         return refuse("--rig and --replay cannot be given together: the pins are either a rig's or "
                       "a record's");
-    if (!a->parity_given)
-        a->options.host_parity_follows = strncmp(a->serial, "pty:", 4) == 0;
+    if (a->parity == PARITY_NOT_GIVEN)
+        a->parity = strncmp(a->serial, "pty:", 4) == 0 ? PARITY_BOARD : HIL_PARITY_NONE;
+    a->options.host_parity_follows = a->parity == PARITY_BOARD;
+    a->options.host_parity = a->parity == PARITY_BOARD ? HIL_PARITY_NONE
+                                                       : (enum hil_parity)a->parity;
     return MR_OK;
 }
 
@@ -452,98 +443,56 @@ enum mr_status hil_arguments_check_board(const struct hil_arguments *a)
 
 /* ---- paths: nothing that is read or written elsewhere is written over ---- */
 
-/* The path of a link or file with everything that can be resolved resolved; false: it has none. */
-static bool canonical(const char *text, char *out)
+/* The path of a link or file; NULL: it has none. */
+static const char *path_of(const char *text)
 {
-    char folder[PATH_MAX], resolved[PATH_MAX];
-    const char *path = !text || strcmp(text, "none") == 0                               ? NULL
-                     : strncmp(text, "unix:", 5) == 0 || strncmp(text, "file:", 5) == 0 ? text + 5
-                     : strncmp(text, "pty:", 4) == 0                                    ? text + 4
-                                                                                        : text;
-    if (!path || strlen(path) >= sizeof folder)
-        return false;
-    if (realpath(path, out))
-        return true;
-    const char *slash = strrchr(path, '/');
-    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
-             slash ? path : ".");
-    if (!realpath(folder, resolved))
-        return false;
-    return snprintf(out, PATH_MAX, "%s/%s", resolved, slash ? slash + 1 : path) < PATH_MAX;
+    if (!text || strcmp(text, "none") == 0)
+        return NULL;
+    return strncmp(text, "unix:", 5) == 0 || strncmp(text, "file:", 5) == 0 ? text + 5
+         : strncmp(text, "pty:", 4) == 0                                    ? text + 4
+                                                                            : text;
 }
 
-/* By name, or as two names of one file. */
+/* By name, or as two names of one file, but a device. */
 static bool same_file(const char *a, const char *b)
 {
     struct stat one, other;
-    return strcmp(a, b) == 0 || (stat(a, &one) == 0 && stat(b, &other) == 0 &&
-                                 one.st_dev == other.st_dev && one.st_ino == other.st_ino);
+    bool there = stat(a, &one) == 0;
+    if (there && S_ISCHR(one.st_mode))
+        return false;
+    return strcmp(a, b) == 0 || (there && stat(b, &other) == 0 && one.st_dev == other.st_dev &&
+                                 one.st_ino == other.st_ino);
 }
 
-/* A record takes the place of one of its kind only; what the first bytes of each are, the files say
- * that write them. */
-static enum mr_status check_record(const struct hil_arguments *a, const char *option,
-                                   const char *text, const char *path)
-{
-    const char *head = !text              ? NULL
-                     : text == a->vcd     ? "$version matrig-board $end\n"
-                     : text == a->profile ? "matrig-board profile: "
-                     : text == a->margins ? "rule                  judged "
-                                          : NULL;
-    if (!head || !path[0])
-        return MR_OK;
-    if (hil_is_precious(path))
-        return refuse("%s would overwrite a database or a program: %s; give another file", option,
-                      path);
-    if (!a->force && hil_is_another_file(path, head))
-        return refuse("%s is there already, and is no record of this kind: %s; give another file, "
-                      "or --force to lose this one",
-                      option, path);
-    return MR_OK;
-}
-
-struct named_path {
-    const char *option, *text;
-    char path[PATH_MAX];
-};
-
-/* The path itself, or none for what is not a file of its own. */
-static void find_path(struct named_path *named)
-{
-    struct stat st;
-    if (!canonical(named->text, named->path) ||
-        (stat(named->path, &st) == 0 && S_ISCHR(st.st_mode)))
-        named->path[0] = '\0';
-}
-
-enum { READ_ONLY = 4, PATHS = 12 }; /* read, and written too */
+enum { READ_ONLY = 4, RECORDS = 7, MEMORIES = 10, PATHS = 12 };
 
 enum mr_status hil_arguments_check_paths(const struct hil_arguments *a)
 {
-    struct named_path given[PATHS] = {
-        {"--elf", a->elf, ""},
-        {"--rig", a->rig, ""},
-        {"--replay", a->replay, ""},
-        {"--faults", a->faults, ""},
-        {"--can", a->can, ""},
-        {"--serial", a->serial, ""},
-        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL, ""},
-        {"--vcd", a->vcd, ""},
-        {"--profile", a->profile, ""},
-        {"--margins", a->margins, ""},
-        {"--flash", a->flash, ""},
-        {"--nor", a->nor, ""},
+    const struct {
+        const char *option, *path;
+    } given[PATHS] = {
+        {"--elf", a->elf},
+        {"--rig", a->rig},
+        {"--replay", a->replay},
+        {"--faults", a->faults},
+        {"--can", path_of(a->can)},
+        {"--serial", path_of(a->serial)},
+        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? path_of(a->gdb) : NULL},
+        {"--vcd", a->vcd},
+        {"--profile", a->profile},
+        {"--margins", a->margins},
+        {"--flash", a->flash},
+        {"--nor", a->nor},
     };
-    for (unsigned i = 0; i < PATHS; i++) {
-        find_path(&given[i]);
-        for (unsigned k = 0; i >= READ_ONLY && k < i; k++) {
-            if (given[i].path[0] && given[k].path[0] && same_file(given[i].path, given[k].path))
+    for (unsigned i = READ_ONLY; i < PATHS; i++) {
+        for (unsigned k = 0; given[i].path && k < i; k++) {
+            if (given[k].path && same_file(given[i].path, given[k].path))
                 return refuse("%s and %s are both %s; give each its own", given[k].option,
                               given[i].option, given[i].path);
         }
-        enum mr_status status = check_record(a, given[i].option, given[i].text, given[i].path);
-        if (status != MR_OK)
-            return status;
+        if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_precious(given[i].path))
+            return refuse("%s would overwrite a database or a program: %s; give another file",
+                          given[i].option, given[i].path);
     }
     return MR_OK;
 }

@@ -10,17 +10,16 @@
 #define HIL_FOREVER_S 100000.0
 
 /* What --help prints. */
-extern const char hil_help[];
+void hil_arguments_help(void);
 
 /* The texts are those of argv. */
 struct hil_arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd,
         *vcd_functions, *profile, *margins;
-    bool parity_given, board_given;
-    bool real;
-    bool trace;
-    bool force;   /* a record may take the place of any file but a database or a program */
-    double for_s; /* 0: not given */
+    bool board_given, trace;
+    unsigned parity;                      /* place of the option's word */
+    unsigned speed;                       /* 0: max, 1: real */
+    double for_s;                         /* 0: not given */
     double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;
 };
@@ -33,7 +32,7 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
 /* Once it is known which board it is. MR_USAGE: it cannot do what was asked. */
 enum mr_status hil_arguments_check_board(const struct hil_arguments *a);
 /* What is written must not be what is read or written elsewhere; devices may be. A record takes the
- * place of no campaign. MR_USAGE. */
+ * place of no campaign and no program. MR_USAGE. */
 enum mr_status hil_arguments_check_paths(const struct hil_arguments *a);
 
 #endif

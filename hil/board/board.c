@@ -1,6 +1,7 @@
 #include "hil/board/board.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -13,7 +14,6 @@
 
 #include "common/image.h"
 #include "hil/board/parts.h"
-#include "hil/board/precious.h"
 #include "hil/core/bus.h"
 #include "hil/core/cpu.h"
 #include "hil/core/core.h"
@@ -582,34 +582,16 @@ static enum mr_status fail(struct hil_board *board, enum mr_status status, const
     return status;
 }
 
-/* What no memory holds: an Intel HEX, a run file, a note. UTF-8 has no 0xff; erased cells are
- * that. */
-static bool is_text(const uint8_t *bytes, size_t n)
+bool hil_is_precious(const char *path)
 {
-    for (size_t i = 0; i < n; i++) {
-        if (bytes[i] == 0xff || bytes[i] == 0x7f || !bytes[i] ||
-            (bytes[i] < ' ' && !strchr("\t\n\r", bytes[i])))
-            return false;
-    }
-    return n > 0;
-}
-
-/* Can the file take the place of `path` at the end? Said before the run, not after it. */
-static enum mr_status check_place(struct hil_board *board, const char *path)
-{
-    char folder[PATH_MAX];
-    struct stat st;
-    const char *slash = strrchr(path, '/');
-    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
-        return fail(board, MR_USAGE, path,
-                    "no regular file, and one would take its place; give another");
-    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1,
-             slash ? path : ".");
-    if (access(folder, W_OK | X_OK) == 0)
-        return MR_OK;
-    snprintf(board->core.reason, sizeof board->core.reason,
-             "%s: cannot write there at the end: %s; give another path", path, strerror(errno));
-    return MR_IO;
+    char begins[16] = {0};
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0)
+        return false;
+    ssize_t got = read(fd, begins, sizeof begins);
+    close(fd);
+    return got == (ssize_t)sizeof begins &&
+           (memcmp(begins, "SQLite format 3", 16) == 0 || memcmp(begins, "\177ELF", 4) == 0);
 }
 
 /* Up to `room` bytes of a file; *n 0 and MR_OK when there is none. */
@@ -617,9 +599,6 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
                                 size_t room, size_t *n)
 {
     *n = 0;
-    enum mr_status status = check_place(board, path);
-    if (status != MR_OK)
-        return status;
     if (hil_is_precious(path))
         return fail(board, MR_MALFORMED, path,
                     "a database or a program, to be overwritten; give another");
@@ -634,9 +613,6 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
     if (more)
         return fail(board, MR_MALFORMED, path,
                     "larger than the memory it is to fill; give another");
-    if (is_text(bytes, *n))
-        return fail(board, MR_MALFORMED, path,
-                    "a text, to be overwritten; give a .bin, or a path where nothing is");
     return MR_OK;
 }
 

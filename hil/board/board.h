@@ -129,4 +129,7 @@ enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
  * hil_board_load_elf. */
 enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path);
 
+/* Is it a file that nothing here overwrites: a campaign (SQLite) or a program (ELF)? */
+bool hil_is_precious(const char *path);
+
 #endif

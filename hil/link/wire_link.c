@@ -1,19 +1,19 @@
 #include "hil/link/wire_link.h"
 
+#include <asm/termbits.h> /* struct termios2, for any rate; not to be mixed with termios.h */
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "hil/board/precious.h"
 #include "hil/core/wall.h"
-#include "hil/link/pty.h"
 
 #define FRAME_BYTES  16u
 #define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
@@ -24,6 +24,86 @@
 #define POLL_MS      100
 #define PTY_POLL_MS  2       /* nothing wakes us when a host opens it */
 #define PTY_BAUD     115200u /* until a host says otherwise */
+
+/* ---- a pseudo-terminal: a host program opens its name as it would a serial port, and the rate it
+ * sets is the rate at which its end of the line runs. Linux drops the parity setting of
+ * pseudo-terminals (drivers/tty/pty.c clears PARENB and forces eight bits), so it cannot be read
+ * from here, and a program that insists on parity must be told to do without:
+ * `stm32flash -m 8n1`. ---- */
+
+static bool set_raw(int fd, uint32_t baud)
+{
+    struct termios2 t;
+    if (ioctl(fd, TCGETS2, &t) != 0)
+        return false;
+    t.c_iflag = t.c_oflag = t.c_lflag = 0;
+    t.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
+    t.c_ospeed = t.c_ispeed = baud;
+    return ioctl(fd, TCSETS2, &t) == 0;
+}
+
+/* Only after its first close does an unused pseudo-terminal say that nobody is there. */
+static bool open_once(int fd)
+{
+    int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (other < 0)
+        return false;
+    close(other);
+    return true;
+}
+
+/* In raw mode at `baud`, with a symbolic link to it at `path`; an old link there is replaced. */
+static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *error, size_t size)
+{
+    static const char left[] = "/dev/pts/";
+    struct stat st;
+    char target[sizeof left] = "";
+    *fd = -1;
+    if (lstat(path, &st) == 0) {
+        if (readlink(path, target, sizeof left - 1) < 0 || strcmp(target, left) != 0) {
+            snprintf(error, size,
+                     "--serial: %s is there and no link to a pseudo-terminal; remove it or give "
+                     "another path",
+                     path);
+            return MR_IO;
+        }
+        unlink(path); /* left by an earlier run */
+    }
+    *fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+    if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) &&
+        open_once(*fd) && symlink(ptsname(*fd), path) == 0)
+        return MR_OK;
+    snprintf(error, size, "--serial: cannot make a pseudo-terminal at %s: %s; give another path",
+             path, strerror(errno));
+    if (*fd >= 0)
+        close(*fd);
+    *fd = -1;
+    return MR_IO;
+}
+
+/* Does a host have it open? */
+static bool pty_in_use(int fd)
+{
+    struct pollfd look = {.fd = fd};
+    return poll(&look, 1, 0) >= 0 && !(look.revents & POLLHUP);
+}
+
+/* Rate that the host has set, bits/s; 0 when it cannot be read. */
+static uint32_t pty_baud(int fd)
+{
+    struct termios2 t;
+    return ioctl(fd, TCGETS2, &t) == 0 ? t.c_ospeed : 0;
+}
+
+static void pty_close(const char *path, int fd)
+{
+    if (fd < 0)
+        return;
+    close(fd);
+    unlink(path);
+}
+
+/* ---- links ---- */
 
 static const char *noun(const struct hil_link *link)
 {
@@ -90,7 +170,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->type = HIL_LINK_PTY;
         link->path = text + 4;
         link->hung_up = true;
-        return hil_pty_open(link->path, PTY_BAUD, &link->fd, error, size);
+        return pty_open(link->path, PTY_BAUD, &link->fd, error, size);
     }
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_FILE;
@@ -117,7 +197,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
 static bool host_came(struct hil_link *link)
 {
     if (link->type == HIL_LINK_PTY) {
-        bool there = hil_pty_in_use(link->fd);
+        bool there = pty_in_use(link->fd);
         if (!there)
             poll(NULL, 0, PTY_POLL_MS);
         return there;
@@ -248,7 +328,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             return MR_IO;
         }
         if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) ||
-            (link->type == HIL_LINK_PTY && !hil_pty_in_use(link->fd))) {
+            (link->type == HIL_LINK_PTY && !pty_in_use(link->fd))) {
             hang_up(link);
             return MR_OK;
         }
@@ -291,8 +371,8 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
 {
     uint8_t bytes[4096];
     size_t room = hil_board_serial_room(board);
-    uint32_t baud = hil_pty_baud(link->fd);
-    link->hung_up = !hil_pty_in_use(link->fd);
+    uint32_t baud = pty_baud(link->fd);
+    link->hung_up = !pty_in_use(link->fd);
     if (link->hung_up) {
         hang_up(link);
         return;
@@ -351,7 +431,7 @@ void hil_link_close(struct hil_link *link)
         }
     }
     if (link->type == HIL_LINK_PTY)
-        hil_pty_close(link->path, link->fd);
+        pty_close(link->path, link->fd);
     else if (link->fd >= 0)
         close(link->fd);
     if (link->listener >= 0) {

@@ -1,5 +1,5 @@
 /* The board's ends of its two wires: `unix:PATH` (the board listens, one host connects), `pty:PATH`
- * (serial only: a pseudo-terminal, see hil/link/pty.h), `file:PATH` (candump -L text for CAN, raw
+ * (serial only: a pseudo-terminal), `file:PATH` (candump -L text for CAN, raw
  * bytes for serial), `none`.
  *
  * A CAN socket carries 16-byte frames in the layout of Linux's struct can_frame (identifier with

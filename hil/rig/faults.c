@@ -37,8 +37,8 @@ static void schedule(struct hil_faults_device *dev)
 
 /* --- triggers --- */
 
-/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER: not
- * between any two. */
+/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER:
+ * not between any two. */
 static uint64_t station_ps(const struct hil_run *run, double station_ft)
 {
     int before = -1;

@@ -1,92 +1,77 @@
 #include "hil/rig/runfile.h"
 
 #include <errno.h>
-#include <math.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/command.h"
 #include "common/crc32.h"
-#include "common/decimal.h"
-#include "hil/core/file_place.h"
 
 #define FILE_MAX     (256u * 1024u * 1024u)
 #define SAMPLES_MAX  4000000u
 #define COMMANDS_MAX 10000u
 
-#define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+/* ---- records: text with a checksum ---- */
 
-struct reader {
-    struct hil_file_place at; /* line: the present one */
-    char *bytes;              /* the whole file, 0 after it */
-    size_t size;
-    char *next; /* line to come */
-    char *line; /* present line, its end replaced by 0 */
-    struct hil_run *run;
-    unsigned switches, transducers, gages, gaps, gaps_end;
-    bool has_duration, has_samples, ended;
-};
-
-static bool next_line(struct reader *r)
+enum mr_status hil_record_open(struct hil_record *r, const char *kind)
 {
-    if (r->next >= r->bytes + r->size)
-        return false;
-    r->line = r->next;
-    r->at.line++;
-    char *end = memchr(r->line, '\n', (size_t)(r->bytes + r->size - r->line));
-    if (end) {
+    enum mr_status status = hil_file_read(&r->at, FILE_MAX, "give a file that matrig wrote",
+                                          &r->bytes, &r->size);
+    size_t n = strlen(kind), end = r->size;
+    uint32_t stated = 0;
+    if (status != MR_OK)
+        return status;
+    if (strncmp(r->bytes, kind, n) != 0 || r->bytes[n] != ' ')
+        return hil_file_refuse(&r->at, MR_MALFORMED, "it does not begin with `%s 1`", kind);
+    if (strncmp(r->bytes + n, " 1\n", 3) != 0)
+        return hil_file_refuse(&r->at, MR_VERSION, "version `%.*s`; this program reads version 1",
+                               (int)strcspn(r->bytes + n + 1, "\r\n"), r->bytes + n + 1);
+    while (end >= 5 && memcmp(r->bytes + end - 5, "\nend ", 5) != 0)
+        end--;
+    if (end < 5)
+        return hil_file_refuse(&r->at, MR_TRUNCATED, "the file ends without its `end` line");
+    if (r->size - end != 9 || sscanf(r->bytes + end, "%8" SCNx32, &stated) != 1)
+        return hil_file_refuse(&r->at, MR_MALFORMED,
+                               "`end <crc32, 8 hex digits>` expected as the last line");
+    uint32_t crc = mr_crc32(0, (const uint8_t *)r->bytes, end - 4);
+    if (stated != crc)
+        return hil_file_refuse(&r->at, MR_CRC,
+                               "checksum is %08x but the file says %08x: it was changed or damaged",
+                               (unsigned)crc, (unsigned)stated);
+    r->size = end - 4;
+    r->bytes[r->size] = '\0';
+    r->next = r->bytes + n + 3;
+    r->at.line = 1;
+    return MR_OK;
+}
+
+char *hil_record_line(struct hil_record *r)
+{
+    while (r->next < r->bytes + r->size) {
+        char *line = r->next, *end = strchr(line, '\n');
+        if (!end)
+            break; /* a 0 within the text */
         *end = '\0';
         r->next = end + 1;
-    } else {
-        r->next = r->bytes + r->size;
+        r->at.line++;
+        if (line[0] && line[0] != '#')
+            return line;
     }
-    return true;
+    return NULL;
 }
 
-/* Next word of the line, ended by 0; NULL at its end. */
-static char *word(char **p)
-{
-    while (**p == ' ' || **p == '\t' || **p == '\r')
-        (*p)++;
-    if (!**p)
-        return NULL;
-    char *start = *p;
-    while (**p && **p != ' ' && **p != '\t' && **p != '\r')
-        (*p)++;
-    if (**p)
-        *(*p)++ = '\0';
-    return start;
-}
+/* ---- run files ---- */
 
-static bool number(char **p, double *value)
-{
-    char *text = word(p);
-    const char *end;
-    if (!text)
-        return false;
-    *value = mr_decimal_read(text, &end);
-    return *end == '\0' && isfinite(*value);
-}
-
-static bool whole(char **p, long low, long high, long *value)
-{
-    char *text = word(p);
-    char *end;
-    if (!text)
-        return false;
-    errno = 0;
-    *value = strtol(text, &end, 10);
-    return *end == '\0' && end != text && !errno && *value >= low && *value <= high;
-}
+#define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
 
 /* Seconds with up to 12 decimals, exactly, as picoseconds; up to 10^6 s. */
-static bool time_ps(char **p, uint64_t *t_ps)
+static bool time_ps(const char *text, uint64_t *t_ps)
 {
-    char *text = word(p);
     uint64_t value = 0;
     unsigned digits = 0;
-    if (!text || *text < '0' || *text > '9')
+    if (*text < '0' || *text > '9')
         return false;
     for (; *text >= '0' && *text <= '9'; text++) {
         value = value * 10u + (uint64_t)(*text - '0');
@@ -103,276 +88,128 @@ static bool time_ps(char **p, uint64_t *t_ps)
     return *text == '\0';
 }
 
-static enum mr_status at_end(const struct reader *r, char *p, const char *what)
+static enum mr_status read_switch(struct hil_record *r, struct hil_run *run, const char *text)
 {
-    return word(&p) ? refuse(r, MR_MALFORMED, "words left over after %s", what) : MR_OK;
-}
-
-static enum mr_status read_switch(struct reader *r, char *p)
-{
-    long position;
-    double nominal_ft;
-    uint64_t *open_ps;
-    if (!whole(&p, 1, HIL_RUN_SWITCHES, &position) || (unsigned)position != r->switches + 1u)
-        return refuse(r, MR_MALFORMED, "switch %u of %u expected here", r->switches + 1u,
-                      HIL_RUN_SWITCHES);
-    open_ps = &r->run->switch_open_ps[position - 1];
-    if (!number(&p, &nominal_ft) || !number(&p, &r->run->switch_ft[position - 1]))
-        return refuse(r, MR_MALFORMED,
-                      "`switch <position> <nominal_ft> <true_ft> <t_open_s or ->` expected");
-    while (*p == ' ')
-        p++;
-    if (*p == '-') {
-        *open_ps = HIL_RUN_NEVER;
-        p++;
-    } else if (!time_ps(&p, open_ps)) {
-        return refuse(r, MR_MALFORMED, "time at which switch %ld opens expected: seconds, or -",
-                      position);
-    }
-    r->switches++;
-    return at_end(r, p, "switch");
-}
-
-static enum mr_status read_transducer(struct reader *r, char *p)
-{
-    long channel;
-    if (!whole(&p, 1, HIL_RUN_TRANSDUCERS, &channel) || (unsigned)channel != r->transducers + 1u ||
-        !number(&p, &r->run->transducer_ft[channel - 1]))
-        return refuse(r, MR_MALFORMED, "`transducer %u <station_ft>` expected",
-                      r->transducers + 1u);
-    r->transducers++;
-    return at_end(r, p, "transducer");
-}
-
-static enum mr_status read_gage(struct reader *r, char *p)
-{
-    long channel, band;
-    if (!whole(&p, 1, HIL_RUN_GAGES, &channel) || (unsigned)channel != r->gages + 1u ||
-        !number(&p, &r->run->gage_ft[channel - 1]) || !whole(&p, 0, 255, &band))
-        return refuse(r, MR_MALFORMED, "`gage %u <station_ft> <band>` expected", r->gages + 1u);
-    r->run->gage_band[channel - 1] = (unsigned)band;
-    r->gages++;
-    return at_end(r, p, "gage");
-}
-
-static enum mr_status read_gaps(struct reader *r, char *p, double *gap_in, unsigned *count)
-{
-    char *text;
-    while ((text = word(&p)) != NULL) {
-        const char *end;
-        double value = mr_decimal_read(text, &end);
-        if (*end || !isfinite(value))
-            return refuse(r, MR_MALFORMED, "`%s` is no joint gap in inches", text);
-        if (*count == HIL_RUN_JOINTS)
-            return refuse(r, MR_MALFORMED, "more than %u joint gaps", HIL_RUN_JOINTS);
-        gap_in[(*count)++] = value;
-    }
+    unsigned position;
+    double nominal_ft, true_ft;
+    char open[32];
+    int end = 0;
+    uint64_t open_ps = HIL_RUN_NEVER;
+    if (sscanf(text, "%u %lf %lf %31s %n", &position, &nominal_ft, &true_ft, open, &end) != 4 ||
+        text[end] || position != run->switches + 1u || position > HIL_RUN_SWITCHES ||
+        (strcmp(open, "-") != 0 && !time_ps(open, &open_ps)))
+        return refuse(r, "`switch %u <nominal_ft> <true_ft> <t_open_s or ->` expected",
+                      run->switches + 1u);
+    run->switch_open_ps[run->switches] = open_ps;
+    run->switch_ft[run->switches++] = true_ft;
     return MR_OK;
 }
 
-static enum mr_status read_command(struct reader *r, char *p)
+static enum mr_status read_command(struct hil_record *r, struct hil_run *run, const char *text)
 {
-    struct hil_run *run = r->run;
     struct hil_run_command command = {0};
-    if (!time_ps(&p, &command.t_ps))
-        return refuse(r, MR_MALFORMED, "`command <t_s> <can or serial> <name> ...` expected");
+    char time[32], link[8];
+    int end = 0;
+    if (sscanf(text, "%31s %7s %n", time, link, &end) != 2 || !time_ps(time, &command.t_ps) ||
+        (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
+        return refuse(r, "`command <t_s> <can or serial> <name> ...` expected");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
-        return refuse(r, MR_MALFORMED, "commands must be in order of time");
-    const char *link = word(&p);
-    if (!link || (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
-        return refuse(r, MR_MALFORMED, "a command comes by `can` or `serial`, not `%s`",
-                      link ? link : "");
+        return refuse(r, "commands must be in order of time");
     command.serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
-        return refuse(r, MR_TOO_LONG, "more than %u commands", COMMANDS_MAX);
-    if (mr_command_parse(p, (uint16_t)(run->command_count + 1u), &command.message) != MR_OK)
-        return refuse(r, MR_MALFORMED, "`%s` is no command", p);
-    struct hil_run_command *grown = realloc(run->commands,
-                                            (run->command_count + 1u) * sizeof *grown);
-    if (!grown)
-        return refuse(r, MR_IO, "no memory for its commands");
-    run->commands = grown;
+        return refuse(r, "more than %u commands", COMMANDS_MAX);
+    if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=
+        MR_OK)
+        return refuse(r, "`%s` is no command", text + end);
+    run->commands = realloc(run->commands, (run->command_count + 1u) * sizeof *run->commands);
+    if (!run->commands)
+        abort(); /* as the board itself does */
     run->commands[run->command_count++] = command;
     return MR_OK;
 }
 
-/* One row of samples: 22 integers. */
-static enum mr_status read_row(struct reader *r, int32_t row[HIL_RUN_COLUMNS])
+static bool read_row(const char *text, int32_t row[HIL_RUN_COLUMNS])
 {
-    const char *p = r->line;
     for (unsigned i = 0; i < HIL_RUN_COLUMNS; i++) {
         char *end;
         errno = 0;
-        long value = strtol(p, &end, 10);
-        if (end == p || errno || value > INT32_MAX || value < INT32_MIN)
-            return refuse(r, MR_MALFORMED, "a row of %u integers, or xN, expected",
-                          HIL_RUN_COLUMNS);
+        long value = strtol(text, &end, 10);
+        if (end == text || errno || value > INT32_MAX || value < INT32_MIN)
+            return false;
         row[i] = (int32_t)value;
-        p = end;
+        text = end;
     }
-    while (*p == ' ' || *p == '\r')
-        p++;
-    return *p ? refuse(r, MR_MALFORMED, "more than %u numbers in a row", HIL_RUN_COLUMNS) : MR_OK;
+    return text[strspn(text, " \r")] == '\0';
 }
 
-static enum mr_status read_samples(struct reader *r, char *p)
+static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, const char *text)
 {
-    struct hil_run *run = r->run;
-    long count;
-    if (r->has_samples)
-        return refuse(r, MR_MALFORMED, "a second table of samples");
-    if (!whole(&p, 1, SAMPLES_MAX, &count) || !number(&p, &run->rate_hz) || run->rate_hz <= 0.0)
-        return refuse(r, MR_MALFORMED, "`samples <count 1..%u> <rate_hz>` expected", SAMPLES_MAX);
-    run->samples = calloc((size_t)count, sizeof *run->samples);
+    unsigned count, repeat;
+    int end = 0;
+    if (run->samples || sscanf(text, "%u %lf %n", &count, &run->rate_hz, &end) != 2 || text[end] ||
+        count < 1 || count > SAMPLES_MAX || !(run->rate_hz > 0.0 && run->rate_hz <= 1e9))
+        return refuse(r, "`samples <count 1..%u> <rate_hz>` expected, once", SAMPLES_MAX);
+    run->samples = calloc(count, sizeof *run->samples);
     if (!run->samples)
-        return refuse(r, MR_IO, "no memory for %ld samples", count);
-    while (run->sample_count < (size_t)count) {
-        if (!next_line(r))
-            return refuse(r, MR_TRUNCATED, "the file ends after %zu of %ld samples",
-                          run->sample_count, count);
-        if (r->line[0] == '#')
-            continue;
-        if (r->line[0] == 'x') {
-            char *q = r->line + 1;
-            long repeat;
-            if (!run->sample_count || !whole(&q, 1, count, &repeat) || word(&q) ||
-                (size_t)repeat > (size_t)count - run->sample_count)
-                return refuse(r, MR_MALFORMED,
-                              "`%s` does not repeat a row that is there, within the %ld samples",
-                              r->line, count);
-            for (; repeat; repeat--, run->sample_count++)
-                memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
-                       sizeof *run->samples);
+        abort();
+    while (run->sample_count < count) {
+        const char *line = hil_record_line(r);
+        if (!line)
+            return refuse(r, "only %zu of %u samples", run->sample_count, count);
+        if (line[0] != 'x') {
+            if (!read_row(line, run->samples[run->sample_count++]))
+                return refuse(r, "a row of %u integers, or xN, expected", HIL_RUN_COLUMNS);
             continue;
         }
-        enum mr_status status = read_row(r, run->samples[run->sample_count]);
-        if (status != MR_OK)
-            return status;
-        run->sample_count++;
+        if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
+            repeat > count - run->sample_count)
+            return refuse(r, "`%s` does not repeat a row that is there, within the %u samples",
+                          line, count);
+        for (; repeat; repeat--, run->sample_count++)
+            memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
+                   sizeof *run->samples);
     }
-    r->has_samples = true;
     return MR_OK;
 }
 
-static enum mr_status read_end(struct reader *r, char *p, uint32_t crc)
+static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char *line)
 {
-    const char *text = word(&p);
-    char *end;
-    unsigned long stated = text ? strtoul(text, &end, 16) : 0;
-    if (!text || *end || strlen(text) != 8)
-        return refuse(r, MR_MALFORMED, "`end <crc32, 8 hex digits>` expected");
-    if (stated != crc)
-        return refuse(r, MR_CRC, "checksum is %08x but the file says %s: it was changed or damaged",
-                      (unsigned)crc, text);
-    if (r->next < r->bytes + r->size)
-        return refuse(r, MR_MALFORMED, "text after `end`");
-    r->ended = true;
-    return MR_OK;
-}
-
-static enum mr_status read_line(struct reader *r, uint32_t crc)
-{
-    struct hil_run *run = r->run;
-    char *p = r->line;
-    long landing;
-    double value;
-    const char *keyword = word(&p);
-    if (!keyword || keyword[0] == '#' || strcmp(keyword, "provenance") == 0)
-        return MR_OK;
-    if (strcmp(keyword, "landing") == 0) {
-        if (!whole(&p, 0, 65535, &landing))
-            return refuse(r, MR_MALFORMED, "`landing <n>` expected");
-        run->landing = (unsigned)landing;
-        return at_end(r, p, keyword);
-    }
-    if (strcmp(keyword, "duration_s") == 0) {
-        if (!number(&p, &run->duration_s) || run->duration_s <= 0.0 || run->duration_s > 1e6)
-            return refuse(r, MR_MALFORMED, "`duration_s <seconds>` expected");
-        r->has_duration = true;
-        return at_end(r, p, keyword);
-    }
-    if (strcmp(keyword, "touchdown") == 0) {
-        if (!number(&p, &run->touchdown_ft) || !number(&p, &run->touchdown_s))
-            return refuse(r, MR_MALFORMED, "`touchdown <station_ft> <t_s>` expected");
-        return at_end(r, p, keyword);
-    }
-    if (strcmp(keyword, "truth") == 0) /* for those who compare; the board must not know it */
-        return word(&p) && number(&p, &value)
-                 ? at_end(r, p, keyword)
-                 : refuse(r, MR_MALFORMED, "`truth <name> <value>` expected");
+    /* for those who compare; the board must not know it */
+    static const char truth[] = " provenance landing touchdown truth transducer gage gap_in "
+                                "gap_end_in ";
+    char keyword[16] = "", known[20];
+    int end = 0;
+    sscanf(line, "%15s %n", keyword, &end);
     if (strcmp(keyword, "switch") == 0)
-        return read_switch(r, p);
-    if (strcmp(keyword, "transducer") == 0)
-        return read_transducer(r, p);
-    if (strcmp(keyword, "gage") == 0)
-        return read_gage(r, p);
-    if (strcmp(keyword, "gap_in") == 0)
-        return read_gaps(r, p, run->gap_in, &r->gaps);
-    if (strcmp(keyword, "gap_end_in") == 0)
-        return read_gaps(r, p, run->gap_end_in, &r->gaps_end);
+        return read_switch(r, run, line + end);
     if (strcmp(keyword, "command") == 0)
-        return read_command(r, p);
+        return read_command(r, run, line + end);
     if (strcmp(keyword, "samples") == 0)
-        return read_samples(r, p);
-    if (strcmp(keyword, "end") == 0)
-        return read_end(r, p, crc);
-    return refuse(r, MR_MALFORMED, "unknown keyword `%s`", keyword);
-}
-
-static enum mr_status check_complete(const struct reader *r)
-{
-    if (!r->ended)
-        return refuse(r, MR_TRUNCATED, "the file ends without its `end` line");
-    if (!r->has_duration || !r->has_samples)
-        return refuse(r, MR_MALFORMED, "no %s", r->has_duration ? "samples" : "duration_s");
-    if (r->switches != HIL_RUN_SWITCHES || r->transducers != HIL_RUN_TRANSDUCERS ||
-        r->gages != HIL_RUN_GAGES)
-        return refuse(r, MR_MALFORMED,
-                      "has %u switches, %u transducers, %u gages; needs %u, %u, %u", r->switches,
-                      r->transducers, r->gages, HIL_RUN_SWITCHES, HIL_RUN_TRANSDUCERS,
-                      HIL_RUN_GAGES);
-    if (r->gaps != HIL_RUN_JOINTS || r->gaps_end != HIL_RUN_JOINTS)
-        return refuse(r, MR_MALFORMED, "has %u and %u joint gaps; needs %u of each", r->gaps,
-                      r->gaps_end, HIL_RUN_JOINTS);
-    return MR_OK;
-}
-
-/* CRC-32 of everything before the last line that begins with `end `; 0 without one. */
-static uint32_t checksum(const struct reader *r)
-{
-    for (size_t i = r->size; i >= 5; i--) {
-        if (memcmp(r->bytes + i - 5, "\nend ", 5) == 0)
-            return mr_crc32(0, (const uint8_t *)r->bytes, i - 4);
+        return read_samples(r, run, line + end);
+    if (strcmp(keyword, "duration_s") == 0) {
+        const char *text = line + end;
+        return sscanf(text, "%lf %n", &run->duration_s, &end) == 1 && !text[end] &&
+                       run->duration_s > 0.0 && run->duration_s <= 1e6
+                 ? MR_OK
+                 : refuse(r, "`duration_s <seconds>` expected");
     }
-    return 0;
-}
-
-static enum mr_status parse(struct reader *r)
-{
-    enum mr_status status = hil_file_read(&r->at, FILE_MAX, "give a matrig-run file", &r->bytes,
-                                          &r->size);
-    long version;
-    if (status != MR_OK)
-        return status;
-    r->next = r->bytes;
-    uint32_t crc = checksum(r); /* before lines and words are cut in place */
-    char *p = NULL;
-    if (!next_line(r) || strncmp(p = r->line, "matrig-run ", 11) != 0)
-        return refuse(r, MR_MALFORMED, "not a run file: it does not begin with `matrig-run 1`");
-    p += 11;
-    if (!whole(&p, 0, 1000000, &version) || version != 1)
-        return refuse(r, MR_VERSION, "run file of version `%s`; this program reads version 1",
-                      r->line + 11);
-    while (status == MR_OK && !r->ended && next_line(r))
-        status = read_line(r, crc);
-    return status == MR_OK ? check_complete(r) : status;
+    snprintf(known, sizeof known, " %s ", keyword);
+    return strstr(truth, known) ? MR_OK : refuse(r, "unknown keyword `%s`", keyword);
 }
 
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size)
 {
+    struct hil_record r = {.at = {path, 0, error, size}};
+    char *line;
     *run = (struct hil_run){0};
-    struct reader r = {.at = {path, 0, error, size}, .run = run};
-    enum mr_status status = parse(&r);
+    enum mr_status status = hil_record_open(&r, "matrig-run");
+    while (status == MR_OK && (line = hil_record_line(&r)) != NULL)
+        status = read_line(&r, run, line);
+    if (status == MR_OK &&
+        (run->duration_s <= 0.0 || !run->samples || run->switches != HIL_RUN_SWITCHES))
+        status = refuse(&r, "%s duration_s, %s samples, %u of %u switches",
+                        run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no",
+                        run->switches, HIL_RUN_SWITCHES);
     free(r.bytes);
     if (status != MR_OK)
         hil_run_free(run);

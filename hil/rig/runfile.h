@@ -1,4 +1,6 @@
 /* The run file: physical truth of one landing as text (`matrig-run 1`), read once, then constant.
+ * Lines of truth that the board must not know (touchdown, transducer, gage, gap_in ...) are passed
+ * over.
  *
  * Truth between samples is linear; before the first and after the last sample it holds.
  * Displacements are in inches, downfield positive, tensions in pounds. Times are seconds of virtual
@@ -12,12 +14,12 @@
 
 #include "common/catalogue.h"
 #include "common/status.h"
+#include "hil/core/file_place.h"
 
 #define HIL_RUN_SWITCHES    24u
 #define HIL_RUN_TRANSDUCERS 8u
 #define HIL_RUN_GAGES       14u
 #define HIL_RUN_COLUMNS     (HIL_RUN_TRANSDUCERS + HIL_RUN_GAGES)
-#define HIL_RUN_JOINTS      421u
 #define HIL_RUN_NEVER       UINT64_MAX
 
 struct hil_run_command {
@@ -27,18 +29,11 @@ struct hil_run_command {
 };
 
 struct hil_run {
-    unsigned landing;
     double duration_s;
-    double touchdown_ft;
-    double touchdown_s;
+    unsigned switches; /* read: HIL_RUN_SWITCHES */
     /* by position - 1; HIL_RUN_NEVER: it is not tripped */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
     double switch_ft[HIL_RUN_SWITCHES]; /* where it really is */
-    double transducer_ft[HIL_RUN_TRANSDUCERS];
-    double gage_ft[HIL_RUN_GAGES];
-    unsigned gage_band[HIL_RUN_GAGES];
-    double gap_in[HIL_RUN_JOINTS];
-    double gap_end_in[HIL_RUN_JOINTS];
     size_t command_count;
     struct hil_run_command *commands; /* rising in time */
     double rate_hz;
@@ -57,5 +52,20 @@ void hil_run_free(struct hil_run *run);
 
 /* Truth at a time: column 0..7 displacement in inches, 8..21 tension in pounds. */
 double hil_run_truth(const struct hil_run *run, unsigned column, double t_s);
+
+/* A text file whose first line is a kind and its version, and whose last is `end` with the CRC-32
+ * of everything before it. */
+struct hil_record {
+    struct hil_file_place at; /* line: the present one */
+    char *bytes, *next;       /* bytes: the caller's to free, also after a failure */
+    size_t size;
+};
+
+/* Read a file of that kind ("matrig-run"), `at` filled in. MR_IO, MR_MALFORMED, MR_VERSION,
+ * MR_TRUNCATED, MR_CRC, MR_TOO_LONG. */
+enum mr_status hil_record_open(struct hil_record *record, const char *kind);
+/* The next line, without its end; blank ones and those that begin with # are passed over. NULL: no
+ * more. */
+char *hil_record_line(struct hil_record *record);
 
 #endif

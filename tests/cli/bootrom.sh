@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Debian's stm32flash against the boot ROM over a pseudo-terminal: id, erase, write, verify, go, and then the firmware
-# says hello. Protection and parity: tests/hil/test_bootrom.c. Linux keeps no parity for pseudo-terminals: hence -m 8n1 (hil/link/pty.h).
+# says hello. Protection and parity: tests/hil/test_bootrom.c. Linux keeps no parity for pseudo-terminals: hence -m 8n1 (hil/link/wire_link.c).
 . "$(dirname "$0")/tap.sh"
 image=build/firmware/matrig.bin
 tty=$(mktemp -u /tmp/matrig-tty.XXXXXX)

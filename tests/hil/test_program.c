@@ -260,7 +260,7 @@ TEST(test_mistakes)
         {{"--elf", ELF, "--can", "vcan0"}, 2, "no link"},
         {{"--elf", ELF, "--serial", "file:build/test-tmp/no/such/file"}, 3, "cannot write"},
         {{"--elf", ELF, "--rig", "no-such.run"}, 3, "no-such.run"},
-        {{"--elf", ELF, "--rig", ELF}, 4, "not a run file"},
+        {{"--elf", ELF, "--rig", ELF}, 4, "does not begin with"},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char *arguments[10] = {(char *)PROGRAM};

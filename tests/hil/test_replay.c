@@ -166,14 +166,10 @@ TEST(what_is_none_is_refused)
     char lines[2000];
     refused("crystal 1\n", true, MR_MALFORMED, "no block records");
     refused("crystal 2\n", true, MR_MALFORMED, "test.replay:2: unknown line");
-    refused("edge 70\nedge 70\n", true, MR_MALFORMED, "test.replay:3: edges must be in order");
-    refused("frame 70\nframe 84069\n", true, MR_MALFORMED,
-            "test.replay:3: film frames must be in order");
-    refused("frame 70 1\n", true, MR_MALFORMED, "`frame <tick>`");
-    refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED,
-            "commands must be in order");
-    refused("command 7 300 0 0 0\n", true, MR_MALFORMED, "`command <block>");
-    refused("block 00zz\n", true, MR_MALFORMED, "`z` is no hex digit");
+    refused("edge 70\nedge 70\n", true, MR_MALFORMED, "test.replay:3: a tick in order");
+    refused("frame 70\nframe 84069\n", true, MR_MALFORMED, "at least 84000 apart");
+    refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED, "in order of time");
+    refused("block 00zz\n", true, MR_MALFORMED, "no block record of this layout");
     refused("block 0011\n", true, MR_MALFORMED, "no block record of this layout");
     refused(block_line(5, 2352), true, MR_MALFORMED, "block 5 cannot begin at tick 2352");
     snprintf(lines, sizeof lines, "%s", block_line(5, 5 * 84000 + 2352));
@@ -181,6 +177,4 @@ TEST(what_is_none_is_refused)
              block_line(7, 7 * 84000 + 2352));
     refused(lines, true, MR_MALFORMED, "block 7 does not follow block 5");
     refused(block_line(5, 5 * 84000 + 2352), false, MR_TRUNCATED, "without its `end` line");
-    snprintf(lines, sizeof lines, "%send 00000000\n", block_line(5, 5 * 84000 + 2352));
-    refused(lines, false, MR_CRC, "it was changed or damaged");
 }

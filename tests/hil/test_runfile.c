@@ -80,13 +80,10 @@ TEST(test_whole)
     finish();
     if (read_text(&run, error, sizeof error) != MR_OK)
         fail_msg("%s", error);
-    assert_int_equal(run.landing, 5);
     assert_true(run.duration_s == 1.5);
     assert_true(run.switch_open_ps[0] == HIL_RUN_NEVER);
     assert_true(run.switch_open_ps[1] == 123456789000ull);
     assert_true(run.switch_ft[1] == 7.501);
-    assert_true(run.gap_in[420] == 0.042);
-    assert_int_equal(run.gage_band[13], 2);
     assert_int_equal(run.command_count, 2);
     assert_int_equal(run.commands[0].message.code, MR_COMMAND_SURVEY);
     assert_int_equal(run.commands[0].message.index, 3);
@@ -104,20 +101,15 @@ TEST(test_whole)
 TEST(test_truncated)
 {
     body();
-    finish();
-    char *cut = strstr(text, "x2\n");
-    *cut = '\0';
-    refused(MR_TRUNCATED, "1 of 4 samples");
-    body();
     refused(MR_TRUNCATED, "`end`");
     text[0] = '\0';
-    refused(MR_MALFORMED, "not a run file");
+    refused(MR_MALFORMED, "does not begin with `matrig-run 1`");
 }
 
 TEST(test_foreign)
 {
     snprintf(text, sizeof text, "ID3\1\2 some music");
-    refused(MR_MALFORMED, "not a run file");
+    refused(MR_MALFORMED, "does not begin");
     body();
     text[11] = '2';
     refused(MR_VERSION, "version");
@@ -132,7 +124,7 @@ TEST(test_damaged)
     body();
     finish();
     line("more\n");
-    refused(MR_MALFORMED, "after `end`");
+    refused(MR_MALFORMED, "as the last line");
 }
 
 /* Change one thing, keep the checksum right: the line number is named. */
@@ -143,16 +135,16 @@ TEST(test_malformed)
     } cases[] = {
         {"landing 5", "lending 5", "test.run:4: unknown keyword `lending`"},
         {"duration_s 1.5", "duration_s no!", "test.run:5"},
-        {"duration_s 1.5", "duration_s 0x1", "test.run:5"},
-        {"switch 3 12.5", "switch 9 12.5", "switch 3 of 24"},
+        {"switch 3 12.5", "switch 9 12.5", "`switch 3 <nominal_ft>"},
         {"0.123456789", "0.12345678x", "test.run:9"},
         {"can survey 3 0.305", "can survey x 0.305", "no command"},
-        {"0.25 can", "0.25 air", "`can` or `serial`"},
+        {"0.25 can", "0.25 air", "<can or serial>"},
         {"command 0.25", "command 0.75", "order of time"},
         {"samples 4 1000", "samples 4 0000", "rate_hz"},
         {"20 21 22\nx2", "20 21 zz\nx2", "22 integers"},
         {"x2\n", "x9\n", "does not repeat"},
-        {"gage 14 140 2", "#age 14 140 2", "13 gages"},
+        {"samples 4", "samples 5", "4 of 5 samples"},
+        {"switch 24", "#witch 24", "23 of 24 switches"},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         body();
@@ -175,7 +167,6 @@ TEST(test_landings)
         snprintf(path, sizeof path, "tests/runs/landing%u.run", landings[i]);
         if (hil_run_read(path, &run, error, sizeof error) != MR_OK)
             fail_msg("%s", error);
-        assert_int_equal(run.landing, landings[i]);
         assert_true(run.command_count > 0);
         assert_true(run.duration_s * run.rate_hz <= (double)run.sample_count + 1.0);
         hil_run_free(&run);

@@ -11,7 +11,7 @@
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
 #include "hil/chips/w25q.h"
-#include "hil/link/pty.h"
+#include "hil/link/wire_link.h"
 
 #define BIT_PS 1e6
 
@@ -93,34 +93,36 @@ TEST(test_rates)
 TEST(test_pty)
 {
     char error[256];
-    int fd;
+    struct hil_link link;
     struct termios t;
     const char *path = BENCH_SCRATCH "/tty";
     unlink(path);
     bench_scratch("file", "x", 1);
-    assert_int_equal(hil_pty_open(BENCH_SCRATCH "/file", 115200, &fd, error, sizeof error), MR_IO);
+    assert_int_equal(
+        hil_link_open(&link, HIL_LINK_SERIAL, "pty:" BENCH_SCRATCH "/file", error, sizeof error),
+        MR_IO);
     assert_non_null(strstr(error, "no link to a pseudo-terminal"));
-    assert_int_equal(hil_pty_open(path, 115200, &fd, error, sizeof error), MR_OK);
-    assert_false(hil_pty_in_use(fd));
-    assert_int_equal(hil_pty_baud(fd), 115200);
+    assert_int_equal(
+        hil_link_open(&link, HIL_LINK_SERIAL, "pty:" BENCH_SCRATCH "/tty", error, sizeof error),
+        MR_OK);
     for (unsigned turn = 0; turn < 2; turn++) {
         uint8_t bytes[4] = {0};
         int host = open(path, O_RDWR | O_NOCTTY);
-        assert_true(host >= 0 && hil_pty_in_use(fd));
+        assert_true(host >= 0);
         assert_int_equal(tcgetattr(host, &t), 0);
         cfsetspeed(&t, turn ? B9600 : B460800);
         assert_int_equal(tcsetattr(host, TCSANOW, &t), 0);
-        assert_int_equal(hil_pty_baud(fd), turn ? 9600 : 460800);
+        assert_int_equal(tcgetattr(link.fd, &t), 0);
+        assert_int_equal(cfgetospeed(&t), turn ? B9600 : B460800);
         assert_int_equal(write(host, "\x03\n\x7f", 3), 3); /* raw: no signal, no line, no echo */
-        assert_int_equal(read(fd, bytes, 4), 3);
+        assert_int_equal(read(link.fd, bytes, 4), 3);
         assert_memory_equal(bytes, "\x03\n\x7f", 3);
-        assert_int_equal(write(fd, "\r\x04", 2), 2);
+        assert_int_equal(write(link.fd, "\r\x04", 2), 2);
         assert_int_equal(read(host, bytes, 4), 2);
         assert_memory_equal(bytes, "\r\x04", 2);
         close(host);
-        assert_false(hil_pty_in_use(fd));
     }
-    hil_pty_close(path, fd);
+    hil_link_close(&link);
     assert_int_equal(access(path, F_OK), -1);
 }
 

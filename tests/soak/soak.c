@@ -303,7 +303,6 @@ static void postpone(struct hil_run *run, double later_s)
     run->samples = samples;
     run->sample_count += more;
     run->duration_s += later_s;
-    run->touchdown_s += later_s;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         if (run->switch_open_ps[i] != HIL_RUN_NEVER)
             run->switch_open_ps[i] += later_ps;
