@@ -7,7 +7,7 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/base/progress.h"
-#include "host/sim/scene/scene_keys.h"
+#include "host/sim/scene/scene.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_answer.h"
 #include "host/commands/studies.h"
@@ -113,7 +113,7 @@ static void ask_history(struct request *request, const struct sim_scene *scene, 
 static int show_keys(const struct cli *cli)
 {
     if (cli->json)
-        return cli_print_json(sim_scene_schema(), 0);
+        return cli_print_json(sim_scene_keys(), 0);
     sim_scene_print_keys(stdout);
     return 0;
 }
@@ -164,9 +164,7 @@ static const struct command_part parts[] = {
     HELP_ITEM(
         "SCENE",
         "scene file, JSON; a number may be text with its unit: \"ground_damping\": \"175 N s/m\""),
-    OPTION_FLAG("--keys", keys,
-                "list the keys of scenes with default, unit and meaning; with --json the JSON "
-                "Schema of a scene"),
+    OPTION_FLAG("--keys", keys, "list the keys of scenes with default, unit and meaning"),
     OPTION_TEXT(
         "--solver", "S", options.solver,
         "auto (the default) chooses and says why; event, implicit, cvode, "

@@ -9,7 +9,6 @@
 #include "host/landing_series/summary.h"
 #include "host/base/output.h"
 #include "host/sim/scene/scene.h"
-#include "host/sim/scene/scene_keys.h"
 #include "host/base/quantity.h"
 
 /* What a value is multiplied by. */

@@ -11,7 +11,7 @@
 
 #include "host/base/quantity.h"
 #include "host/landing_series/summary.h"
-#include "host/sim/scene/scene_keys.h"
+#include "host/sim/scene/scene.h"
 
 /* ---- keys ---- */
 

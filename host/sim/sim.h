@@ -2,7 +2,6 @@
 #ifndef MATRIG_HOST_SIM_SIM_H
 #define MATRIG_HOST_SIM_SIM_H
 
-#include "host/sim/scene/options.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 

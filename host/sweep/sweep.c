@@ -10,7 +10,7 @@
 #include "common/splitmix.h"
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
-#include "host/sim/scene/scene_keys.h"
+#include "host/sim/scene/scene.h"
 #include "host/sweep/sweep_case.h"
 
 /* ---- jsonpath ---- */

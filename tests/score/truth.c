@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/scene/scene_keys.h"
+#include "host/sim/scene/scene.h"
 #include "host/sim/sim.h"
 
 #define STEP_S          2.5e-5

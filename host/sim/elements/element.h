@@ -20,7 +20,6 @@
 #include "host/sim/elements/law.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
-#include "host/sim/scene/scene_keys.h"
 
 /* The elements: one row each. A row gives the element its place in a scene
  * (sim_scene.element[ELEMENT_name]), its key in scene files, and its part in every engine. */

@@ -1,12 +1,238 @@
 #include "host/sim/scene/scene.h"
 
+#include <errno.h>
+#include <jansson.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
+#include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
-static void mods_defaults(struct sim_mods *mods);
+
+static const char *const models[] = {"report", "consistent", "chain", NULL};
+static const char *const tad_modes[] = {"deadband", "switched", NULL};
+static const char *const profiles[] = {"low", "full", NULL};
+static const char *const ends[] = {"free", "fixed", NULL};
+static const char *const thrusts[] = {"jump", "linear", NULL};
+static const char *const frictions[] = {"stick", "tanh", "sign", "none", NULL};
+static const char *const normals[] = {"weight", "soil", NULL};
+static const char *const overs[] = {"joints", "rivets", NULL};
+static const char *const shears[] = {"rising", "none", "following", "both", NULL};
+
+#define FIELD(field) offsetof(struct sim_scene, field)
+#define RANGE(name, field, low, high, above, unit, meaning)                        \
+    {                                                                              \
+        name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning, 0 \
+    }
+#define ANY(name, field, unit, meaning) \
+    RANGE(name, field, -SIM_LARGEST, SIM_LARGEST, false, unit, meaning)
+#define NOT_NEGATIVE(name, field, unit, meaning) \
+    RANGE(name, field, 0.0, SIM_LARGEST, false, unit, meaning)
+#define POSITIVE(name, field, unit, meaning) \
+    RANGE(name, field, 0.0, SIM_LARGEST, true, unit, meaning)
+#define LIMIT(name, field, unit, meaning) \
+    RANGE(name, field, 0.0, (double)INFINITY, false, unit, meaning)
+#define INTEGER(name, field, low, high, unit, meaning)                                \
+    {                                                                                 \
+        name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+    }
+#define CHOICE(name, field, choices, meaning)                                        \
+    {                                                                                \
+        name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices, "", meaning, 0 \
+    }
+#define LIST(name, field, kind, low, high, unit, meaning)                  \
+    {                                                                      \
+        name, kind, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+    }
+
+#define BANDS(name, prefix, i)                                                                  \
+    NOT_NEGATIVE(name, mods.band[i].count, "", "bands on the strip"),                           \
+        POSITIVE(prefix "area", mods.band[i].area_ft2, "ft2", "section of one"),                \
+        POSITIVE(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "modulus"),                       \
+        INTEGER(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX, "mats",                    \
+                "from rivet to rivet"),                                                         \
+        INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted"),   \
+        INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                       \
+                "last that may be riveted"),                                                    \
+        LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, "lb",   \
+             "tension of one at the start"),                                                    \
+        RANGE(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",           \
+              "spring at either anchor"),                                                       \
+        LIMIT(prefix "grip", mods.band[i].grip_lb, "lb", "what a connection holds"),            \
+        LIMIT(prefix "pull", mods.band[i].pull_lb, "lb",                                        \
+              "force across the mat that pulls a rivet out"),                                   \
+        RANGE(prefix "wear", mods.band[i].wear_ft, 0.0, (double)INFINITY, true, "ft",           \
+              "slip that wears a hole to nothing"),                                             \
+        RANGE(prefix "tilt", mods.band[i].tilt_rad, 0.0, 1.0, false, "rad",                     \
+              "how far the wheel turns a riveted mat"),                                         \
+        NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f, "1/F", "thermal expansion"),         \
+        ANY(prefix "dT", mods.band[i].dt_f, "F", "how much warmer than when it had its T0"),    \
+        CHOICE(prefix "over", mods.band[i].over, overs, "bears on joints, or on rivets alone"), \
+        LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_LARGEST, "ft",  \
+             "slid so far, per riveted mat"),                                                   \
+        LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",        \
+             "whose rivets are out")
+
+static const struct sim_key keys[] = {
+    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
+    CHOICE("model", model, models, "equations: of the report, consistent, or of the chain"),
+    INTEGER("N", mats, 1, SIM_MATS_MAX, "", "mats"),
+    POSITIVE("L", length_ft, "ft", "length of a mat along the runway"),
+    POSITIVE("W", weight_lb, "lb", "weight of a mat"),
+    POSITIVE("g", g_ft_s2, "ft/s2", "gravity"),
+    POSITIVE("I", inertia_slug_ft2, "slug ft2", "inertia of a mat about its long axis"),
+    NOT_NEGATIVE("KV", kv_lb_ft, "lb/ft",
+                 "soil under a node (report model) or a mat end (consistent)"),
+    NOT_NEGATIVE("CV", cv_lb_s_ft, "lb s/ft", "its damper"),
+    POSITIVE("KL", kl_lb_ft, "lb/ft", "joint along the runway"),
+    NOT_NEGATIVE("CL", cl_lb_s_ft, "lb s/ft", "its damper"),
+    NOT_NEGATIVE("KT", kt_lb_ft_rad, "ft lb/rad", "joint in torsion"),
+    NOT_NEGATIVE("CT", ct_lb_ft_s_rad, "ft lb s/rad", "its damper"),
+    RANGE("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
+    CHOICE("tad_mode", tad_mode, tad_modes, "moment beyond it: from zero, or with a jump"),
+    CHOICE("profile", profile, profiles,
+           "low drops what turning does to the opening of a joint, full keeps it"),
+    NOT_NEGATIVE("slack", slack_ft, "ft", "free play of a joint"),
+    CHOICE("left", left, ends, "end of the runway at mat 1, along the runway"),
+    CHOICE("right", right, ends, "end at mat N"),
+    CHOICE("left_torsion", left_torsion, ends, "end at mat 1, in torsion"),
+    CHOICE("right_torsion", right_torsion, ends, "end at mat N"),
+    ANY("F", force_lb, "lb", "thrust"),
+    NOT_NEGATIVE("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
+    ANY("s0", s0_ft, "ft", "where the aircraft begins"),
+    RANGE("F_tstop", force_stop_s, 0.0, (double)INFINITY, false, "s", "end of the thrust"),
+    CHOICE("thrust", thrust, thrusts, "on the mat under the wheel, or shared by two"),
+    NOT_NEGATIVE("wheel_load", wheel_load_lb, "lb",
+                 "on the mat under the wheel: in its friction, and pressing it down in the "
+                 "consistent model"),
+    NOT_NEGATIVE("f", friction, "", "coefficient of friction"),
+    CHOICE("friction", friction_law, frictions, "law of friction"),
+    POSITIVE("veps", veps_ft_s, "ft/s", "of friction tanh"),
+    CHOICE("friction_normal", friction_normal, normals,
+           "what friction is a share of; soil: consistent model"),
+    ANY("V", shear_lb, "lb", "report model: lift shear"),
+    CHOICE("lift_shear", lift_shear, shears, "report model: which mats it lifts"),
+    ANY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
+    INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node", "where bump begins"),
+    LIST("bump", bump_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
+         "heights (up) of nodes at the start"),
+    ANY("v0", v0_ft_s, "ft/s", "first speed of the mat under the wheel, or of v0_mat"),
+    INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat", "0: the mat under the wheel"),
+    POSITIVE("mats_crossed", mats_crossed, "mats", "end of the run, at Vac"),
+    NOT_NEGATIVE("tend", t_end_s, "s", "end of the run"),
+    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_LARGEST, "s", "times shown"),
+    LIST("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat", "mats shown"),
+    LIST("path", path, SIM_KEY_PATH, -SIM_LARGEST, SIM_LARGEST, "s, ft, lb",
+         "rows [t, x, F] instead of Vac, s0 and F"),
+    LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
+         "opening of each joint at the start"),
+    LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_LARGEST, "lb",
+         "chain and consistent: compression that an open joint holds"),
+    LIST("ground", ground_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
+         "consistent: heights (up) on which the nodes rest"),
+    RANGE("t_dwell", t_dwell_s, -1.0, SIM_LARGEST, false, "s",
+          "end of the run, after the aircraft has gone"),
+    BANDS("bands", "band_", 0),
+    BANDS("bands2", "band2_", 1),
+    INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats", "from cleat to cleat"),
+    INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX, "mat", "first with a cleat"),
+    NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb, "lb", "hold of a fresh cleat"),
+    RANGE("cleat_travel", mods.cleat_travel_ft, 0.0, (double)INFINITY, true, "ft",
+          "movement in which the hold falls to 1/e"),
+    POSITIVE("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
+    RANGE("cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
+          "hold of a raised or bent cleat goes with its depth to this power; 0: the older law"),
+    RANGE("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
+          "turn from which a cleat springs back; with cleat_power"),
+    LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
+         "share of its hold that each cleat still has"),
+    INTEGER("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX, "mats", "tied together by a stiffener"),
+    INTEGER("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX, "joints",
+            "between a stiffener and the next"),
+    INTEGER("stiff_lines", mods.stiff_lines, 1, 100, "", "lines of stiffeners"),
+    INTEGER("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX, "mat", "first of the first line"),
+    NOT_NEGATIVE("stiff_K", mods.stiff_k_lb_ft, "lb/ft", "of one line at a joint"),
+    LIMIT("stiff_grip", mods.stiff_grip_lb, "lb", "what it carries at most"),
+    NOT_NEGATIVE("stiff_KT", mods.stiff_kt_lb_ft_rad, "ft lb/rad", "of one line in bending"),
+    LIMIT("stiff_yield", mods.stiff_yield_lb_ft, "ft lb", "where it stays bent"),
+    LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
+         "openings at which it pulls nothing"),
+    RANGE("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
+    NOT_NEGATIVE("lay_slide", mods.lay_slide_lb, "lb",
+                 "sliding along a diagonal joint without load"),
+    RANGE("lay_mu", mods.lay_mu, 0.0, 10.0, false, "", "and by the load on it"),
+    RANGE("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
+          "tension at which a joint tears"),
+    RANGE("unhinge_deg", mods.unhinge_deg, 0.0, (double)INFINITY, true, "deg",
+          "turn downwards at which a joint comes apart; planar"),
+    POSITIVE("unhinge_lap", mods.unhinge_lap_ft, "ft",
+             "height between ends that came apart from which they pass over each other"),
+    NOT_NEGATIVE("gear_damping", gear.damping, "",
+                 "of a mat under the gear on elastic ground, share of critical"),
+    RANGE("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
+          "share of its way that the elastic ground springs back"),
+    RANGE("gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
+          "stiffness under a mat grows with its axles to this power"),
+    NOT_NEGATIVE("gear_foot_ft", gear.foot_ft, "ft",
+                 "length that an axle presses evenly, at most 4 mats; 0: the mat under it"),
+    LIST("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_LARGEST, "ft",
+         "axle lines behind the lead axle; none: that one alone"),
+    LIST("gear_axles", gear.axles, SIM_KEY_LIST, 0.0, 1e6, "",
+         "axles on each line, with a wheel_load and a thrust each"),
+    LIST("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1, "joint",
+         "joints torn from the start"),
+};
+#define KEYS (sizeof keys / sizeof keys[0])
+
+const struct sim_key *sim_key_at(size_t i)
+{
+    return i < KEYS                         ? &keys[i]
+         : i - KEYS < sim_element_key_count ? sim_element_keys[i - KEYS]
+                                            : NULL;
+}
+
+const struct sim_key *sim_key_find(const char *name)
+{
+    for (size_t i = 0; sim_key_at(i); i++) {
+        if (strcmp(sim_key_at(i)->name, name) == 0)
+            return sim_key_at(i);
+    }
+    return NULL;
+}
+
+/* ---- a scene in memory ---- */
+
+/* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
+ * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in), AM2's thickness
+ * (1.5 in). */
+static void mods_defaults(struct sim_mods *mods)
+{
+    *mods = (struct sim_mods){
+        .cleat_travel_ft = (double)INFINITY,
+        .cleat_depth_ft = 0.75 / 12.0,
+        .stiff_free = 1,
+        .stiff_lines = 1,
+        .stiff_first = 1,
+        .stiff_grip_lb = (double)INFINITY,
+        .stiff_yield_lb_ft = (double)INFINITY,
+        .tear_lb = (double)INFINITY,
+        .unhinge_deg = (double)INFINITY,
+        .unhinge_lap_ft = 1.5 / 12.0,
+    };
+    for (int g = 0; g < SIM_BAND_GROUPS; g++)
+        mods->band[g] = (struct sim_bands){
+            .area_ft2 = 0.375 * 0.020 / 144.0,
+            .e_lb_ft2 = 29e6 * 144.0,
+            .every = 20,
+            .k_lb_ft = (double)INFINITY,
+            .grip_lb = (double)INFINITY,
+            .pull_lb = (double)INFINITY,
+            .wear_ft = (double)INFINITY,
+            .tilt_rad = 0.050 / (24.0 / 7.0),
+            .alpha_f = 6.5e-6,
+        };
+}
 
 void sim_scene_defaults(struct sim_scene *scene)
 {
@@ -42,16 +268,12 @@ void sim_scene_defaults(struct sim_scene *scene)
 
 void sim_scene_free(struct sim_scene *scene)
 {
-    free(scene->bump_ft.values);
-    free(scene->t_out_s.values);
-    free(scene->u_mats.values);
-    free(scene->gap0_ft.values);
-    free(scene->grit_lb.values);
-    free(scene->ground_ft.values);
-    free(scene->gear.lines_ft.values);
-    free(scene->gear.axles.values);
+    const struct sim_key *key;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        if (key->kind == SIM_KEY_LIST || key->kind == SIM_KEY_JOINTS || key->kind == SIM_KEY_PARTS)
+            free(((struct sim_list *)((char *)scene + key->offset))->values);
+    }
     free(scene->path);
-    mods_free_lists(&scene->mods);
     sim_scene_defaults(scene);
 }
 
@@ -117,37 +339,6 @@ double sim_scene_end_s(const struct sim_scene *scene)
                                  : HUGE_VAL;
 }
 
-/* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
- * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in), AM2's thickness
- * (1.5 in). */
-static void mods_defaults(struct sim_mods *mods)
-{
-    *mods = (struct sim_mods){
-        .cleat_travel_ft = (double)INFINITY,
-        .cleat_depth_ft = 0.75 / 12.0,
-        .stiff_free = 1,
-        .stiff_lines = 1,
-        .stiff_first = 1,
-        .stiff_grip_lb = (double)INFINITY,
-        .stiff_yield_lb_ft = (double)INFINITY,
-        .tear_lb = (double)INFINITY,
-        .unhinge_deg = (double)INFINITY,
-        .unhinge_lap_ft = 1.5 / 12.0,
-    };
-    for (int g = 0; g < SIM_BAND_GROUPS; g++)
-        mods->band[g] = (struct sim_bands){
-            .area_ft2 = 0.375 * 0.020 / 144.0,
-            .e_lb_ft2 = 29e6 * 144.0,
-            .every = 20,
-            .k_lb_ft = (double)INFINITY,
-            .grip_lb = (double)INFINITY,
-            .pull_lb = (double)INFINITY,
-            .wear_ft = (double)INFINITY,
-            .tilt_rad = 0.050 / (24.0 / 7.0),
-            .alpha_f = 6.5e-6,
-        };
-}
-
 void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
 {
     size_t count = 0;
@@ -205,4 +396,577 @@ int mods_cleat_mat(const struct sim_scene *scene, int i)
 {
     const struct sim_mods *m = &scene->mods;
     return (m->cleat_first > 0 ? m->cleat_first : m->cleat_every) + i * m->cleat_every;
+}
+
+/* ---- reading a scene ---- */
+
+/* A number, or text "NUMBER UNIT", in the key's unit. False: neither; text without a unit is none,
+ * nor is text for a key that has none. */
+static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
+                          struct quantity_wrong *wrong)
+{
+    return quantity_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
+}
+
+static const char *type_name(const json_t *value)
+{
+    switch (json_typeof(value)) {
+    case JSON_OBJECT: return "an object";
+    case JSON_ARRAY: return "a list";
+    case JSON_STRING: return "text";
+    case JSON_INTEGER: return "a number";
+    case JSON_REAL: return "a number with a point or exponent";
+    case JSON_TRUE:
+    case JSON_FALSE: return "true or false";
+    case JSON_NULL: break;
+    }
+    return "null";
+}
+
+static enum mr_status wrong_type(const char *path, const char *key, const json_t *value,
+                                 const char *wanted, struct error *error)
+{
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s is %s; give %s", path, key,
+                     type_name(value), wanted);
+}
+
+/* Of a number that is none. `at`: in a list; -1: alone. */
+static enum mr_status wrong_number(const char *path, const struct sim_key *key, const json_t *value,
+                                   int at, const struct quantity_wrong *wrong, struct error *error)
+{
+    char place[60] = "";
+    if (at >= 0)
+        snprintf(place, sizeof place, "[%d]", at);
+    if (json_is_string(value) && quantity_kind_of(key->unit))
+        return error_set(error, MR_MALFORMED, "%s: %s: %s%s is \"%s\"; %s", wrong->what, path,
+                         key->name, place, json_string_value(value), wrong->advice);
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s%s is %s; give a number%s%s", path,
+                     key->name, place, type_name(value), *key->unit ? " in " : "", key->unit);
+}
+
+static enum mr_status read_choice(void *field, const struct sim_key *key, const char *path,
+                                  const json_t *value, struct error *error)
+{
+    char names[160] = "";
+    for (unsigned i = 0; key->choices[i]; i++) {
+        if (json_is_string(value) && strcmp(json_string_value(value), key->choices[i]) == 0) {
+            /* every choice is an enum, which is an unsigned int here */
+            memcpy(field, &i, sizeof i);
+            return MR_OK;
+        }
+        if (i > 0)
+            strcat(names, ", "); /* the table's names are short: a few words each */
+        strcat(names, key->choices[i]);
+    }
+    if (json_is_string(value))
+        return error_set(error, MR_MALFORMED, "unknown choice: %s: %s is \"%s\"; give one of %s",
+                         path, key->name, json_string_value(value), names);
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s; give one of %s, as text", path,
+                     key->name, names);
+}
+
+static enum mr_status read_list(struct sim_list *list, const struct sim_key *key, const char *path,
+                                const json_t *value, struct error *error)
+{
+    size_t count = json_array_size(value);
+    double *values = xcalloc(count + 1, sizeof *values);
+    struct quantity_wrong wrong;
+    for (size_t i = 0; i < count; i++) {
+        const json_t *entry = json_array_get(value, i);
+        if (!sim_unit_read(key, entry, &values[i], &wrong)) {
+            free(values);
+            return wrong_number(path, key, entry, (int)i, &wrong, error);
+        }
+    }
+    *list = (struct sim_list){values, count};
+    return MR_OK;
+}
+
+static enum mr_status read_path(struct sim_scene *scene, const char *path, const json_t *value,
+                                struct error *error)
+{
+    size_t count = json_array_size(value);
+    scene->path = xcalloc(count + 1, sizeof *scene->path);
+    scene->path_count = count;
+    for (size_t i = 0; i < count; i++) {
+        const json_t *row = json_array_get(value, i);
+        static const char *const units[] = {"s", "ft", "lb"};
+        struct quantity_wrong wrong;
+        double number[3];
+        for (size_t k = 0; k < 3; k++) {
+            const json_t *entry = json_array_get(row, k);
+            if (json_array_size(row) == 3 && json_is_string(entry) &&
+                !quantity_json(entry, units[k], &number[k], &wrong))
+                return error_set(error, MR_MALFORMED, "%s: %s: path row %zu: \"%s\"; %s",
+                                 wrong.what, path, i, json_string_value(entry), wrong.advice);
+            if (json_array_size(row) != 3 || !quantity_json(entry, units[k], &number[k], &wrong))
+                return error_set(error, MR_MALFORMED,
+                                 "wrong type: %s: path row %zu; give three numbers, "
+                                 "[t_s, x_ft, F_lb]",
+                                 path, i);
+        }
+        scene->path[i] = (struct sim_path_row){number[0], number[1], number[2]};
+    }
+    if (count == 0)
+        return error_set(error, MR_MALFORMED,
+                         "list too short: %s: path has no rows; give at least two or leave it out",
+                         path);
+    return MR_OK;
+}
+
+/* A number, or text with a unit. */
+static enum mr_status read_real(double *field, const struct sim_key *key, const char *path,
+                                const json_t *value, struct error *error)
+{
+    double number;
+    struct quantity_wrong wrong;
+    if (!sim_unit_read(key, value, &number, &wrong))
+        return wrong_number(path, key, value, -1, &wrong, error);
+    if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: t_dwell is %g; give 0 or more", path, number);
+    *field = number;
+    return MR_OK;
+}
+
+static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *key, const char *path,
+                               const json_t *value, struct error *error)
+{
+    void *field = (char *)scene + key->offset;
+    switch (key->kind) {
+    case SIM_KEY_TEXT:
+        if (!json_is_string(value))
+            return wrong_type(path, key->name, value, "text", error);
+        snprintf(field, sizeof scene->name, "%s", json_string_value(value));
+        return MR_OK;
+    case SIM_KEY_REAL: return read_real(field, key, path, value, error);
+    case SIM_KEY_INTEGER:
+        if (!json_is_integer(value))
+            return wrong_type(path, key->name, value, "a whole number", error);
+        if (llabs(json_integer_value(value)) > 10ll * SIM_MATS_MAX)
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: %s is %lld; give %g to %g", path, key->name,
+                             (long long)json_integer_value(value), key->low, key->high);
+        *(int *)field = (int)json_integer_value(value);
+        return MR_OK;
+    case SIM_KEY_CHOICE: return read_choice(field, key, path, value, error);
+    case SIM_KEY_JOINTS:
+    case SIM_KEY_PARTS:
+        if (json_is_number(value) || json_is_string(value)) {
+            double one;
+            enum mr_status status = read_real(&one, key, path, value, error);
+            if (status == MR_OK)
+                sim_scene_set_list(field, &one, 1);
+            return status;
+        }
+        if (!json_is_array(value))
+            return wrong_type(path, key->name, value,
+                              key->kind == SIM_KEY_JOINTS ? "a number, or a list with one per joint"
+                                                          : "a number, or a list with one per part",
+                              error);
+        return read_list(field, key, path, value, error);
+    case SIM_KEY_LIST:
+        if (!json_is_array(value))
+            return wrong_type(path, key->name, value, "a list of numbers", error);
+        return read_list(field, key, path, value, error);
+    case SIM_KEY_PATH:
+        if (!json_is_array(value))
+            return wrong_type(path, key->name, value, "a list of rows [t_s, x_ft, F_lb]", error);
+        return read_path(scene, path, value, error);
+    }
+    return MR_OK;
+}
+
+/* Keys are written as the report writes them, so capitals count: name the one that was meant. */
+static enum mr_status unknown_key(const char *path, const char *name, struct error *error)
+{
+    for (size_t i = 0; sim_key_at(i); i++) {
+        if (strcasecmp(name, sim_key_at(i)->name) == 0)
+            return error_set(error, MR_MALFORMED,
+                             "unknown key: %s: \"%s\"; write \"%s\", or _%s for a comment", path,
+                             name, sim_key_at(i)->name, name);
+    }
+    return error_set(error, MR_MALFORMED,
+                     "unknown key: %s: \"%s\"; correct it (matrig sim --keys lists the keys), or "
+                     "write _%s for a comment",
+                     path, name, name);
+}
+
+static enum mr_status read_object(struct sim_scene *scene, const char *path, json_t *root,
+                                  struct error *error)
+{
+    const char *name;
+    json_t *value;
+    if (!json_is_object(root))
+        return error_set(error, MR_MALFORMED,
+                         "not a scene: %s: the file holds no JSON object; begin with {", path);
+    json_object_foreach(root, name, value)
+    {
+        if (name[0] == '_')
+            continue; /* a comment */
+        const struct sim_key *key = sim_key_find(name);
+        if (!key)
+            return unknown_key(path, name, error);
+        enum mr_status status = read_key(scene, key, path, value, error);
+        if (status != MR_OK)
+            return status;
+    }
+    return sim_scene_check(scene, path, error);
+}
+
+/* What jansson made of a file or a text. */
+static enum mr_status take(struct sim_scene *scene, const char *path, json_t *root,
+                           const json_error_t *where, struct error *error)
+{
+    if (!root) {
+        bool cut = json_error_code(where) == json_error_premature_end_of_input;
+        return error_set(error, cut ? MR_TRUNCATED : MR_MALFORMED,
+                         "%s: %s line %d column %d: %s; correct it there",
+                         cut ? "scene ends too early" : "malformed JSON", path, where->line,
+                         where->column, where->text);
+    }
+    sim_scene_from_json(scene, path, root, error);
+    json_decref(root);
+    return error->status;
+}
+
+enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text,
+                               size_t length, struct error *error)
+{
+    json_error_t at;
+    sim_scene_defaults(scene);
+    return take(scene, where, json_loadb(text, length, JSON_REJECT_DUPLICATES, &at), &at, error);
+}
+
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root,
+                                   struct error *error)
+{
+    sim_scene_defaults(scene);
+    enum mr_status status = read_object(scene, where, root, error);
+    if (status != MR_OK)
+        sim_scene_free(scene);
+    return status;
+}
+
+enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error)
+{
+    json_error_t at;
+    FILE *file = fopen(path, "rb");
+    sim_scene_defaults(scene);
+    if (!file)
+        return error_set(error, MR_IO, "cannot open scene: %s: %s; check the path", path,
+                         strerror(errno));
+    json_t *root = json_loadf(file, JSON_REJECT_DUPLICATES, &at);
+    int failed = ferror(file) ? errno : 0;
+    fclose(file);
+    if (failed == 0)
+        return take(scene, path, root, &at, error);
+    json_decref(root);
+    return error_set(error, MR_IO, "cannot read scene: %s: %s; check the path", path,
+                     strerror(failed));
+}
+
+/* ---- the keys, for people and programs ---- */
+
+json_t *sim_key_default(const struct sim_key *key)
+{
+    struct sim_scene scene;
+    const void *field = (const char *)&scene + key->offset;
+    unsigned choice;
+    sim_scene_defaults(&scene);
+    if (key->kind == SIM_KEY_INTEGER)
+        return json_integer(*(const int *)field);
+    if (key->kind == SIM_KEY_CHOICE) {
+        memcpy(&choice, field, sizeof choice);
+        return json_string(key->choices[choice]);
+    }
+    double value = key->kind == SIM_KEY_REAL ? *(const double *)field : (double)NAN;
+    bool given = isfinite(value) && value >= key->low && strcmp(key->name, "t_dwell") != 0;
+    return given ? json_real(value) : NULL;
+}
+
+json_t *sim_scene_keys(void)
+{
+    json_t *keys_json = json_object();
+    const struct sim_key *key;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        json_t *one = json_pack("{s:o*,s:s,s:s}", "default", sim_key_default(key), "unit",
+                                key->unit, "meaning", key->meaning);
+        for (size_t c = 0; key->choices && key->choices[c]; c++) {
+            if (c == 0)
+                json_object_set_new(one, "choices", json_array());
+            json_array_append_new(json_object_get(one, "choices"), json_string(key->choices[c]));
+        }
+        json_object_set_new(keys_json, key->name, one);
+    }
+    return keys_json;
+}
+
+void sim_scene_print_keys(FILE *to)
+{
+    const struct sim_key *key;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        json_t *standard = sim_key_default(key);
+        char text[32] = "-";
+        if (json_is_number(standard))
+            snprintf(text, sizeof text, "%g", json_number_value(standard));
+        else if (standard)
+            snprintf(text, sizeof text, "%s", json_string_value(standard));
+        fprintf(to, "%-15s %-11s %-11s %s", key->name, text, key->unit[0] ? key->unit : "-",
+                key->meaning);
+        for (size_t c = 0; key->choices && key->choices[c]; c++)
+            fprintf(to, "%s%s", c == 0 ? ": " : ", ", key->choices[c]);
+        fputc('\n', to);
+        json_decref(standard);
+    }
+}
+
+/* ---- checking a scene ---- */
+
+const char *sim_model_name(enum sim_model model)
+{
+    return models[model];
+}
+
+static enum mr_status check_length(const struct sim_list *list, int wanted, const char *key,
+                                   const char *part, const char *where, struct error *error)
+{
+    if (list->count <= 1 || list->count == (size_t)wanted)
+        return MR_OK;
+    return error_set(
+        error, MR_MALFORMED,
+        "list of the wrong length: %s: %s has %zu values; give one number or %d, one per %s", where,
+        key, list->count, wanted, part);
+}
+
+static enum mr_status check_bands(const struct sim_scene *scene, int group, const char *where,
+                                  struct error *error)
+{
+    static const char *const t0_names[] = {"band_T0", "band2_T0"}, *const slip_names[] = {
+                                                                       "band_slipped",
+                                                                       "band2_slipped"};
+    static const char *const prefixes[] = {"band", "band2"};
+    const struct sim_bands *b = &scene->mods.band[group];
+    int connections = mods_connections(scene, group), first = mods_connection_mat(scene, group, 0);
+    if (!(b->count > 0.0))
+        return MR_OK;
+    if (connections == 0)
+        return error_set(error, MR_MALFORMED,
+                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (%s_first, "
+                         "%s_every); give a "
+                         "smaller one",
+                         where, first, scene->mats, prefixes[group], prefixes[group]);
+    if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
+                     where, error) != MR_OK ||
+        check_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where, error) !=
+            MR_OK)
+        return error->status;
+    for (size_t i = 0; i < b->pulled.count; i++) {
+        double at = (b->pulled.values[i] - first) / b->every;
+        if (!(at >= 0.0 && at < connections && at == floor(at)))
+            return error_set(error, MR_MALFORMED,
+                             "not a riveted mat: %s: %s_pulled[%zu] is %g; rivets are in every "
+                             "%dth mat from %d on",
+                             where, prefixes[group], i, b->pulled.values[i], b->every, first);
+    }
+    return MR_OK;
+}
+
+static enum mr_status mods_check(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    const struct sim_mods *m = &scene->mods;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        if (check_bands(scene, g, where, error) != MR_OK)
+            return error->status;
+    }
+    if (m->cleat_every > 0 && check_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
+                                           "cleated mat", where, error) != MR_OK)
+        return error->status;
+    if (m->stiff_span > 1 && m->lay_deg > 0.0)
+        return error_set(
+            error, MR_MALFORMED,
+            "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give one of them",
+            where);
+    if (m->lay_deg > 0.0 && !(scene->slack_ft > 0.0) && m->lay_slide_lb == 0.0 && m->lay_mu == 0.0)
+        return error_set(
+            error, MR_MALFORMED,
+            "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give one of them",
+            where);
+    for (size_t i = 0; i < m->torn.count; i++) {
+        if (m->torn.values[i] > scene->mats + 1 || m->torn.values[i] != floor(m->torn.values[i]))
+            return error_set(error, MR_MALFORMED,
+                             "no such joint: %s: torn[%zu] is %g; there are %d", where, i,
+                             m->torn.values[i], scene->mats + 1);
+    }
+    return MR_OK;
+}
+
+static enum mr_status out_of_range(const struct sim_key *key, const char *where, double value,
+                                   size_t index, bool listed, struct error *error)
+{
+    char entry[32] = "";
+    if (listed)
+        snprintf(entry, sizeof entry, "[%zu]", index);
+    if (key->high >= SIM_LARGEST)
+        return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
+                         where, key->name, entry, value,
+                         key->above ? "a number above" : "a finite number from", key->low);
+    return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %g to %g",
+                     where, key->name, entry, value, key->low, key->high);
+}
+
+static bool allowed(const struct sim_key *key, double value)
+{
+    return value >= key->low && value <= key->high && !(key->above && value == key->low);
+}
+
+static enum mr_status check_key(const struct sim_scene *scene, const struct sim_key *key,
+                                const char *where, struct error *error)
+{
+    const void *field = (const char *)scene + key->offset;
+    double value;
+    switch (key->kind) {
+    case SIM_KEY_TEXT:
+    case SIM_KEY_PATH: return MR_OK;
+    case SIM_KEY_CHOICE: {
+        unsigned choice;
+        size_t count = 0;
+        memcpy(&choice, field, sizeof choice);
+        while (key->choices[count])
+            count++;
+        if (choice >= count)
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: %s is choice %u; there are %zu", where,
+                             key->name, choice, count);
+        return MR_OK;
+    }
+    case SIM_KEY_REAL:
+        value = *(const double *)field;
+        return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+    case SIM_KEY_INTEGER:
+        value = *(const int *)field;
+        return allowed(key, value) ? MR_OK : out_of_range(key, where, value, 0, false, error);
+    case SIM_KEY_LIST:
+    case SIM_KEY_JOINTS:
+    case SIM_KEY_PARTS: break;
+    }
+    const struct sim_list *list = field;
+    for (size_t i = 0; i < list->count; i++) {
+        if (!allowed(key, list->values[i]))
+            return out_of_range(key, where, list->values[i], i, true, error);
+    }
+    size_t joints = (size_t)scene->mats + 1;
+    if (key->kind == SIM_KEY_JOINTS && list->count > 1 && list->count != joints)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: %s has %zu values; give one number or %zu, "
+                         "one per joint (N + 1)",
+                         where, key->name, list->count, joints);
+    return MR_OK;
+}
+
+/* The stiffness is an element's key, so its place is known by name alone here. */
+static bool stands_on_ground(const struct sim_scene *scene)
+{
+    const struct sim_key *key = sim_key_find("gear_k_lb_ft");
+    return key && *(const double *)((const char *)scene + key->offset) > 0.0;
+}
+
+static enum mr_status check_gear(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
+    size_t count = lines->count > 0 ? lines->count : 1;
+    if (count > SIM_GEAR_LINES_MAX)
+        return error_set(error, MR_MALFORMED,
+                         "list too long: %s: gear_lines_ft has %zu axle lines; give at most %d",
+                         where, count, SIM_GEAR_LINES_MAX);
+    if (axles->count > 0 && axles->count != count)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: gear_axles has %zu values; give %zu, one "
+                         "per axle line",
+                         where, axles->count, count);
+    if (scene->gear.foot_ft > 4.0 * scene->length_ft)
+        return error_set(error, MR_MALFORMED,
+                         "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
+                         where, scene->gear.foot_ft, 4.0 * scene->length_ft);
+    if ((lines->count > 0 || axles->count > 0) && !stands_on_ground(scene))
+        return error_set(error, MR_MALFORMED,
+                         "axle lines without ground: %s: gear_lines_ft or gear_axles without "
+                         "gear_k_lb_ft; give the stiffness of the ground, or leave them out",
+                         where);
+    return MR_OK;
+}
+
+static enum mr_status check_path(const struct sim_scene *scene, const char *where,
+                                 struct error *error)
+{
+    for (size_t i = 0; i < scene->path_count; i++) {
+        const struct sim_path_row *row = &scene->path[i];
+        if (!(fabs(row->t_s) <= SIM_LARGEST && fabs(row->x_ft) <= SIM_LARGEST &&
+              fabs(row->force_lb) <= SIM_LARGEST))
+            return error_set(error, MR_MALFORMED,
+                             "value out of range: %s: path row %zu; give finite t_s, x_ft, F_lb",
+                             where, i);
+        if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
+            return error_set(error, MR_MALFORMED,
+                             "times out of order: %s: path row %zu is at %g s; give rows in order "
+                             "of time from 0 s on (equal times: a jump of F)",
+                             where, i, row->t_s);
+        if (i > 0 && row->t_s == row[-1].t_s && row->x_ft != row[-1].x_ft)
+            return error_set(error, MR_MALFORMED,
+                             "aircraft jumps: %s: path row %zu has the time of the row before and "
+                             "another x; give it a later time",
+                             where, i);
+    }
+    if (scene->path_count == 1)
+        return error_set(error, MR_MALFORMED,
+                         "list too short: %s: path has one row; give at least two", where);
+    return MR_OK;
+}
+
+enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
+                               struct error *error)
+{
+    const struct sim_key *key;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        if (check_key(scene, key, where, error) != MR_OK)
+            return error->status;
+    }
+    if (check_path(scene, where, error) != MR_OK)
+        return error->status;
+    for (size_t i = 0; i < scene->u_mats.count; i++) {
+        double mat = scene->u_mats.values[i];
+        if (mat > scene->mats || mat != floor(mat))
+            return error_set(error, MR_MALFORMED, "no such mat: %s: u_mats[%zu] is %g; N is %d",
+                             where, i, mat, scene->mats);
+    }
+    if (scene->v0_mat > scene->mats)
+        return error_set(error, MR_MALFORMED, "no such mat: %s: v0_mat is %d; N is %d", where,
+                         scene->v0_mat, scene->mats);
+    if (scene->bump_ft.count > 0 &&
+        (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
+        return error_set(error, MR_MALFORMED,
+                         "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
+                         (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
+    if (scene->ground_ft.count > 0 && scene->ground_ft.count != (size_t)scene->mats + 1)
+        return error_set(
+            error, MR_MALFORMED,
+            "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)",
+            where, scene->ground_ft.count, scene->mats + 1);
+    if (mods_check(scene, where, error) != MR_OK || check_gear(scene, where, error) != MR_OK)
+        return error->status;
+    double end_s = sim_scene_end_s(scene);
+    if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
+        return error_set(error, MR_MALFORMED,
+                         "no end: %s: nothing says when the run ends; give tend", where);
+    for (size_t i = 0; i < scene->t_out_s.count; i++) {
+        if (scene->t_out_s.values[i] > end_s)
+            return error_set(
+                error, MR_MALFORMED,
+                "output after the end: %s: t_out[%zu] is %g s and the run ends at %g s; "
+                "give a later tend",
+                where, i, scene->t_out_s.values[i], end_s);
+    }
+    return MR_OK;
 }

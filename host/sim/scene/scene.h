@@ -13,6 +13,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 #include "common/status.h"
 #include "host/base/error.h"
@@ -220,5 +221,51 @@ int mods_connections(const struct sim_scene *scene, int group);
 int mods_connection_mat(const struct sim_scene *scene, int group, int i);
 int mods_cleats(const struct sim_scene *scene);
 int mods_cleat_mat(const struct sim_scene *scene, int i);
+
+/* The keys of a scene: name in the file, place in struct sim_scene, unit, what is allowed. One
+ * table reads, checks and explains them. An element that is a file of its own brings its key along
+ * (elements/element.h). Each key has its unit in ft, lb, s, slug; a value may be text with any unit
+ * of its kind (host/base/quantity.h). */
+enum sim_key_kind {
+    SIM_KEY_TEXT,
+    SIM_KEY_REAL,
+    SIM_KEY_INTEGER,
+    SIM_KEY_CHOICE, /* an int-sized enum; `choices` in its order */
+    SIM_KEY_LIST,   /* of reals */
+    SIM_KEY_JOINTS, /* one real, or a list of N+1 */
+    SIM_KEY_PARTS,  /* one real, or a list with one per part of a modification (mods_check) */
+    SIM_KEY_PATH    /* rows of three reals */
+};
+
+struct sim_key {
+    const char *name;
+    enum sim_key_kind kind;
+    size_t offset;
+    double low; /* of the value, or of each value of a list */
+    double high;
+    bool above;                 /* low itself is not allowed */
+    const char *const *choices; /* ends with NULL */
+    const char *unit;           /* "lb s/ft"; "" for a pure number or a name */
+    const char *meaning;        /* one line for people */
+    /* of an element's key: power of cos with joints laid diagonally (landing_series/scale.c) */
+    int lay;
+};
+
+#define SIM_LARGEST 1e15 /* of no physical meaning: keeps products of values finite */
+
+/* Keys of elements; elements/element.c. */
+extern const struct sim_key *const sim_element_keys[];
+extern const size_t sim_element_key_count;
+
+/* All keys, in order; NULL beyond the last. The key with this name, or NULL. */
+const struct sim_key *sim_key_at(size_t i);
+const struct sim_key *sim_key_find(const char *name);
+
+/* A default that a file can hold: no infinity, no list. NULL: none. The caller's, as is the object
+ * of all keys: default, unit, meaning, choices of each. */
+struct json_t *sim_key_default(const struct sim_key *key);
+struct json_t *sim_scene_keys(void);
+/* One line per key: name, default, unit, meaning. */
+void sim_scene_print_keys(FILE *to);
 
 #endif

@@ -4,7 +4,7 @@
 #define MATRIG_HOST_SIM_SOLVERS_ERROR_ESTIMATE_H
 
 #include "host/sim/models/model.h"
-#include "host/sim/scene/options.h"
+#include "host/sim/scene/result.h"
 #include "host/sim/solvers/pass.h"
 
 /* How far two complete passes of a scene differ, and whether they contradict each other. */

@@ -40,7 +40,6 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H
 
-#include "host/sim/scene/options.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 

@@ -23,7 +23,7 @@
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
 #include "host/sim/models/model.h"
-#include "host/sim/scene/options.h"
+#include "host/sim/scene/result.h"
 #include "host/sim/solvers/pass.h"
 
 /* Wall time that solvers which auto tries after its first one may take, together. */

@@ -7,7 +7,6 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_RECORD_H
 #define MATRIG_HOST_SIM_SOLVERS_RECORD_H
 
-#include "host/sim/scene/options.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 

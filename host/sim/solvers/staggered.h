@@ -23,7 +23,6 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_STAGGERED_H
 #define MATRIG_HOST_SIM_SOLVERS_STAGGERED_H
 
-#include "host/sim/scene/options.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
