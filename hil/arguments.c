@@ -19,7 +19,6 @@
 #include "hil/periph/rules.h"
 
 #define STALL_S 30.0
-#define HANG_S  5.0
 
 /* Beside enum hil_parity, in the order of the option's words. */
 enum { PARITY_BOARD = 3, PARITY_NOT_GIVEN };
@@ -255,13 +254,9 @@ static const struct option {
             "listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and "
             "wait for it"),
     OF_TEXT("--vcd", "FILE", vcd,
-            "trace of pins, converters, links, exceptions, sleep and functions, for GTKWave and "
+            "trace of pins, converters, links, exceptions and sleep, for GTKWave and "
             "others"),
-    OF_TEXT("--vcd-functions", "A,B,...", vcd_functions,
-            "functions to trace (default: the main ones)"),
-    OF_TEXT("--profile", "FILE", profile, "instructions by function, level and kind"),
-    OF_NUMBER("--hang", "S", REAL, hang_s, 0, HIL_FOREVER_S,
-              "end when the firmware hangs for S seconds of virtual time (default 5, 0: never)"),
+    OF_TEXT("--profile", "FILE", profile, "instructions by function"),
     OF_NUMBER("--stall", "S", REAL, stall_s, 0.001, 86400,
               "end when a host does not read for S seconds (default 30)"),
     OF_NUMBER("--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
@@ -290,7 +285,6 @@ void hil_arguments_help(void)
          "The STM32F407 board in virtual time, running the firmware image F unmodified.");
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
-    print_item("--not-modelled", "", "print what of the chip is not modelled, and end");
     print_item("--version", "", "print the version, and end");
     puts("A unix: link is listened on; virtual time starts when a host has connected to each, and "
          "gdb, within 30 s. At\n"
@@ -377,7 +371,6 @@ static enum mr_status parse(struct hil_arguments *a, int argc, char **argv)
     *a = (struct hil_arguments){.can = "none",
                                 .serial = "none",
                                 .parity = PARITY_NOT_GIVEN,
-                                .hang_s = HANG_S,
                                 .stall_s = STALL_S,
                                 .wall_limit_s = -1.0};
     hil_options_default(&a->options);

@@ -14,13 +14,13 @@ void hil_arguments_help(void);
 
 /* The texts are those of argv. */
 struct hil_arguments {
-    const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd,
-        *vcd_functions, *profile, *margins;
+    const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *profile,
+        *margins;
     bool board_given, trace;
-    unsigned parity;                      /* place of the option's word */
-    unsigned speed;                       /* 0: max, 1: real */
-    double for_s;                         /* 0: not given */
-    double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
+    unsigned parity;              /* place of the option's word */
+    unsigned speed;               /* 0: max, 1: real */
+    double for_s;                 /* 0: not given */
+    double stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;
 };
 

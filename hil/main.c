@@ -11,7 +11,6 @@
 #include "common/version.h"
 #include "hil/arguments.h"
 #include "hil/board/board.h"
-#include "hil/core/registers.h"
 #include "hil/core/wall.h"
 #include "hil/debug/debug.h"
 #include "hil/debug/gdb.h"
@@ -35,7 +34,6 @@ struct session {
     struct hil_link can, serial;
     uint64_t host_seen_ps; /* when the pty: was last in use */
     struct mr_symbols symbols;
-    struct hil_hang hang;
     struct hil_run rig;
     struct hil_replay replay;
     struct hil_pace pace;
@@ -95,16 +93,6 @@ static bool host_is_there(struct session *session, uint64_t t_ps)
     return stop_asked ? status == MR_OK : told(status, error) == MR_OK;
 }
 
-static enum mr_status look_for_hang(struct session *session)
-{
-    char text[256];
-    if (hil_debug_holds(session->board) ||
-        !hil_hang_look(&session->hang, session->board, &session->symbols, text, sizeof text))
-        return MR_OK;
-    hil_complain("stopped at %.6f s: %s", (double)hil_board_now_ps(session->board) * 1e-12, text);
-    return MR_HALTED;
-}
-
 /* Run to t_ps or to where a debugger holds the board. */
 static enum mr_status advance(struct session *session, uint64_t t_ps)
 {
@@ -112,7 +100,7 @@ static enum mr_status advance(struct session *session, uint64_t t_ps)
     if (status != MR_OK)
         hil_complain("stopped at %.6f s: %s", (double)hil_board_now_ps(session->board) * 1e-12,
                      hil_board_reason(session->board));
-    return status == MR_OK ? look_for_hang(session) : status;
+    return status;
 }
 
 static enum mr_status play_to(struct session *session, uint64_t t_ps)
@@ -347,9 +335,7 @@ static enum mr_status open_records(struct session *session, const struct hil_arg
         return status;
     if (a->profile)
         hil_profile_begin(board);
-    return a->vcd ? told(hil_vcd_open(board, a->vcd, a->vcd_functions, &session->symbols, error,
-                                      sizeof error),
-                         error)
+    return a->vcd ? told(hil_vcd_open(board, a->vcd, &session->symbols, error, sizeof error), error)
                   : MR_OK;
 }
 
@@ -387,7 +373,6 @@ static enum mr_status prepare(struct session *session)
         hil_board_attach_replay(board, &session->replay);
     if (a->faults)
         status = order_faults(session);
-    hil_hang_start(&session->hang, a->hang_s);
     return status;
 }
 
@@ -470,10 +455,6 @@ int main(int argc, char **argv)
         }
         if (strcmp(argv[i], "--version") == 0) {
             puts("matrig-board " VERSION_TEXT);
-            return 0;
-        }
-        if (strcmp(argv[i], "--not-modelled") == 0) {
-            hil_registers_print(stdout);
             return 0;
         }
     }

@@ -34,8 +34,6 @@ for mix in integer memory float register interrupt; do
         timed_board --elf build/tests/hil/images/mix_$mix.elf --for 5 --hang 0 | awk '{ print $2 / $3 / 1e6 }'
     done | median_of_3 | sed "s/^/$mix /"
 done | awk '{ if (NR == 1) first = $2; printf "  %-18s %6.0f  %5.2f\n", $1, $2, $2 / first }'
-echo "the demo landing is made of:"
-sed -n '/^by kind/,/^by function/p' "$tmp/profile" | awk '/^ *[0-9]/ { printf "  %5.1f %%  ", $2; for (i = 3; i <= NF; i++) printf "%s ", $i; print "" }'
 echo "emulated board at --speed real for 3 s, latest end of a millisecond:"
 build/matrig-board --elf build/firmware/matrig.elf --for 3 --speed real 2>&1 | sed -n 's/.*at most \([0-9.]* ms\) late, \([0-9.]*\) after.*/  \1 at the start, then \2 ms (wanted: 5 ms)/p'
 echo "what a rig saves by what it lacks, idle and (landing 5) recording: instructions a block, CAN frames, serial bytes, black-box bytes a second:"

@@ -27,11 +27,10 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         return "the rest"
     }
     FNR == NR { file[$1] = $2; next }
-    /^by kind/ { kinds = 1 }
-    /^by function/ { kinds = 0; functions = 1; next }
-    kinds && /floating point divide, root/ { divides = $1 }
+    /^by function/ { functions = 1; next }
+    /floating point divide, root/ { divides = $1 }
     functions && $1 ~ /^[0-9]+$/ {
-        name = $4; sub(/,$/, "", name); sub(/\..*/, "", name)
+        name = $4; sub(/\..*/, "", name)
         total[task(file[name], name)] += $1; all += $1
     }
     END {
@@ -62,7 +61,7 @@ while awk -v a="$until" -v b=$to 'BEGIN { exit !(a <= b) }'; do
         /floating point divide, root/ { divides = $1 }
         /^by function/ { functions = 1; next }
         functions && $1 ~ /^[0-9]+$/ {
-            name = $4; sub(/,$/, "", name); sub(/\..*/, "", name)
+            name = $4; sub(/\..*/, "", name)
             if (file[name] ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway|risk)\.c$/ || file[name] ~ /(firmware\/predict|common\/onboard\/(predict_feed|release))\.c$/) n += $1
             all += $1
         }

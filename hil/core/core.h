@@ -117,17 +117,13 @@ struct hil_tracer_calls {
     /* something may have changed at this cycle */
     void (*sample)(void *who, uint64_t at);
     void (*exception)(void *who); /* the core goes to another exception */
-    /* tell when a block at this address is entered? */
-    bool (*marks)(const void *who, uint32_t address);
-    void (*block)(void *who, uint32_t address);
-    void (*end)(void *who); /* the board is destroyed */
+    void (*end)(void *who);       /* the board is destroyed */
 };
 
 struct hil_profiler_calls {
     uint32_t (*block)(void *who, uint32_t address, uint32_t size); /* its number */
     /* so many of that block have run */
     void (*count)(void *who, uint32_t number, uint32_t instructions);
-    void (*exception)(void *who, unsigned exception); /* 0: thread */
     void (*end)(void *who);
 };
 
@@ -147,11 +143,7 @@ struct hil_event_wire {
 struct hil_whatif;
 
 /* Flags of a basic block, found when it is first met. */
-enum {
-    HIL_BLOCK_FP = 1,
-    HIL_BLOCK_SEV = 2,
-    HIL_BLOCK_MARKED = 4 /* for the trace */
-};
+enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2 };
 
 struct hil_block_info {
     uint32_t address;

@@ -225,8 +225,6 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     const struct hil_onlookers *lookers = &core->onlookers;
     if (lookers->profiler)
         info.profile_block = lookers->profiler->block(lookers->profiler_who, address, size);
-    if (lookers->tracer && lookers->tracer->marks(lookers->tracer_who, address))
-        info.flags |= HIL_BLOCK_MARKED;
     return info;
 }
 
@@ -299,8 +297,6 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     }
     const struct hil_block_info *info = block_info(core, (uint32_t)address, size);
     if (info->flags) {
-        if (info->flags & HIL_BLOCK_MARKED)
-            lookers->tracer->block(lookers->tracer_who, (uint32_t)address);
         if (info->flags & HIL_BLOCK_SEV)
             state->cpu.event = true;
         if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
@@ -418,11 +414,6 @@ void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n)
                                                   : address - HIL_FLASH_BASE;
         uc_ctl_remove_cache(core->uc, alias, alias + n);
     }
-}
-
-void hil_cpu_inspect_again(struct hil_core *core, uint32_t address)
-{
-    core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)].size = 0;
 }
 
 static uint32_t read_pc(const struct hil_core *core)
@@ -682,7 +673,7 @@ void hil_cpu_reset(struct hil_core *core)
     registers.msp &= ~3u;
     hil_cpu_load(core, &registers);
     core->state.cpu = (struct hil_cpu){0};
-    hil_exception_seen(core, 0);
+    hil_exception_seen(core);
     if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
         hil_core_stop(core, MR_HALTED, "no firmware: the reset vector is 0x%08x",
                       (unsigned)registers.pc);

@@ -19,8 +19,6 @@ void hil_cpu_destroy(struct hil_core *core);
 void hil_cpu_forget_code(struct hil_core *core);
 /* The same for n bytes at an address. */
 void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n);
-/* What is known of the block at `address` is no longer true: look again when it comes. */
-void hil_cpu_inspect_again(struct hil_core *core, uint32_t address);
 /* Run instructions until something is due (event, exception, stop). */
 void hil_cpu_run(struct hil_core *core);
 /* A debugger jumps out of the block that is walked through: what was run of it counts. */

@@ -65,11 +65,9 @@ static void renew_core_flags(struct hil_core *core)
     uc_reg_write(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
 }
 
-void hil_exception_seen(struct hil_core *core, unsigned exception)
+void hil_exception_seen(struct hil_core *core)
 {
     const struct hil_onlookers *lookers = &core->onlookers;
-    if (lookers->profiler)
-        lookers->profiler->exception(lookers->profiler_who, exception);
     if (lookers->tracer)
         lookers->tracer->exception(lookers->tracer_who);
 }
@@ -104,7 +102,7 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
     core->state.counters.exceptions++;
     core->state.cpu.event = true;
     hil_trace(core, "enter %u at 0x%08x", exception, (unsigned)vector);
-    hil_exception_seen(core, exception);
+    hil_exception_seen(core);
     if (!(vector & 1u)) /* no Thumb state: the handler's first instruction faults */
         hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
@@ -270,7 +268,7 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
     if (new_control & CONTROL_NPRIV)
         uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
     renew_core_flags(core);
-    hil_exception_seen(core, xpsr & XPSR_NUMBER);
+    hil_exception_seen(core);
 }
 
 void hil_exception_return(struct hil_core *core, uint32_t exc_return)

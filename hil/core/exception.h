@@ -28,8 +28,8 @@ unsigned hil_exception_due(struct hil_core *core);
 bool hil_exception_wakes(struct hil_core *core);
 /* Take it; the core is stopped before instruction `pc`. */
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc);
-/* Tell the trace and the profile that the core now runs in this exception (0: thread). */
-void hil_exception_seen(struct hil_core *core, unsigned exception);
+/* Tell the trace that the core goes to another exception, or back to the thread. */
+void hil_exception_seen(struct hil_core *core);
 /* The core branched to EXC_RETURN. */
 void hil_exception_return(struct hil_core *core, uint32_t exc_return);
 /* A synchronous fault of the instruction at `pc`: escalates to HardFault, and to a halt, as the

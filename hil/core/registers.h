@@ -1,6 +1,5 @@
 /* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses
- * by it, a reset takes its values, matrig-board --not-modelled prints it, a test pokes every
- * register of every peripheral and compares.
+ * by it, a reset takes its values, a test pokes every register of every peripheral and compares.
  *
  * A write that changes a reserved bit, a bit that is not modelled or a read-only register ends the
  * run with a message. Silicon ignores such writes; a program that makes them is wrong or relies on
@@ -11,7 +10,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 
 struct hil_register {
     uint16_t offset; /* of the first */
@@ -45,7 +43,4 @@ const struct hil_register *hil_register_at(const struct hil_register_set *set, u
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);
 /* What `count` registers from `offset` on are after a reset; where there is none: 0. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
-/* The whole of what is not modelled, as text. */
-void hil_registers_print(FILE *file);
-
 #endif

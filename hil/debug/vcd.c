@@ -4,18 +4,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
-#include "hil/core/cpu.h"
 #include "hil/core/nvic.h"
 
-#define FUNCTIONS_MAX 64u
-#define LANES_MAX     192u
-#define MARKS_MAX     512u
-#define EXC_RETURN    0xffffffe0u
-#define FILE_BUFFER   (1u << 20)
+#define LANES_MAX   (FIXED_LANES + HIL_EXCEPTIONS)
+#define FILE_BUFFER (1u << 20)
 
 enum { FIXED_LANES = 13 };
 
@@ -39,13 +34,6 @@ static const struct {
     {"core", "hclk_hz", 32},
 };
 
-struct function {
-    uint32_t entry;
-    bool active;
-    uint32_t returns_to, sp;
-    unsigned exception; /* in which it was entered; 0: thread */
-};
-
 struct hil_vcd {
     struct hil_board *board;
     FILE *file;
@@ -58,10 +46,6 @@ struct hil_vcd {
     char code[LANES_MAX][4];
     unsigned exceptions; /* lanes of single exceptions, from FIXED_LANES on */
     uint8_t exception[HIL_EXCEPTIONS];
-    unsigned functions; /* after those */
-    struct function function[FUNCTIONS_MAX];
-    uint32_t mark[MARKS_MAX]; /* entries and return addresses met so far */
-    unsigned marks;
 };
 
 static void declare(struct hil_vcd *vcd, const char *name, unsigned bits)
@@ -107,54 +91,8 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
     fputs("$upscope $end\n", vcd->file);
 }
 
-static bool marks(const void *who, uint32_t address)
-{
-    const struct hil_vcd *vcd = who;
-    for (unsigned i = 0; i < vcd->marks; i++) {
-        if (vcd->mark[i] == address)
-            return true;
-    }
-    return false;
-}
-
-static void add_mark(struct hil_vcd *vcd, uint32_t address)
-{
-    if (!marks(vcd, address) && vcd->marks < MARKS_MAX)
-        vcd->mark[vcd->marks++] = address;
-}
-
-static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functions,
-                                        const struct mr_symbols *symbols, char *error, size_t size)
-{
-    const char *p = functions ? functions : HIL_VCD_FUNCTIONS;
-    fputs("$scope module functions $end\n", vcd->file);
-    while (*p) {
-        char name[128];
-        size_t n = strcspn(p, ",");
-        snprintf(name, sizeof name, "%.*s", (int)n, p);
-        p += n + (p[n] == ',');
-        const struct mr_symbol *symbol = mr_symbols_named(symbols, name);
-        if (!symbol && !functions)
-            continue;
-        if (!symbol || vcd->functions == FUNCTIONS_MAX) {
-            snprintf(error, size,
-                     symbol ? "--vcd-functions: more than %2$u; leave out %1$s and what follows"
-                            : "--vcd-functions: the image has no function `%s`; was it inlined? nm "
-                              "lists those there are",
-                     name, FUNCTIONS_MAX);
-            return MR_UNKNOWN;
-        }
-        vcd->function[vcd->functions++] = (struct function){.entry = symbol->address};
-        add_mark(vcd, symbol->address);
-        declare(vcd, name, 1);
-    }
-    fputs("$upscope $end\n", vcd->file);
-    return MR_OK;
-}
-
-static enum mr_status write_header(struct hil_vcd *vcd, const struct hil_board *board,
-                                   const char *functions, const struct mr_symbols *symbols,
-                                   char *error, size_t size)
+static void write_header(struct hil_vcd *vcd, const struct hil_board *board,
+                         const struct mr_symbols *symbols)
 {
     fputs("$version matrig-board $end\n$timescale 1 ns $end\n$scope module board $end\n",
           vcd->file);
@@ -166,9 +104,7 @@ static enum mr_status write_header(struct hil_vcd *vcd, const struct hil_board *
     }
     fputs("$upscope $end\n", vcd->file);
     declare_exceptions(vcd, board, symbols);
-    enum mr_status status = declare_functions(vcd, functions, symbols, error, size);
     fputs("$upscope $end\n$enddefinitions $end\n", vcd->file);
-    return status;
 }
 
 static void put_value(const struct hil_vcd *vcd, unsigned lane)
@@ -234,48 +170,10 @@ static void sample(void *who, uint64_t at)
                   hil_nvic_is_active(&board->core.state.nvic, vcd->exception[i]), t_ns);
 }
 
-static void set_function(struct hil_vcd *vcd, unsigned i, bool active)
-{
-    vcd->function[i].active = active;
-    set_value(vcd, FIXED_LANES + vcd->exceptions + i, active,
-              hil_board_now_ps(vcd->board) / HIL_NS_PS);
-}
-
 static void on_exception(void *who)
 {
-    struct hil_vcd *vcd = who;
-    const struct hil_board *board = vcd->board;
-    bool reset = board->core.state.counters.resets != vcd->value[11];
-    sample(vcd, hil_now(&board->core));
-    for (unsigned i = 0; i < vcd->functions; i++) {
-        const struct function *f = &vcd->function[i];
-        if (f->active &&
-            (reset || (f->exception && !hil_nvic_is_active(&board->core.state.nvic, f->exception))))
-            set_function(vcd, i, false);
-    }
-}
-
-static void on_block(void *who, uint32_t address)
-{
-    struct hil_vcd *vcd = who;
-    struct hil_board *board = vcd->board;
-    uint32_t sp = hil_board_register(board, 13);
-    for (unsigned i = 0; i < vcd->functions; i++) {
-        struct function *f = &vcd->function[i];
-        if (f->active && f->returns_to == address && sp >= f->sp)
-            set_function(vcd, i, false);
-        if (!f->active && f->entry == address) {
-            f->returns_to = hil_board_register(board, 14);
-            f->sp = sp;
-            f->exception = hil_board_register(board, 16) & 0x1ffu;
-            set_function(vcd, i, true);
-            if (f->returns_to >= EXC_RETURN)
-                continue; /* a handler: it ends with its exception */
-            f->returns_to &= ~1u;
-            add_mark(vcd, f->returns_to);
-            hil_cpu_inspect_again(&board->core, f->returns_to);
-        }
-    }
+    const struct hil_vcd *vcd = who;
+    sample(who, hil_now(&vcd->board->core));
 }
 
 static void begin(struct hil_vcd *vcd)
@@ -299,12 +197,10 @@ static void on_end(void *who)
 static const struct hil_tracer_calls calls = {
     .sample = sample,
     .exception = on_exception,
-    .marks = marks,
-    .block = on_block,
     .end = on_end,
 };
 
-enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
+enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
                             const struct mr_symbols *symbols, char *error, size_t size)
 {
     struct hil_vcd *vcd = calloc(1, sizeof *vcd);
@@ -320,18 +216,10 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const cha
         return MR_IO;
     }
     setvbuf(vcd->file, NULL, _IOFBF, FILE_BUFFER);
-    enum mr_status status = write_header(vcd, board, functions, symbols, error, size);
+    write_header(vcd, board, symbols);
     vcd->board = board;
     board->core.onlookers.tracer_who = vcd;
     board->core.onlookers.tracer = &calls;
-    if (status != MR_OK) {
-        struct stat st;
-        hil_vcd_close(board, NULL, 0);
-        if (lstat(path, &st) == 0 && S_ISREG(st.st_mode)) /* never a device */
-            remove(path);
-        return status;
-    }
-    hil_cpu_forget_code(&board->core); /* blocks already met may be marked now */
     begin(vcd);
     return MR_OK;
 }

@@ -1,9 +1,7 @@
 /* Trace of a run as a VCD file (IEEE 1364-2001, 18.2; timescale 1 ns), for GTKWave, PulseView and
- * the like: pins, converters, links, exceptions, sleep, and when named functions of the firmware
- * run.
+ * the like: pins, converters, links, exceptions, sleep.
  *
- * A function's lane is high from its entry to its return, interrupts in between included; an
- * exception's while it is active, preempted or not. Peripherals and pins change at their exact
+ * An exception's lane is high while it is active, preempted or not. Peripherals and pins change at their exact
  * time, what the core does at the start of the basic block that does it. Same run, same bytes. */
 #ifndef MATRIG_HIL_VCD_H
 #define MATRIG_HIL_VCD_H
@@ -17,15 +15,9 @@
 
 struct hil_board;
 
-/* Functions traced when none are named, as far as the image has them. */
-#define HIL_VCD_FUNCTIONS                                                                   \
-    "app_poll,app_supervise,board_sleep,landing_block,mr_block_from_scans,mr_closure_find," \
-    "regular_block"
-
-/* Begin a trace of `board`, whose image is loaded, into `path`. `functions`: names with commas
- * between; NULL: the list above. MR_IO, MR_UNKNOWN (no such function), with the reason in
- * `error`. */
-enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
+/* Begin a trace of `board`, whose image is loaded, into `path`. MR_IO, with the
+ * reason in `error`. */
+enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
                             const struct mr_symbols *symbols, char *error, size_t size);
 /* End it; MR_IO when not all of it could be written. Without a trace: MR_OK. */
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size);

@@ -30,7 +30,7 @@ def profile(path, functions):
             inside = True
         elif inside and words and words[0].isdigit():
             everything += int(words[0])
-            if words[3].rstrip(",").split(".")[0] in functions or words[3].rstrip(",") in functions:
+            if words[3].split(".")[0] in functions or words[3] in functions:
                 mine += int(words[0])
     return mine, everything, divides
 

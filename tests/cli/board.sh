@@ -16,13 +16,6 @@ stopped_with() { # CODE PATTERN COMMAND...: as fails_with, with the line of stat
     [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 2 ] && head -n 1 "$tmp/err" | grep -Eq -- "$pattern" &&
         tail -n 1 "$tmp/err" | grep -q 'virtual in'
 }
-masked_loop() { stopped_with 3 'hangs: since 0\.000 s .* in wait_for_ever, interrupts masked; .*--hang' $board --elf $images/hang_masked.elf; }
-loop_below_interrupts() {
-    stopped_with 3 'hangs: since 0\.01[0-9] s .*interrupts go on.* in wait_for_flag; ' $board --elf $images/hang_loop.elf --hang 0.5
-}
-no_false_alarm() { # idle for 4 s with a limit of 50 ms, 20 times shorter than anything the firmware waits for
-    $board --elf $elf --for 4 --hang 0.05 && $board --elf $images/hang_loop.elf --for 1 --hang 0
-}
 wall_limit() { stopped_with 3 'wall-clock time ended the run at .*--wall-limit' $board --elf $elf --wall-limit 0.5; }
 blocked_file() { # a pipe that nobody reads: opening it blocks
     mkfifo "$tmp/pipe"
@@ -125,9 +118,6 @@ rules() { # what is held at the pins: names, files, what a broken rule does to t
         $board --elf $old --for 0.1 --rules count:WAIT_STATES,SELECT_TO_CLOCK,SELECT_HIGH,RELEASE && $board --elf $old --for 0.1 --rules off
 }
 
-check "an endless loop with interrupts masked ends with its place" masked_loop
-check "a loop that hangs below its interrupts too" loop_below_interrupts
-check "a firmware at work is no hang" no_false_alarm
 check "a wall-clock limit ends a run without end" wall_limit
 check "a pipe that nobody opens ends with a message" blocked_file
 check "a pipe that nobody reads ends with a message" blocked_write

@@ -231,17 +231,3 @@ TEST(masks_do_not_overlap)
         }
     }
 }
-
-TEST(the_list_is_printed)
-{
-    static char text[32768];
-    FILE *file = fmemopen(text, sizeof text - 1, "w");
-    assert_non_null(file);
-    hil_registers_print(file);
-    fclose(file);
-    assert_non_null(strstr(text, "CAN2"));
-    assert_non_null(strstr(text, "Peripherals: TIM3, TIM5"));
-    assert_non_null(strstr(text, "DIER       +0x00c  refused 14,12:11,8"));
-    assert_non_null(strstr(text, "USART1"));
-    assert_non_null(strstr(text, "refused 11,1:0 in part 12,10: PCE and M only together"));
-}
