@@ -10,17 +10,16 @@
 #include "host/compare/show.h"
 #include "host/compare/landing.h"
 #include "host/base/output.h"
-#include "host/base/plot.h"
 #include "host/base/data_dir.h"
 #include "host/base/command.h"
 #include "host/store/store_journal.h"
 
 struct request {
-    const char *db, *scene, *series, *output, *plot, *limits_path;
+    const char *db, *scene, *series, *output, *limits_path;
     int64_t run;     /* 0: a series */
     int64_t seeds;   /* 0: the series' */
     double limit_in; /* NaN: none */
-    bool voided, as_is;
+    bool voided;
     struct compare_limits limits;
     char runway[500];
 };
@@ -51,12 +50,9 @@ static enum mr_status read_words(const char *const words[3], struct request *req
     if (request->run && request->series)
         return error_set(error, MR_USAGE, "RUN or series: %s and --series %s; give one of them",
                          words[1], request->series);
-    if (!request->run && (request->as_is || request->output || request->plot || request->voided))
+    if (!request->run && (request->output || request->voided))
         return error_set(error, MR_USAGE, "for one landing: %s; give its RUN",
-                         request->as_is    ? "--as-is"
-                         : request->output ? "-o"
-                         : request->plot   ? "--plot"
-                                           : "--void");
+                         request->output ? "-o" : "--void");
     request->scene = file;
     if (!file) {
         data_dir_find(DATA_RUNWAY, request->runway, sizeof request->runway);
@@ -75,9 +71,8 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         return error->status;
     if (!isnan(request->limit_in))
         compare_limits_add(&request->limits, "channels.*.rms_in", request->limit_in);
-    if (output_check(request->output, request->scene, error) == MR_OK &&
-        output_not_input(request->output, request->limits_path, error) == MR_OK)
-        plot_check(request->plot, request->scene, error);
+    if (output_check(request->output, request->scene, error) == MR_OK)
+        output_not_input(request->output, request->limits_path, error);
     if (error->status == MR_OK && request->limits_path)
         compare_limits_load(&request->limits, request->limits_path, error);
     return error->status;
@@ -113,12 +108,8 @@ static int compare_one(struct store *store, const struct request *request,
     struct compare_verdict verdict = {0};
     struct answer *answer = answer_new(cli->si);
     if (store_refuse_void(store, request->run, request->voided, error) == MR_OK &&
-        compare_landing(store, request->run, model, 0, &landing, error) == MR_OK) {
-        if (request->output)
-            write_csv(request, &landing, cli->si, error);
-        if (request->plot)
-            compare_plot(&landing, cli->si, request->plot, error);
-    }
+        compare_landing(store, request->run, model, 0, &landing, error) == MR_OK && request->output)
+        write_csv(request, &landing, cli->si, error);
     if (error->status == MR_OK) {
         compare_judge(&landing.figures, &request->limits, &verdict);
         compare_answer(&landing.figures, &verdict, answer);
@@ -163,13 +154,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     int exit_code;
     if (compare_model_load(&model, request.scene, (size_t)request.seeds, &error) != MR_OK) {
         exit_code = cli_fail(&error);
-    } else if (request.as_is && model.ensemble) {
-        error_set(&error, MR_USAGE, "--as-is takes a scene: %s is a campaign; leave --as-is out",
-                  request.scene);
-        exit_code = cli_fail(&error);
-        compare_model_free(&model);
     } else {
-        model.as_is = request.as_is;
         exit_code = request.run ? compare_one(store, &request, &model, cli, &error)
                                 : compare_many(store, &request, &model, cli, &error);
         compare_model_free(&model);
@@ -196,25 +181,19 @@ static const struct command_part parts[] = {
                   "exit 1 when a channel's rms difference exceeds IN inches"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
                  "as many of the campaign's runways; else as it says"),
-    OPTION_FLAG("--as-is", as_is,
-                "the scene with its own motion and gaps, not the landing's; both are aligned on "
-                "switch edges"),
-    OPTION_TEXT(
-        "--plot", "F", plot,
-        "one landing: draw measured and simulated with their 95 % bands (.svg, .png, .pdf)"),
     OPTION_TEXT("-o", "F.csv", output, "one landing: write both as numbers, every millisecond"),
     OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
     HELP_NOTE("The last sentence states whether they agree and which value differs most. Only a "
               "limit that fails exits 1."),
-    HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json --plot landing5.svg\n"
+    HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };
 
 const struct command command_compare = {
     "compare",
     compare_command,
-    "DB RUN [FILE] [--limits F] [--limit IN] [--seeds N] [--as-is] [--plot F] [-o F.csv] "
-    "[--void] | DB FILE [--series NAME] | DB --series NAME",
+    "DB RUN [FILE] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--void] | DB FILE "
+    "[--series NAME] | DB --series NAME",
     "measured against simulated: a landing, or a series",
     COMMAND_PARTS(parts),
     {1, 3, "DB RUN"},

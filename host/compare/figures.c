@@ -6,71 +6,165 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/statistics.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 
+/* ---- two series, sample by sample ---- */
+
+/* standard deviations: none of some thousand samples is so far off by chance */
+#define FAR_FROM_NOISE 5.0
+
+double signal_en(double measured, double measured_error, double simulated, double simulated_error)
+{
+    double error = hypot(measured_error, simulated_error), difference = fabs(measured - simulated);
+    if (isnan(difference) || isnan(error))
+        return (double)NAN;
+    if (error > 0.0)
+        return difference / (2.0 * error);
+    return difference > 0.0 ? (double)INFINITY : 0.0;
+}
+
+static bool both(const struct signal *s, size_t i)
+{
+    return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
+}
+
+/* Noise averages out over the samples; what else a sample's error has is taken as common to all of
+ * them. */
+static void find_differences(const struct signal *s, struct signal_figures *f)
+{
+    double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
+    for (size_t i = 0; i < s->count; i++) {
+        if (!both(s, i))
+            continue;
+        double d = s->measured[i] - s->simulated[i],
+               u = hypot(s->measured_error[i], s->simulated_error[i]);
+        sum += d;
+        squares += d * d;
+        if (d != 0.0)
+            chi += d * d / (u * u);
+        common += sqrt(fmax(u * u - s->noise * s->noise, 0.0));
+        f->compared++;
+    }
+    double n = (double)f->compared;
+    if (f->compared == 0)
+        return;
+    f->bias = sum / n;
+    f->bias_error = hypot(common / n, s->noise / sqrt(n));
+    f->rms = sqrt(squares / n);
+    f->chi = sqrt(chi / n);
+}
+
+/* Mean over SIGNAL_WINDOW samples around i of those that both have, so that both are smoothed
+ * alike; NaN: none. */
+static double smooth(const struct signal *s, const double *values, size_t i)
+{
+    size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
+           to = i + half < s->count ? i + half : s->count - 1;
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t k = from; k <= to; k++) {
+        if (!both(s, k))
+            continue;
+        sum += values[k];
+        count++;
+    }
+    return count ? sum / (double)count : (double)NAN;
+}
+
+static double time_of(const struct signal *s, double i)
+{
+    return s->t0_s + i * s->dt_s;
+}
+
+/* Of one side. `noise`: of the mean over the window. */
+static struct signal_moment find_peak(const struct signal *s, const double *values,
+                                      const double *errors, double noise)
+{
+    struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    size_t at = 0, first = 0;
+    for (size_t i = 0; i < s->count; i++) {
+        double value = both(s, i) ? smooth(s, values, i) : (double)NAN;
+        if (isnan(value) || fabs(value) <= fabs(peak.value))
+            continue;
+        peak.value = value;
+        at = i;
+    }
+    if (isnan(peak.value))
+        return peak;
+    double near = fmax(SIGNAL_NEAR * fabs(peak.value), FAR_FROM_NOISE * noise);
+    for (first = 0; !(fabs(peak.value - smooth(s, values, first)) <= near);)
+        first++; /* at the peak at the latest */
+    peak.error = errors[at];
+    peak.t_s = time_of(s, (double)first);
+    peak.t_error_s = s->time_error_s[first];
+    return peak;
+}
+
+static struct signal_moment find_arrival(const struct signal *s, const double *values,
+                                         const double *errors, double noise, double peak,
+                                         bool measured)
+{
+    struct signal_moment arrival = {SIGNAL_ARRIVAL * peak, (double)NAN, (double)NAN, (double)NAN};
+    double threshold = fabs(arrival.value), before = (double)NAN;
+    if (!(threshold > FAR_FROM_NOISE * noise) || threshold == 0.0)
+        return arrival;
+    for (size_t i = 0; i < s->count; i++) {
+        double value = both(s, i) ? smooth(s, values, i) * (peak < 0.0 ? -1.0 : 1.0) : (double)NAN;
+        if (isnan(value))
+            continue;
+        if (value < threshold) {
+            before = value;
+            continue;
+        }
+        if (isnan(before)) /* it was there from the beginning */
+            return arrival;
+        size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
+               to = i + half < s->count ? i + half : s->count - 1;
+        double slope = fabs(smooth(s, values, to) - smooth(s, values, from)) /
+                       ((double)(to - from) * s->dt_s);
+        double u = errors[i];
+        if (measured) /* of it the noise is that of a mean */
+            u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
+        arrival.t_s = time_of(s, (double)i - (value - threshold) / (value - before));
+        arrival.error = u;
+        arrival.t_error_s = sqrt(u * u / (slope * slope) +
+                                 (measured ? s->time_error_s[i] * s->time_error_s[i] : 0.0) +
+                                 s->dt_s * s->dt_s / 12.0);
+        return arrival;
+    }
+    return arrival;
+}
+
+void signal_compare(const struct signal *s, struct signal_figures *f)
+{
+    const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    *f = (struct signal_figures){
+        .bias = (double)NAN,
+        .bias_error = (double)NAN,
+        .rms = (double)NAN,
+        .chi = (double)NAN,
+        .peak_measured = unknown,
+        .peak_simulated = unknown,
+        .arrival_measured = unknown,
+        .arrival_simulated = unknown,
+    };
+    double noise = s->noise / sqrt(SIGNAL_WINDOW);
+    find_differences(s, f);
+    if (f->compared == 0)
+        return;
+    f->peak_measured = find_peak(s, s->measured, s->measured_error, noise);
+    f->peak_simulated = find_peak(s, s->simulated, s->simulated_error, noise);
+    f->arrival_measured = find_arrival(s, s->measured, s->measured_error, noise,
+                                       f->peak_measured.value, true);
+    f->arrival_simulated = find_arrival(s, s->simulated, s->simulated_error, noise,
+                                        f->peak_simulated.value, false);
+}
+
+/* ---- a landing ---- */
+
 /* where the stop has no error: as much as the last edges before it are apart, about */
 #define STOP_UNKNOWN_S 0.1
-
-/* When the simulated wheel is at a station; NaN: never. */
-static double reach_s(const struct sim_scene *scene, double station_ft)
-{
-    for (size_t i = 1; i < scene->path_count; i++) {
-        const struct sim_path_row *from = &scene->path[i - 1], *to = &scene->path[i];
-        if (from->x_ft <= station_ft && station_ft < to->x_ft)
-            return from->t_s +
-                   (to->t_s - from->t_s) * (station_ft - from->x_ft) / (to->x_ft - from->x_ft);
-    }
-    return (double)NAN;
-}
-
-static void find_offset(struct compare_alignment *a)
-{
-    double late_s[MR_GATES_MAX], squares = 0.0;
-    for (size_t i = 0; i < a->edges; i++)
-        late_s[i] = a->simulated_s[i] - a->measured_s[i];
-    sort_numbers(late_s, a->edges);
-    a->offset_s = 0.5 * (late_s[(a->edges - 1) / 2] + late_s[a->edges / 2]);
-    for (size_t i = 0; i < a->edges; i++)
-        squares += (late_s[i] - a->offset_s) * (late_s[i] - a->offset_s);
-    a->scatter_s = sqrt(squares / (double)a->edges);
-}
-
-enum mr_status compare_align(const struct measured *measured, const struct sim_scene *scene,
-                             struct compare_alignment *a, struct error *error)
-{
-    a->edges = 0;
-    for (size_t g = 0; g < measured->gates; g++) {
-        double simulated_s = reach_s(scene, measured->gate[g].station_ft);
-        bool alien = measured->summary.alien >> g & 1u;
-        if (alien || isnan(simulated_s) ||
-            (a->edges > 0 && simulated_s <= a->simulated_s[a->edges - 1]))
-            continue;
-        a->measured_s[a->edges] = measured->gate[g].t_s;
-        a->simulated_s[a->edges++] = simulated_s;
-    }
-    if (a->edges < 2)
-        return error_set(error, MR_TOO_FEW,
-                         "nothing to align by: RUN %lld has %zu switch edges on the way of the "
-                         "simulated wheel; 2 are needed",
-                         (long long)measured->landing.id, a->edges);
-    find_offset(a);
-    return MR_OK;
-}
-
-double compare_simulated_time(const struct compare_alignment *a, double t_s)
-{
-    size_t last = a->edges - 1, k = 0;
-    if (t_s <= a->measured_s[0])
-        return t_s + a->simulated_s[0] - a->measured_s[0];
-    if (t_s >= a->measured_s[last])
-        return t_s + a->simulated_s[last] - a->measured_s[last];
-    while (a->measured_s[k + 1] < t_s)
-        k++;
-    double share = (t_s - a->measured_s[k]) / (a->measured_s[k + 1] - a->measured_s[k]);
-    return a->simulated_s[k] + share * (a->simulated_s[k + 1] - a->simulated_s[k]);
-}
 
 void compare_clock_make(const struct measured *measured, struct compare_clock *clock)
 {
@@ -370,15 +464,6 @@ static void find_figures(const struct measured *measured, const struct measured_
                              f->peak_simulated.value, f->peak_simulated.error);
     const struct signal_moment *m = &f->arrival_measured, *a = &f->arrival_simulated;
     out->arrival_en = signal_en(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
-    out->ahead_measured_ft = out->station_ft - measured_station_ft(measured, m->t_s);
-    out->ahead_simulated_ft = out->station_ft - measured_station_ft(measured, a->t_s);
-    for (size_t i = 0; i < measured->samples; i++)
-        out->alignment_in = fmax(out->alignment_in, s->alignment_in[i]);
-    if (f->flat_measured || f->flat_simulated)
-        snprintf(out->why, sizeof out->why, "%s: no correlation",
-                 !f->flat_simulated  ? "the measured is flat"
-                 : !f->flat_measured ? "the simulated is flat"
-                                     : "both are flat");
 }
 
 /* What most of its readings are that are not valid. */
@@ -434,10 +519,8 @@ static void add_channel(const struct measured *measured, const struct compare_cl
                                     .peak_en = nan,
                                     .end_en = nan,
                                     .arrival_en = nan,
-                                    .ahead_measured_ft = nan,
-                                    .ahead_simulated_ft = nan,
-                                    .end_measured = {nan, nan, nan, nan, nan},
-                                    .end_simulated = {nan, nan, nan, nan, nan}};
+                                    .end_measured = {nan, nan, nan, nan},
+                                    .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compare(&empty, &out->f); /* everything not known */
     out->compared = usable(measured, channel, row, out);
@@ -461,9 +544,6 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     figures->run_ms = head->run_ms;
     figures->error_in = head->error_in;
     figures->seeds = head->seeds;
-    figures->edges = head->edges;
-    figures->offset_s = head->offset_s;
-    figures->scatter_s = head->scatter_s;
     figures->surveyed = survey->surveyed;
     compare_clock_make(measured, &clock);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {

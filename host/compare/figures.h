@@ -1,37 +1,69 @@
-/* A landing's comparison in numbers: the two sides aligned in time, the zones of both, the table of
- * each transducer, and whether they agree. */
+/* A landing's comparison in numbers: two series, the zones of both sides, the table of each
+ * transducer, and whether they agree. */
 #ifndef MATRIG_HOST_COMPARE_FIGURES_H
 #define MATRIG_HOST_COMPARE_FIGURES_H
 
 #include "host/analyse/track.h"
 #include "host/analyse/zones.h"
-#include "host/compare/signal.h"
-#include "host/sim/scene/scene.h"
 #include "host/store/store_predict.h"
 
-/* Alignment on switch edges: which time of a simulation belongs to a measured time. Pure.
+/* Two series of the same quantity, sample by sample: how far apart, how alike, and whether their
+ * errors explain it. Pure.
  *
- * At each named edge the wheel is at a known station; the simulated wheel, on its path, comes to
- * that station at some time. Between two edges both times are joined by a straight line, outside
- * them they differ by what they differ at the nearest one. A simulation along the measured motion
- * needs almost none of it; one with a motion of its own is brought to the same wheel position.
- * Times in seconds since touchdown. */
+ * Values in inches (or any one unit), times in seconds since touchdown; d = measured - simulated;
+ * u: standard errors.
+ *
+ *     bias         mean of d
+ *     rms          root mean square of d
+ *     chi          root mean square of d / sqrt(u_m^2 + u_s^2): 1 when the errors explain all of it
+ *     peak         extreme, by size, of the mean over SIGNAL_WINDOW samples; its time: when that
+ *                  first comes within SIGNAL_NEAR of it, or five standard deviations of the noise
+ *                  if that is more: on a plateau noise says where the most is
+ *     arrival      first time at which that mean crosses SIGNAL_ARRIVAL of its own peak, between
+ *                  two samples by a straight line. Error: noise and error of the value over the
+ *                  slope there; alignment; spacing of the samples / sqrt(12). Not known when the
+ *                  threshold is below five standard deviations of the noise
+ *     En           |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two agree (ISO 13528,
+ *                  coverage factor 2)
+ *
+ * NaN: a sample that is missing; in a result: not known. */
+#define SIGNAL_WINDOW  11
+#define SIGNAL_ARRIVAL 0.1
+#define SIGNAL_NEAR    0.01
 
-struct compare_alignment {
-    size_t edges;
-    double measured_s[MR_GATES_MAX], simulated_s[MR_GATES_MAX];
-    double offset_s;  /* median of simulated - measured */
-    double scatter_s; /* rms of the rest, before alignment */
+/* Sample i is at t0_s + i dt_s. Arrays are the caller's. */
+struct signal {
+    size_t count;
+    double t0_s, dt_s;
+    const double *measured, *simulated;
+    const double *measured_error, *simulated_error; /* of a sample: all there is */
+    const double *time_error_s;                     /* of the alignment */
+    /* of a measured sample, independent of the next; part of measured_error */
+    double noise;
 };
 
-/* MR_TOO_FEW: fewer than two edges that both wheels passed. */
-enum mr_status compare_align(const struct measured *measured, const struct sim_scene *scene,
-                             struct compare_alignment *alignment, struct error *error);
-double compare_simulated_time(const struct compare_alignment *alignment, double t_s);
+struct signal_moment {
+    double value, error;
+    double t_s, t_error_s;
+};
+
+struct signal_figures {
+    size_t compared; /* samples that both have */
+    double bias, bias_error;
+    double rms, chi;
+    struct signal_moment peak_measured, peak_simulated;
+    struct signal_moment arrival_measured, arrival_simulated; /* value: the threshold */
+};
+
+void signal_compare(const struct signal *signal, struct signal_figures *figures);
+
+/* En of two values; NaN when either is not known; INFINITY when they differ without any error. */
+double signal_en(double measured, double measured_error, double simulated, double simulated_error);
 
 /* How well the measured wheel's times are known: the error of its station (host/analyse/track.h)
  * over its speed, at most that of the stop. This is what the timing of edges and the places of
- * switches leave uncertain when two movements are laid over each other. */
+ * switches leave uncertain when two movements are laid over each other. Times in seconds since
+ * touchdown. */
 #define COMPARE_CLOCK_POINTS 512
 struct compare_clock {
     double stop_s, stop_error_s;
@@ -105,8 +137,8 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
                    const struct compare_said *said, const struct compare_segments *segments,
                    struct compare_zones *zones);
 
-/* A landing's comparison as figures, from what was measured and a simulation that was aligned with
- * it: a fresh one, or the newest one that the campaign keeps. The table of `matrig compare` and of
+/* A landing's comparison as figures, from what was measured and a simulation along its motion: a
+ * fresh one, or the newest one that the campaign keeps. The table of `matrig compare` and of
  * the report.
  *
  * Errors are standard errors. Measured: noise, calibration and baseline (common/measure.h) and
@@ -124,10 +156,7 @@ struct compare_channel {
     double valid;  /* share of the samples */
     struct signal_figures f;
     struct signal_moment end_measured, end_simulated; /* mean of the last 0.2 s */
-    /* at arrival: how far the wheel was from the station, positive: before it */
-    double ahead_measured_ft, ahead_simulated_ft;
     double bias_en, peak_en, end_en, arrival_en;
-    double alignment_in; /* largest part of the measured error that is the alignment's */
 };
 
 struct compare_figures {
@@ -136,8 +165,7 @@ struct compare_figures {
     /* why the measured numbers are doubtful (host/analyse/doubts.h); "": they are not */
     char torn[MEASURED_TORN_TEXT];
     double run_ms, error_in; /* of the simulation, and its own estimate */
-    int64_t seeds, edges;
-    double offset_s, scatter_s;
+    int64_t seeds;
     size_t surveyed; /* segments whose slack was known */
     size_t channels; /* fitted */
     struct compare_channel channel[MR_TRANSDUCERS];

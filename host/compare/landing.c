@@ -1,14 +1,414 @@
 #include "host/compare/landing.h"
 
+#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/wire.h"
+#include "host/base/progress.h"
 #include "host/base/xmalloc.h"
+#include "host/landing_series/play.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
-#include "host/survey/survey.h"
+
+#define IN_PER_FT     12.0
+#define SLOPE_S       0.005 /* half the span over which deceleration is taken from speed */
+#define DWELL_LEAST_S 0.5
+#define PATH_MOST_S   3600.0 /* no landing is longer */
+
+static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
+{
+    double from_s = fmax(0.0, t_s - SLOPE_S);
+    double to_s = fmin(stop_s, t_s + SLOPE_S);
+    double error_ft_s;
+    double from_ft_s = measured_speed_ft_s(measured, from_s, &error_ft_s);
+    /* At the stop the speed is 0 from both sides. */
+    double to_ft_s = to_s < stop_s ? measured_speed_ft_s(measured, to_s, &error_ft_s) : 0.0;
+    return fmax(0.0, (from_ft_s - to_ft_s) / (to_s - from_s));
+}
+
+static enum mr_status set_path(const struct measured *measured, struct sim_scene *scene,
+                               struct error *error)
+{
+    double stop_s = measured->summary.stop_t_s.value;
+    double last_s = stop_s - 0.001; /* the thrust ends with the motion, within a millisecond */
+    if (!(last_s > 0.0 && last_s < PATH_MOST_S))
+        return error_set(error, MR_TOO_FEW,
+                         "stops %g s after touchdown: RUN %lld; check its switches", stop_s,
+                         (long long)measured->landing.id);
+    size_t steps = (size_t)ceil(last_s / COMPARE_PATH_STEP_S);
+    struct sim_path_row *rows = xcalloc(steps + 2, sizeof *rows);
+    for (size_t i = 0; i <= steps; i++) {
+        double t_s = i < steps ? (double)i * COMPARE_PATH_STEP_S : last_s;
+        double thrust_lb = COMPARE_AIRCRAFT_LB / COMPARE_STRIPS *
+                           deceleration_at(measured, t_s, stop_s) / scene->g_ft_s2;
+        rows[i] = (struct sim_path_row){t_s, measured_station_ft(measured, t_s), thrust_lb};
+    }
+    rows[steps + 1] = (struct sim_path_row){stop_s, measured->summary.stop_station_ft.value, 0.0};
+    sim_scene_set_path(scene, rows, steps + 2);
+    free(rows);
+    return MR_OK;
+}
+
+/* Each joint of a surveyed segment gets its share of the slack; the others keep the scene's. */
+static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene)
+{
+    size_t count = (size_t)scene->mats + 1;
+    double *gap_ft = xcalloc(count, sizeof *gap_ft);
+    for (size_t j = 0; j < count; j++) {
+        double station_ft = (double)j * scene->length_ft;
+        /* A joint belongs to the segment it lies in or begins; half a mat keeps rounding out of
+         * it. */
+        size_t segment =
+            (size_t)((station_ft + 0.5 * scene->length_ft) / (double)MR_SEGMENT_LENGTH_FT);
+        gap_ft[j] = sim_scene_joint(&scene->gap0_ft, (int)j + 1);
+        if (segment < MR_SEGMENTS && !isnan(survey->slack_in[segment]))
+            gap_ft[j] = (double)survey->slack_in[segment] / MR_MATS_PER_SEGMENT / IN_PER_FT;
+    }
+    sim_scene_set_list(&scene->gap0_ft, gap_ft, count);
+    free(gap_ft);
+}
+
+enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
+                             struct sim_scene *scene, struct error *error)
+{
+    if (measured->fit_status == MR_TRUNCATED) {
+        char reason[MEASURED_REASON];
+        measured_no_stop_text(measured, reason);
+        return error_set(error, MR_TRUNCATED,
+                         "%s: RUN %lld; complete it from the black box, or compare another landing",
+                         reason, (long long)measured->landing.id);
+    }
+    if (measured->fit_status != MR_OK)
+        return error_set(
+            error, MR_TOO_FEW,
+            "the motion of the gear is not known (%s): RUN %lld; a comparison needs at least 3 "
+            "switches and a stop",
+            mr_status_text(measured->fit_status), (long long)measured->landing.id);
+    double end_s = measured_time_s(measured, measured->samples - 1);
+    snprintf(scene->name, sizeof scene->name, "RUN %lld", (long long)measured->landing.id);
+    scene->t_end_s = 0.0;
+    scene->t_dwell_s = fmax(DWELL_LEAST_S, end_s - measured->summary.stop_t_s.value);
+    set_gaps(survey, scene);
+    return set_path(measured, scene, error);
+}
+
+enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error)
+{
+    const double rig_ft = MR_SEGMENTS * (double)MR_SEGMENT_LENGTH_FT;
+    double runway_ft = scene->mats * scene->length_ft;
+    if (fabs(scene->length_ft - (double)MR_MAT_LENGTH_FT) < 1e-3 * scene->length_ft &&
+        fabs(runway_ft - rig_ft) < 1e-3 * runway_ft)
+        return MR_OK;
+    return error_set(error, MR_USAGE,
+                     "another scale: %s has %d mats of %.4g ft, a runway of %.4g ft; the rig has "
+                     "%.0f of %.4g ft, %.4g ft; "
+                     "matrig scale FILE --to model makes one from the prototype's",
+                     where, scene->mats, scene->length_ft, runway_ft,
+                     rig_ft / (double)MR_MAT_LENGTH_FT, (double)MR_MAT_LENGTH_FT, rig_ft);
+}
+
+#define POINTS (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
+
+/* A campaign has landings. MR_OK also where it is no JSON: the scene's reader says what is wrong
+ * with it. */
+static bool is_campaign(const char *path)
+{
+    json_error_t ignored;
+    json_t *root = json_load_file(path, 0, &ignored);
+    bool landings = json_object_get(root, "landings") != NULL;
+    json_decref(root);
+    return landings;
+}
+
+enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds,
+                                  struct error *error)
+{
+    const char *slash = strrchr(path, '/');
+    memset(model, 0, sizeof *model);
+    snprintf(model->name, sizeof model->name, "%s", slash ? slash + 1 : path);
+    model->seeds = 1;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        model->survey_in[s] = MR_NAN;
+    const struct sim_scene *scene = &model->scene;
+    if (is_campaign(path)) {
+        if (series_load(&model->series, path, error) != MR_OK)
+            return error->status;
+        model->ensemble = true;
+        model->seeds = seeds ? seeds : model->series.seeds;
+        scene = &model->series.landings[0].scene;
+    } else if (seeds > 1) {
+        return error_set(error, MR_USAGE,
+                         "no ensemble: %s is a scene, one runway; give a study file for --seeds",
+                         path);
+    } else if (sim_scene_load(&model->scene, path, error) != MR_OK) {
+        return error->status;
+    }
+    if (compare_scale(scene, path, error) != MR_OK)
+        compare_model_free(model);
+    else
+        model->joints = (size_t)scene->mats + 1;
+    return error->status;
+}
+
+void compare_model_free(struct compare_model *model)
+{
+    if (model->ensemble)
+        series_free(&model->series);
+    else
+        sim_scene_free(&model->scene);
+    free(model->gap_ft);
+    *model = (struct compare_model){.ensemble = false};
+}
+
+/* Openings and resistances as the runways were laid: the same draws as the series'
+ * (host/landing_series/play.c). */
+static void lay(struct compare_model *model)
+{
+    size_t all = model->seeds * model->joints;
+    model->gap_ft = xcalloc(2 * all, sizeof *model->gap_ft);
+    model->closing_lb = model->gap_ft + all;
+    for (size_t seed = 0; seed < model->seeds; seed++) {
+        const struct landing_series *c = &model->series;
+        double *gap_ft = model->gap_ft + seed * model->joints,
+               *closing_lb = model->closing_lb + seed * model->joints;
+        struct draw gaps = draw_from(c->first_seed + seed, DRAW_GAPS),
+                    closing = draw_from(c->first_seed + seed, DRAW_CLOSING);
+        for (size_t j = 0; j < model->joints; j++) {
+            gap_ft[j] = model->ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT,
+                                               c->landings[0].scene.slack_ft)
+                                        : sim_scene_joint(&model->scene.gap0_ft, (int)j + 1);
+            closing_lb[j] = model->ensemble ? draw_between(&closing, c->closing_lb)
+                                            : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
+        }
+    }
+}
+
+/* Brings openings to a sum, as far as it goes: less by scaling them, more by scaling what is left
+ * to the most that a joint can be open. */
+static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft)
+{
+    double now_ft = 0.0, room_ft = 0.0;
+    for (size_t j = 0; j < count; j++) {
+        gap_ft[j] = fmin(fmax(gap_ft[j], 0.0), most_ft);
+        now_ft += gap_ft[j];
+        room_ft += most_ft - gap_ft[j];
+    }
+    double less = now_ft > 0.0 ? fmin(sum_ft / now_ft, 1.0) : 1.0;
+    double more = room_ft > 0.0 ? fmin(fmax(sum_ft - now_ft, 0.0) / room_ft, 1.0) : 0.0;
+    for (size_t j = 0; j < count; j++)
+        gap_ft[j] = sum_ft < now_ft ? gap_ft[j] * less : gap_ft[j] + more * (most_ft - gap_ft[j]);
+}
+
+static bool surveyed_anew(const struct compare_model *model, const struct zones_closure *survey)
+{
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        if (!isnan(survey->slack_in[s]) &&
+            !(fabsf(survey->slack_in[s] - model->survey_in[s]) < 1e-6f))
+            return true;
+    }
+    return false;
+}
+
+static void take_survey(struct compare_model *model, const struct zones_closure *survey)
+{
+    if (!surveyed_anew(model, survey))
+        return;
+    for (size_t seed = 0; seed < model->seeds; seed++) {
+        for (size_t s = 0; s < MR_SEGMENTS; s++) {
+            double *gap_ft = model->gap_ft + seed * model->joints + s * MR_MATS_PER_SEGMENT;
+            double sum_ft = (double)survey->slack_in[s] / IN_PER_FT;
+            if (isnan(sum_ft))
+                continue;
+            if (model->ensemble)
+                scale_to(gap_ft, MR_MATS_PER_SEGMENT, sum_ft,
+                         model->series.landings[0].scene.slack_ft);
+            for (size_t j = 0; j < MR_MATS_PER_SEGMENT && !model->ensemble; j++)
+                gap_ft[j] = sum_ft / MR_MATS_PER_SEGMENT;
+        }
+    }
+    memcpy(model->survey_in, survey->slack_in, sizeof model->survey_in);
+}
+
+/* Everything of the landing that all seeds have in common. The scene owns its path, gaps and
+ * resistances. */
+static enum mr_status make_scene(const struct compare_model *model, size_t index,
+                                 const struct measured *measured, struct sim_scene *scene,
+                                 struct error *error)
+{
+    const struct landing_series *c = &model->series;
+    struct zones_closure none;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        none.slack_in[s] = MR_NAN;
+    none.surveyed = 0;
+    if (model->ensemble && index >= c->landing_count)
+        return error_set(error, MR_USAGE,
+                         "no such landing: %s has %zu, this is the %zu. of the series; add it "
+                         "there, or name the series",
+                         model->name, c->landing_count, index + 1);
+    *scene = model->ensemble ? c->landings[index].scene : model->scene;
+    scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
+    scene->path = NULL;
+    scene->path_count = 0;
+    if (model->ensemble)
+        scene->model = SIM_CHAIN;
+    enum mr_status status = compare_scene(measured, &none, scene, error);
+    double share = c->weight_lb / c->axles * COMPARE_STRIPS / COMPARE_AIRCRAFT_LB;
+    for (size_t i = 0; model->ensemble && i < scene->path_count; i++)
+        scene->path[i].force_lb *= share;
+    return status;
+}
+
+static void make_room(struct compare_simulated *s, const struct sim_result *result)
+{
+    if (s->mean_in)
+        return;
+    s->rows = result->sample_count;
+    s->dt_s = result->sample_dt_s;
+    s->segment_rows = (size_t)floor((double)(s->rows - 1) * s->dt_s / COMPARE_SEGMENTS_S) + 1;
+    s->mean_in = xcalloc(2 * s->rows * s->stations, sizeof *s->mean_in);
+    s->remaining_in = xcalloc(s->segment_rows * MR_SEGMENTS, sizeof *s->remaining_in);
+    s->spread_in = s->mean_in + s->rows * s->stations;
+}
+
+/* Mean and sum of squared deviations of one value more (Welford 1962). */
+static void accumulate(double *mean, double *squares, double value, size_t count)
+{
+    double step = value - *mean;
+    *mean += step / (double)count;
+    *squares += step * (value - *mean);
+}
+
+/* Gage point p (1..42) is on mat 10 p, whose column follows the stations'. */
+static double point_in(const struct sim_result *result, size_t row, size_t stations, size_t p)
+{
+    return p == 0 ? 0.0
+                  : IN_PER_FT * result->sample_u_ft[row * result->station_count + stations + p - 1];
+}
+
+static void add_seed(struct compare_simulated *s, const struct sim_result *result,
+                     const double *gap_ft, size_t count)
+{
+    size_t rows = s->rows < result->sample_count ? s->rows : result->sample_count;
+    for (size_t row = 0; row < rows; row++) {
+        for (size_t k = 0; k < s->stations; k++)
+            accumulate(&s->mean_in[row * s->stations + k], &s->spread_in[row * s->stations + k],
+                       IN_PER_FT * result->sample_u_ft[row * result->station_count + k], count);
+    }
+    for (size_t i = 0; i < s->segment_rows; i++) {
+        size_t row = (size_t)lround((double)i * COMPARE_SEGMENTS_S / s->dt_s);
+        for (size_t segment = 0; segment < MR_SEGMENTS && row < rows; segment++) {
+            double left_in = point_in(result, row, s->stations, segment + 1) -
+                             point_in(result, row, s->stations, segment);
+            for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
+                left_in += IN_PER_FT * gap_ft[segment * MR_MATS_PER_SEGMENT + j];
+            float *mean = &s->remaining_in[i * MR_SEGMENTS + segment];
+            *mean += ((float)left_in - *mean) / (float)count;
+        }
+    }
+}
+
+/* From sums of squared deviations to standard deviations. */
+static void finish_spread(double *squares, size_t count, size_t seeds)
+{
+    for (size_t i = 0; i < count; i++)
+        squares[i] = seeds > 1 ? sqrt(squares[i] / (double)(seeds - 1)) : 0.0;
+}
+
+static enum mr_status play_seed(struct compare_model *model, size_t seed, const double *station_ft,
+                                size_t columns, struct compare_simulated *s, struct error *error)
+{
+    double *gap_ft = model->gap_ft + seed * model->joints;
+    /* The first one is checked by a second pass, which gives the error; the spread of the others is
+     * far larger than theirs. */
+    struct sim_options options = {.sample_dt_s = COMPARE_SAMPLE_S,
+                                  .station_ft = station_ft,
+                                  .station_count = columns,
+                                  .single = seed > 0};
+    struct progress progress;
+    struct sim_result result = {0};
+    options.go_on = sim_progress;
+    options.go_on_ctx = &progress;
+    progress_begin(&progress, "compare", "an earlier tend or fewer mats", false);
+    sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints);
+    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints);
+    enum mr_status status = sim_run(&s->scene, &options, &result, error);
+    progress_end(&progress);
+    if (status == MR_OK) {
+        make_room(s, &result);
+        if (seed == 0) {
+            s->solver = result.solver;
+            s->solver_dt_s = result.dt_s;
+            s->error_in = IN_PER_FT * result.error_u_ft;
+        }
+        s->run_ms += result.run_ms;
+        s->seeds = seed + 1;
+        add_seed(s, &result, gap_ft, seed + 1);
+        for (size_t j = 0; j < model->joints; j++)
+            gap_ft[j] += (j + 1 < model->joints ? result.u_ft[j + 1] : 0.0) -
+                         (j > 0 ? result.u_ft[j] : 0.0);
+    }
+    sim_result_free(&result);
+    return error->status;
+}
+
+enum mr_status compare_simulate(struct compare_model *model, size_t index,
+                                const struct measured *measured, const struct zones_closure *survey,
+                                const double *station_ft, size_t stations,
+                                struct compare_simulated *s, struct error *error)
+{
+    memset(s, 0, sizeof *s);
+    s->stations = stations;
+    if (make_scene(model, index, measured, &s->scene, error) != MR_OK)
+        return error->status;
+    if (!model->gap_ft)
+        lay(model);
+    take_survey(model, survey);
+    double *columns = xcalloc(stations + POINTS, sizeof *columns);
+    memcpy(columns, station_ft, stations * sizeof *columns);
+    for (size_t p = 1; p <= POINTS; p++)
+        columns[stations + p - 1] = ((double)(p * MR_MATS_PER_SEGMENT) - 1.0) * s->scene.length_ft;
+    for (size_t seed = 0; seed < model->seeds && error->status == MR_OK; seed++)
+        play_seed(model, seed, columns, stations + POINTS, s, error);
+    free(columns);
+    if (error->status == MR_OK)
+        finish_spread(s->spread_in, s->rows * s->stations, s->seeds);
+    return error->status;
+}
+
+void compare_simulated_free(struct compare_simulated *s)
+{
+    free(s->scene.gap0_ft.values);
+    free(s->scene.grit_lb.values);
+    free(s->scene.path); /* everything else is the model's */
+    free(s->mean_in);
+    free(s->remaining_in);
+    memset(s, 0, sizeof *s);
+}
+
+char *compare_describe(const struct compare_model *model, const struct compare_simulated *s)
+{
+    const struct sim_scene *scene = &s->scene;
+    json_t *path = json_array(), *gaps = json_array();
+    for (size_t i = 0; i < scene->path_count; i++)
+        json_array_append_new(path, json_pack("[fff]", scene->path[i].t_s, scene->path[i].x_ft,
+                                              scene->path[i].force_lb));
+    for (size_t i = 0; i < scene->gap0_ft.count; i++)
+        json_array_append_new(gaps, json_real(scene->gap0_ft.values[i]));
+    json_t *root = json_pack("{sssssIsisfsfsfsfsfsfsososssfsf}", "file", model->name, "model",
+                             sim_model_name(scene->model), "seeds", (json_int_t)s->seeds, "N",
+                             scene->mats, "L", scene->length_ft, "W", scene->weight_lb, "KL",
+                             scene->kl_lb_ft, "CL", scene->cl_lb_s_ft, "f", scene->friction,
+                             "slack", scene->slack_ft, "path", path, "gap0", gaps, "solver",
+                             s->solver, "dt_s", s->solver_dt_s, "t_dwell", scene->t_dwell_s);
+    char *text = json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(9));
+    json_decref(root);
+    return text;
+}
+
+/* ---- a landing ---- */
 
 static size_t stations(const struct measured *measured, const struct measured_channel **channels,
                        double *station_ft)
@@ -24,21 +424,9 @@ static size_t stations(const struct measured *measured, const struct measured_ch
     return count;
 }
 
-/* A simulated series at a simulated time; at rest outside it. */
-static double value_at(const struct compare_simulated *s, const double *values, size_t column,
-                       double t_s)
-{
-    double k = fmin(fmax(t_s / s->dt_s, 0.0), (double)(s->rows - 1));
-    size_t i = (size_t)k;
-    double from = values[i * s->stations + column];
-    if (i + 1 >= s->rows)
-        return from;
-    return from + (k - (double)i) * (values[(i + 1) * s->stations + column] - from);
-}
-
 /* The simulation on the measured time, sample by sample. */
-static void take_row(const struct compare_simulated *s, const struct compare_alignment *alignment,
-                     size_t column, const struct measured_channel *channel, size_t length,
+static void take_row(const struct compare_simulated *s, size_t column,
+                     const struct measured_channel *channel, size_t length,
                      struct store_simulation *row)
 {
     *row = (struct store_simulation){.number = channel->config.number,
@@ -49,38 +437,28 @@ static void take_row(const struct compare_simulated *s, const struct compare_ali
     row->spread_in = s->seeds > 1 ? xmalloc(length * sizeof *row->spread_in) : NULL;
     row->length = length;
     for (size_t k = 0; k < length; k++) {
-        double t_s = compare_simulated_time(alignment, (double)k * s->dt_s);
-        row->series_in[k] = (float)value_at(s, s->mean_in, column, t_s);
+        row->series_in[k] = (float)s->mean_in[k * s->stations + column];
         if (row->spread_in)
-            row->spread_in[k] = (float)value_at(s, s->spread_in, column, t_s);
+            row->spread_in[k] = (float)s->spread_in[k * s->stations + column];
     }
 }
 
 static void take_head(const struct compare_model *model, const struct compare_simulated *s,
-                      const struct compare_alignment *alignment, double end_s,
-                      struct store_simulation_head *head)
+                      double end_s, struct store_simulation_head *head)
 {
     *head = (struct store_simulation_head){
         .run_ms = s->run_ms,
         .error_in = s->error_in,
         .seeds = (int64_t)s->seeds,
-        .edges = (int64_t)alignment->edges,
-        .offset_s = alignment->offset_s,
-        .scatter_s = alignment->scatter_s,
         .segments_dt_s = COMPARE_SEGMENTS_S,
         .segment_rows = (size_t)floor(end_s / COMPARE_SEGMENTS_S) + 1,
     };
     snprintf(head->file, sizeof head->file, "%s", model->name);
-    const size_t row_bytes = MR_SEGMENTS * sizeof *head->segments_in;
-    head->segments_in = xmalloc(head->segment_rows * row_bytes);
-    for (size_t i = 0; i < head->segment_rows; i++) {
-        double k = compare_simulated_time(alignment, (double)i * COMPARE_SEGMENTS_S) /
-                       COMPARE_SEGMENTS_S +
-                   0.5;
-        size_t from = (size_t)fmin(fmax(k, 0.0), (double)(s->segment_rows - 1));
-        memcpy(head->segments_in + i * MR_SEGMENTS, s->remaining_in + from * MR_SEGMENTS,
-               row_bytes);
-    }
+    head->segment_rows = head->segment_rows < s->segment_rows ? head->segment_rows
+                                                              : s->segment_rows;
+    const size_t bytes = head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in;
+    head->segments_in = xmalloc(bytes);
+    memcpy(head->segments_in, s->remaining_in, bytes);
 }
 
 static enum mr_status simulate(struct compare_model *model, size_t index,
@@ -91,32 +469,24 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     const struct measured_channel *channels[MR_TRANSDUCERS];
     double station_ft[MR_TRANSDUCERS];
     struct compare_simulated simulated;
-    struct compare_alignment alignment;
     size_t count = stations(measured, channels, station_ft);
     if (count == 0)
         return error_set(error, MR_TOO_FEW, "no displacements: RUN %lld; nothing to compare with",
                          (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
-    if (error->status == MR_OK)
-        compare_align(measured, &simulated.scene, &alignment, error);
     /* As far as both go. */
     double end_s = measured_time_s(measured, measured->samples - 1);
     if (error->status == MR_OK)
-        end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s -
-                                alignment.simulated_s[alignment.edges - 1] +
-                                alignment.measured_s[alignment.edges - 1]);
+        end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s);
     if (error->status == MR_OK && !(end_s > 0.0))
         error_set(error, MR_TOO_FEW,
                   "nothing to compare: RUN %lld and the simulation have no time in common",
                   (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
-        take_row(&simulated, &alignment, k, channels[k], length, &landing->row[landing->rows++]);
+        take_row(&simulated, k, channels[k], length, &landing->row[landing->rows++]);
     if (error->status == MR_OK) {
-        take_head(model, &simulated, &alignment, end_s, &landing->head);
-        memcpy(landing->moved_in, simulated.moved_in, sizeof landing->moved_in);
-        memcpy(landing->moved_spread_in, simulated.moved_spread_in,
-               sizeof landing->moved_spread_in);
+        take_head(model, &simulated, end_s, &landing->head);
         *scene_json = compare_describe(model, &simulated);
     }
     compare_simulated_free(&simulated);
@@ -201,12 +571,6 @@ void compare_landing_free(struct compare_landing *landing)
     memset(landing, 0, sizeof *landing);
 }
 
-/* What simulations moved the gage points by, landing by landing. */
-struct moves {
-    bool known;
-    double in[SURVEY_POINTS], spread_in[SURVEY_POINTS];
-};
-
 /* The runs of the series; the caller frees. */
 static enum mr_status select_runs(struct store *store, const char *name, int64_t **runs,
                                   size_t *count, struct error *error)
@@ -273,124 +637,10 @@ static void finish(struct compare_series *set)
     set->pooled.within = (double)NAN;
 }
 
-/* ---- surveys ---- */
-
-/* Mean over the lines of what has moved. */
-static void take_measured(const struct survey_change *change, struct compare_moved *moved)
-{
-    for (size_t p = 0; p < SURVEY_POINTS; p++) {
-        double sum = 0.0, variance = 0.0, n = 0.0;
-        for (size_t line = 0; line < SURVEY_LINES; line++) {
-            const struct survey_estimate *e = &change->moved[line][p];
-            if (isnan(e->value_in))
-                continue;
-            sum += e->value_in;
-            variance += e->error_in * e->error_in;
-            n += 1.0;
-        }
-        moved->point[p].measured_in = n > 0.0 ? sum / n : (double)NAN;
-        moved->point[p].error_in = n > 0.0 ? sqrt(variance) / n : (double)NAN;
-    }
-}
-
-/* `all`: landings of the campaign between the surveys, void ones and those of other series too:
- * each has moved the mat. */
-static void take_simulated(const struct compare_series *set, const struct moves *moves,
-                           int64_t after, int64_t until, size_t all, struct compare_moved *moved)
-{
-    moved->simulated = true;
-    for (size_t i = 0; i < set->count; i++) {
-        if (set->landing[i].run <= after || set->landing[i].run > until)
-            continue;
-        moved->landings++;
-        moved->simulated = moved->simulated && moves[i].known;
-        for (size_t p = 0; p < SURVEY_POINTS; p++) {
-            moved->point[p].simulated_in += moves[i].in[p];
-            moved->point[p].spread_in = hypot(moved->point[p].spread_in, moves[i].spread_in[p]);
-        }
-    }
-    moved->simulated = moved->simulated && moved->landings == all && all > 0;
-    double sum = 0.0, squares = 0.0, chi = 0.0;
-    for (size_t p = 0; p < SURVEY_POINTS && moved->simulated; p++) {
-        double d = moved->point[p].measured_in - moved->point[p].simulated_in;
-        double u = hypot(moved->point[p].error_in, hypot(moved->point[p].spread_in, set->error_in));
-        if (isnan(d))
-            continue;
-        sum += d;
-        squares += d * d;
-        chi += d * d / (u * u);
-        moved->points++;
-    }
-    double n = (double)moved->points;
-    moved->bias_in = moved->points ? sum / n : (double)NAN;
-    moved->rms_in = moved->points ? sqrt(squares / n) : (double)NAN;
-    moved->chi = moved->points ? sqrt(chi / n) : (double)NAN;
-}
-
-static size_t landings_between(const struct store_landing *rows, size_t count, int64_t after,
-                               int64_t until)
-{
-    size_t found = 0;
-    for (size_t i = 0; i < count; i++)
-        found += rows[i].id > after && rows[i].id <= until;
-    return found;
-}
-
-static enum mr_status compare_surveys(struct store *store, const struct moves *moves,
-                                      struct compare_series *set, struct error *error)
-{
-    struct store_gage_survey *rows = NULL;
-    struct survey *survey = NULL;
-    struct survey_found found;
-    struct store_landing *landings = NULL;
-    size_t count = 0, points = 0, landing_count = 0;
-    double squares = 0.0;
-    if (store_gage_surveys(store, &rows, &count, error) != MR_OK ||
-        store_landings(store, &landings, &landing_count, error) != MR_OK) {
-        free(rows);
-        return error->status;
-    }
-    set->moved = xcalloc(count + 1, sizeof *set->moved);
-    survey = xmalloc(sizeof *survey);
-    for (size_t i = 1; i < count && error->status == MR_OK; i++) {
-        if (survey_get(store, rows[i].id, survey, error) != MR_OK ||
-            survey_find(store, survey, &found, error) != MR_OK)
-            break;
-        size_t before = i;
-        while (before > 0 && rows[before - 1].id != found.previous)
-            before--;
-        if (before == 0 || rows[i].after_run == STORE_NONE)
-            continue;
-        const struct store_gage_survey *previous = &rows[before - 1];
-        struct compare_moved *moved = &set->moved[set->moves];
-        moved->from_survey = previous->id;
-        moved->to_survey = rows[i].id;
-        take_measured(&found.since_previous, moved);
-        int64_t after = previous->after_run == STORE_NONE ? 0 : previous->after_run,
-                until = rows[i].after_run;
-        take_simulated(set, moves, after, until,
-                       landings_between(landings, landing_count, after, until), moved);
-        if (moved->landings == 0) /* none of this series between them */
-            memset(moved, 0, sizeof *moved);
-        else
-            set->moves++;
-        if (moved->points > 0) {
-            squares += (double)moved->points * moved->rms_in * moved->rms_in;
-            points += moved->points;
-        }
-    }
-    set->pooled.moved_in = points ? sqrt(squares / (double)points) : (double)NAN;
-    free(landings);
-    free(rows);
-    free(survey);
-    return error->status;
-}
-
 /* ---- the series ---- */
 
 static enum mr_status run_landing(struct store *store, struct compare_model *model,
-                                  struct compare_series *set, size_t index, struct moves *moves,
-                                  struct error *error)
+                                  struct compare_series *set, size_t index, struct error *error)
 {
     struct compare_landing landing;
     struct compare_series_landing *out = &set->landing[index];
@@ -401,9 +651,6 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
         set->compared++;
         out->figures = landing.figures;
         pool(set, &out->figures);
-        moves->known = true;
-        memcpy(moves->in, landing.moved_in, sizeof moves->in);
-        memcpy(moves->spread_in, landing.moved_spread_in, sizeof moves->spread_in);
     } else if (status == MR_TOO_FEW || status == MR_TRUNCATED || status == MR_NUMERICS) {
         snprintf(out->why, sizeof out->why, "%s", why.text);
     } else {
@@ -419,35 +666,28 @@ enum mr_status compare_series_run(struct store *store, const char *name,
                                   struct compare_series *set, struct error *error)
 {
     int64_t *runs = NULL;
-    struct moves *moves = NULL;
     memset(set, 0, sizeof *set);
     snprintf(set->against, sizeof set->against, "%s", model->name);
     snprintf(set->name, sizeof set->name, "%s", name ? name : "");
-    if (select_runs(store, name, &runs, &set->count, error) == MR_OK) {
+    if (select_runs(store, name, &runs, &set->count, error) == MR_OK)
         set->landing = xcalloc(set->count, sizeof *set->landing);
-        moves = xcalloc(set->count, sizeof *moves);
-    }
     for (size_t i = 0; i < set->count && error->status == MR_OK; i++) {
         set->landing[i].run = runs[i];
-        run_landing(store, model, set, i, &moves[i], error);
+        run_landing(store, model, set, i, error);
         if (progress)
             progress(ctx, i + 1, set->count);
     }
     if (error->status == MR_OK && set->compared == 0)
         error_set(error, MR_TOO_FEW, "no landing could be compared: %s: %s", store_path(store),
                   set->landing[0].why);
-    if (error->status == MR_OK) {
+    if (error->status == MR_OK)
         finish(set);
-        compare_surveys(store, moves, set, error);
-    }
     free(runs);
-    free(moves);
     return error->status;
 }
 
 void compare_series_free(struct compare_series *set)
 {
     free(set->landing);
-    free(set->moved);
     memset(set, 0, sizeof *set);
 }

@@ -4,7 +4,89 @@
 
 #include "host/compare/figures.h"
 #include "host/compare/limits.h"
-#include "host/compare/model.h"
+#include "host/landing_series/series.h"
+#include "host/sim/scene/scene.h"
+#include "host/sim/sim.h"
+#include "host/survey/survey.h"
+
+/* The scene that a landing is simulated with: its own motion (path) and survey (gaps), the rest of
+ * a scene that is given. */
+
+#define COMPARE_AIRCRAFT_LB 1300.0 /* model aircraft as landed (report 2.3: 1220 to 1500) */
+/* the chain is a strip 12/7 ft wide; it carries a twelfth of the thrust */
+#define COMPARE_STRIPS      12.0
+#define COMPARE_PATH_STEP_S 0.02
+
+/* Puts the run's motion (path) and survey (gap0) into a scene that holds everything else.
+ * MR_TOO_FEW: the motion is not known; MR_TRUNCATED: the record ends before the stop. Path: station
+ * of the fitted motion, thrust = (aircraft / strips) a / g. */
+enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
+                             struct sim_scene *scene, struct error *error);
+/* The scene's mats and runway are the rig's; else MR_USAGE, with what makes them so. `where` begins
+ * the error. */
+enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error);
+
+/* What a landing is compared with: a scene, or the ensemble of runways of a campaign, played
+ * through the measured motions.
+ *
+ * A runway of an ensemble has the openings and closing resistances that `matrig study` draws from
+ * its seed. A survey scales the openings of each surveyed segment to its sum (none beyond the
+ * slack, whatever the survey says); in a scene each joint gets its share. From one landing of a
+ * series to the next the openings stay as the simulation left them, unless there is a new survey.
+ * What modifications remember is not carried: each landing begins with them as the
+ * file has them. The chain is computed, never waves. Units as named; stations from the runway's
+ * upfield edge. */
+
+#define COMPARE_SAMPLE_S   0.002
+#define COMPARE_SEGMENTS_S 0.02
+
+struct compare_model {
+    char name[120]; /* the file's, without its folder */
+    bool ensemble;
+    struct sim_scene scene;
+    struct landing_series series;
+    size_t seeds;
+    size_t joints;
+    /* per seed and joint: as the runway is now; NULL before the first landing */
+    double *gap_ft, *closing_lb;
+    float survey_in[MR_SEGMENTS]; /* that of the landing before */
+};
+
+/* `seeds` 0: as many as the campaign has. MR_USAGE: of another scale; else as sim_scene_load and
+ * series_load. */
+enum mr_status compare_model_load(struct compare_model *model, const char *path, size_t seeds,
+                                  struct error *error);
+void compare_model_free(struct compare_model *model);
+
+/* A landing as simulated, all seeds together. */
+struct compare_simulated {
+    struct sim_scene scene; /* of the last seed: path and end are those of all */
+    size_t stations, rows;
+    double dt_s;
+    /* rows x stations; spread: standard deviation over the seeds, 0 of one */
+    double *mean_in, *spread_in;
+    size_t segment_rows;
+    /* what is left of each segment's openings every COMPARE_SEGMENTS_S, mean over the seeds: rows x
+     * MR_SEGMENTS */
+    float *remaining_in;
+    const char *solver;
+    double solver_dt_s, run_ms; /* all seeds */
+    /* the solver's own estimate, of the first seed: largest of all mats and times */
+    double error_in;
+    size_t seeds;
+};
+
+/* Landing `index` (from 0) of the model's series. The model keeps what became of its runways. The
+ * caller frees, also after an error. */
+enum mr_status compare_simulate(struct compare_model *model, size_t index,
+                                const struct measured *measured, const struct zones_closure *survey,
+                                const double *station_ft, size_t stations,
+                                struct compare_simulated *simulated, struct error *error);
+void compare_simulated_free(struct compare_simulated *simulated);
+/* What was simulated, so that it can be checked later: parameters that matter, path and gaps as
+ * used. The caller frees. */
+char *compare_describe(const struct compare_model *model,
+                       const struct compare_simulated *simulated);
 
 /* One landing of a campaign compared with a model, and the comparison kept in the campaign. */
 
@@ -12,10 +94,8 @@ struct compare_landing {
     struct compare_figures figures;
     struct measured measured;
     struct store_simulation_head head;
-    struct store_simulation row[MR_TRANSDUCERS]; /* aligned with the measured */
+    struct store_simulation row[MR_TRANSDUCERS];
     size_t rows;
-    /* of the gage points by this landing, simulated */
-    double moved_in[SURVEY_POINTS], moved_spread_in[SURVEY_POINTS];
 };
 
 /* RUN as landing `index` (from 0) of the model's series: simulated, compared and kept; it replaces
@@ -25,8 +105,7 @@ enum mr_status compare_landing(struct store *store, int64_t run, struct compare_
                                size_t index, struct compare_landing *landing, struct error *error);
 void compare_landing_free(struct compare_landing *landing);
 
-/* A series of landings compared with one model, in order: each landing, all together, and what
- * surveys between them say. */
+/* A series of landings compared with one model, in order: each landing, and all together. */
 
 struct compare_series_landing {
     int64_t run;
@@ -36,22 +115,10 @@ struct compare_series_landing {
     struct compare_verdict verdict;
 };
 
-/* Movement of the gage points between two surveys; mean over the lines that have it. */
-struct compare_moved {
-    int64_t from_survey, to_survey;
-    bool simulated; /* false: a landing between them was not */
-    size_t landings, points;
-    struct {
-        double measured_in, error_in, simulated_in, spread_in; /* NaN: not read */
-    } point[SURVEY_POINTS];                                    /* every ten mats */
-    double bias_in, rms_in, chi; /* over the points; chi: in standard errors */
-};
-
 /* All landings of a series together. */
 struct compare_pooled {
     double within; /* share of landings within their limits; NaN: not judged */
     double bias_in, rms_in;
-    double moved_in; /* rms of the movements between surveys, measured less simulated */
 };
 
 struct compare_series {
@@ -66,9 +133,7 @@ struct compare_series {
     } channel
         [MR_TRANSDUCERS]; /* by number, pooled over the landings by samples; landings 0: none */
     struct compare_pooled pooled;
-    double run_ms, error_in; /* all simulations; the largest of their estimates */
-    struct compare_moved *moved;
-    size_t moves;
+    double run_ms, error_in;        /* all simulations; the largest of their estimates */
     struct compare_verdict verdict; /* landings and series */
 };
 

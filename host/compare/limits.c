@@ -24,7 +24,7 @@ static const char *leaf_of(const char *path)
 
 static bool is_least(const char *path)
 {
-    static const char *const names[] = {"share", "correlation", "inside", "within"};
+    static const char *const names[] = {"share", "within"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strcmp(leaf_of(path), names[i]) == 0)
             return true;

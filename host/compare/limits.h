@@ -1,6 +1,6 @@
 /* Limits on a comparison: a JSON file whose keys are paths into the answer's JSON, and the result.
  *
- *     {"channels.*.rms_in": 0.05, "channels.3.rms_in": 0.1, "channels.*.correlation": 0.99,
+ *     {"channels.*.rms_in": 0.05, "channels.3.rms_in": 0.1, "channels.*.chi": 2,
  *      "zones.*.overlap_simulated.share": 0.5, "zones.*.overlap_board.end_difference_ft": 6,
  *      "missing_channels": 0, "series.within": 0.8, "series.rms_in": 0.05}
  *
@@ -9,8 +9,8 @@
  * series. are of a series' answer, the others of each landing's. The path may end in the unit of
  * either answer (rms_in, rms_mm), and a limit may be text with a unit.
  *
- * A limit is the most that is allowed of the size of a value; of share, correlation, inside and
- * within it is the least. A value that is null, or that is not there, fails its limit; but not in a
+ * A limit is the most that is allowed of the size of a value; of share and within it is the
+ * least. A value that is null, or that is not there, fails its limit; but not in a
  * channel that was not compared, which counts as missing, and not where one side has no zone, which
  * is the share's to judge. missing_channels is 0 where channels have limits and it is not given.
  * Keys that begin with _ are comments. */

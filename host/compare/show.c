@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/plot.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 
@@ -25,8 +24,6 @@ static void peak_time(struct answer *answer, bool is_measured, const struct sign
 {
     answer_value(answer, is_measured ? "peak_measured_at" : "peak_simulated_at",
                  is_measured ? "peak at|measured" : "peak at|simulated", UNIT_TIME, peak->t_s, 3);
-    answer_value(answer, is_measured ? "peak_measured_lasts" : "peak_simulated_lasts", NULL,
-                 UNIT_TIME, peak->lasts_s, 3);
 }
 
 static void channel_answer(const struct compare_channel *c, struct answer *answer)
@@ -45,7 +42,6 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
         answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
         ratio(answer, "chi", "chi", f->chi);
         ratio(answer, "bias_en", NULL, c->bias_en);
-        answer_value(answer, "inside", NULL, UNIT_NUMBER, f->inside, 3);
         moment(answer, "peak_measured", "peak|measured", &f->peak_measured);
         moment(answer, "peak_simulated", "peak|simulated", &f->peak_simulated);
         answer_value(answer, "peak_difference", NULL, UNIT_DISPLACEMENT,
@@ -65,15 +61,6 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
         answer_value(answer, "arrival_difference", NULL, UNIT_TIME,
                      f->arrival_measured.t_s - f->arrival_simulated.t_s, 4);
         ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
-        answer_value(answer, "ahead_measured", "wheel ahead|measured", UNIT_STATION,
-                     c->ahead_measured_ft, 1);
-        answer_value(answer, "ahead_simulated", "wheel ahead|simulated", UNIT_STATION,
-                     c->ahead_simulated_ft, 1);
-        answer_value(answer, "ahead_difference", NULL, UNIT_STATION,
-                     c->ahead_measured_ft - c->ahead_simulated_ft, 1);
-        answer_value(answer, "correlation", "correlation", UNIT_NUMBER, f->correlation, 4);
-        answer_value(answer, "alignment", "alignment's|part", UNIT_DISPLACEMENT, c->alignment_in,
-                     4);
     }
 }
 
@@ -213,10 +200,6 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
         answer_words(answer, NULL, "runways",
                      "%lld: their mean, with their spread as part of its error",
                      (long long)figures->seeds);
-    answer_count(answer, "edges", NULL, figures->edges);
-    answer_words(answer, NULL, "aligned on", "%lld switch edges", (long long)figures->edges);
-    answer_value(answer, "offset", "simulated later by", UNIT_TIME, figures->offset_s, 4);
-    answer_value(answer, "scatter", "rms of the rest", UNIT_TIME, figures->scatter_s, 4);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
     size_t missing = 0;
@@ -295,23 +278,6 @@ static void channels_answer(const struct compare_series *set, struct answer *ans
     answer_close(answer);
 }
 
-static void moved_answer(const struct compare_moved *moved, struct answer *answer)
-{
-    answer_open(answer, NULL, "moved between surveys");
-    answer_count(answer, "from_survey", "from survey", moved->from_survey);
-    answer_count(answer, "to_survey", "to survey", moved->to_survey);
-    answer_count(answer, "landings", "landings", (int64_t)moved->landings);
-    answer_flag(answer, "compared", NULL, moved->simulated);
-    if (moved->simulated) {
-        answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, moved->bias_in, 4);
-        answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, moved->rms_in, 4);
-        answer_value(answer, "chi", "chi", UNIT_NUMBER, moved->chi, 1);
-        answer_count(answer, NULL, "gage points", (int64_t)moved->points);
-    } else
-        answer_words(answer, NULL, "not compared", "a landing between them was not simulated");
-    answer_close(answer);
-}
-
 /* Of the landing that differs most. */
 static void worst_agreement(const struct compare_series *set, struct answer *answer)
 {
@@ -342,12 +308,7 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     channels_answer(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
     answer_value(answer, "rms", "all: rms", UNIT_DISPLACEMENT, set->pooled.rms_in, 4);
-    answer_list(answer, "moved", "");
-    for (size_t i = 0; i < set->moves; i++)
-        moved_answer(&set->moved[i], answer);
-    answer_close(answer);
     worst_agreement(set, answer);
-    answer_value(answer, "moved_rms", NULL, UNIT_DISPLACEMENT, set->pooled.moved_in, 4);
     if (!isnan(set->pooled.within)) {
         answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within, 2);
         answer_words(answer, NULL, "within limits", "%.0f %% of the landings",
@@ -411,8 +372,6 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 
 /* ---- files ---- */
 
-#define Z95 1.959964
-
 /* The transducers that both sides have, each in full. */
 struct sides {
     const struct store_simulation *row[MR_TRANSDUCERS];
@@ -443,60 +402,6 @@ static void sides_free(struct sides *sides)
 {
     for (size_t i = 0; i < sides->count; i++)
         free(sides->curves[i].storage);
-}
-
-static void draw_side(struct plot *plot, const char *key, unsigned colour, const double *t_s,
-                      const double *values, const double *errors, size_t count, double factor)
-{
-    double *value = xcalloc(3 * count, sizeof *value), *low = value + count, *high = low + count;
-    for (size_t i = 0; i < count; i++) {
-        value[i] = factor * values[i];
-        low[i] = factor * (values[i] - Z95 * errors[i]);
-        high[i] = factor * (values[i] + Z95 * errors[i]);
-    }
-    plot_draw(
-        plot,
-        &(struct plot_series){
-            .kind = PLOT_BAND, .colour = colour, .x = t_s, .y = low, .high = high, .count = count});
-    plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
-                                          .key = key,
-                                          .colour = colour,
-                                          .dashed = colour > 0,
-                                          .x = t_s,
-                                          .y = value,
-                                          .count = count});
-    free(value);
-}
-
-enum mr_status compare_plot(const struct compare_landing *landing, bool si, const char *path,
-                            struct error *error)
-{
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
-                      *station = unit_of(UNIT_STATION, si);
-    const size_t samples = landing->measured.samples;
-    struct sides sides;
-    char title[200], axis[40];
-    sides_make(landing, &sides);
-    snprintf(title, sizeof title, "landing %" PRId64 " against %s, with 95 %% bands",
-             landing->measured.landing.id, landing->head.file);
-    snprintf(axis, sizeof axis, "movement (%s)", length->text);
-    struct plot *plot = plot_new(title, 1040, (unsigned)(60 + 240 * ((sides.count + 1) / 2)), 2);
-    for (size_t i = 0; i < sides.count; i++) {
-        const struct compare_curves *c = &sides.curves[i];
-        size_t from = 0;
-        while (from < samples && c->t_s[from] < 0.0)
-            from++;
-        snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", sides.row[i]->number,
-                 sides.row[i]->station_ft * station->factor, station->text);
-        plot_panel(plot, title, (struct plot_axis){.label = "time since touchdown (s)"},
-                   (struct plot_axis){.label = axis});
-        draw_side(plot, "measured", 0, c->t_s + from, c->measured_in + from,
-                  c->measured_error_in + from, samples - from, length->factor);
-        draw_side(plot, "simulated", 1, c->t_s + from, c->simulated_in + from,
-                  c->simulated_error_in + from, samples - from, length->factor);
-    }
-    sides_free(&sides);
-    return plot_write(plot, path, error);
 }
 
 void compare_csv(FILE *out, const struct compare_landing *landing, bool si)

@@ -19,9 +19,6 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 void compare_channels_answer(const struct compare_figures *figures, struct answer *answer);
 void compare_zones_answer(const struct compare_zones *zones, struct answer *answer);
 
-/* A panel for each transducer: measured and simulated against time, each with its 95 % band. */
-enum mr_status compare_plot(const struct compare_landing *landing, bool si, const char *path,
-                            struct error *error);
 /* CSV, a row a millisecond: t_s, then of each transducer measured, its error, simulated, its error,
  * alignment's part; units in the head. */
 void compare_csv(FILE *out, const struct compare_landing *landing, bool si);

@@ -589,8 +589,6 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
     if (!isnan(figures->error_in))
         fprintf(out, "the simulation's own error estimate %.*f %s, ", si ? 2 : 4,
                 figures->error_in * length->factor, length->text);
-    if (figures->edges > 0)
-        fprintf(out, "aligned on %lld switch edges, ", (long long)figures->edges);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
     compare_agreement(figures, &agreement);
     compare_sentence(&agreement, si, sentence);

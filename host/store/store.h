@@ -266,8 +266,7 @@ struct store_simulation {
 /* And what its channels have in common. Absent (before matrig kept it): NaN, STORE_NONE, NULL. */
 struct store_simulation_head {
     double run_ms, error_in; /* of the simulation; the solver's own estimate */
-    int64_t seeds, edges;    /* runways; switch edges that it was aligned by */
-    double offset_s, scatter_s;
+    int64_t seeds;           /* runways */
     double segments_dt_s;
     /* what is left of each segment's openings, MR_SEGMENTS a row; a read allocates it */
     float *segments_in;

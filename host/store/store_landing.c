@@ -425,9 +425,6 @@ enum mr_status store_simulation_put(struct store *store, int64_t run, const char
         .run_ms = head->run_ms,
         .error_in = head->error_in,
         .seeds = head->seeds,
-        .edges = head->edges,
-        .offset_s = head->offset_s,
-        .scatter_s = head->scatter_s,
         .segments_dt_s = head->segments_dt_s,
         .segments_in = {head->segments_in,
                         head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in},
@@ -515,7 +512,7 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
     struct store_simulation_row row;
     size_t values;
     *head = (struct store_simulation_head){
-        .seeds = STORE_NONE, .edges = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
+        .seeds = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
     enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, BIND(run));
     if (status == MR_OK)
         status = STORE_NEXT(store, error, SIMULATION_HEAD, s, &row);
@@ -525,9 +522,6 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
         .run_ms = row.run_ms,
         .error_in = row.error_in,
         .seeds = row.seeds,
-        .edges = row.edges,
-        .offset_s = row.offset_s,
-        .scatter_s = row.scatter_s,
         .segments_dt_s = row.segments_dt_s,
     };
     head->segments_in = floats(&row.segments_in, &values);

@@ -15,23 +15,20 @@ log() { $matrig --quiet log --serial "file:$tmp/own.serial" --db "$db" >/dev/nul
 log && $matrig --quiet landing "$db" --series "spring" --pattern standard >/dev/null && log
 sed 's/"f": 0.5/"f": 0.35/' $scene >"$tmp/slippery.json"
 
-cat >"$tmp/tight.json" <<'END'
+cat >"$tmp/own.json" <<'END'
 {"_": "at rest the measured zone ends where transducers do, the simulated does not",
- "channels.*.rms_in": 0.003, "channels.*.bias_in": 0.001, "channels.*.correlation": 0.9995, "channels.*.end_en": 1, "channels.*.chi": 1,
- "channels.1.arrival_difference_s": 0.002, "channels.5.ahead_difference_ft": 0.1, "channels.5.peak_difference_mm": 0.1,
+ "channels.*.rms_in": 0.01, "channels.*.bias_in": 0.006, "channels.*.end_en": 1, "channels.*.chi": 1,
+ "channels.1.arrival_difference_s": 0.02, "channels.5.peak_difference_mm": 0.3,
  "zones.*.overlap_simulated.share": 0.15}
 END
-sed 's/rms_in": 0.003/rms_in": 0.01/; s/bias_in": 0.001/bias_in": 0.006/; s/_s": 0.002/_s": 0.02/g; s/_mm": 0.1/_mm": 0.3/' "$tmp/tight.json" >"$tmp/wider.json"
 
 json() { python3 -c 'import json, sys
 def no(x): raise SystemExit("not JSON: " + x)
 j = json.load(open(sys.argv[1]), parse_constant=no)
 print(eval(sys.argv[2]))' "$1" "$2"; }
 
-# The scene as it is: only noise, calibration and edge timing are between them.
-its_own_scene_passes() { $matrig compare "$db" 1 $scene --as-is --limits "$tmp/tight.json" | tee "$tmp/own.txt" | tail -1 | grep -Eq '^  verdict +pass$'; }
 # Its motion and gaps found again from the switches and the survey.
-found_again_passes() { $matrig compare "$db" 1 $scene --limits "$tmp/wider.json"; }
+its_own_scene_passes() { $matrig compare "$db" 1 $scene --limits "$tmp/own.json" | tee "$tmp/own.txt" | tail -1 | grep -Eq '^  verdict +pass$'; }
 wrong_friction_fails_where_it_should() {
     local worst
     $matrig sim $scene --csv "$tmp/a.csv" >/dev/null && $matrig sim "$tmp/slippery.json" --csv "$tmp/b.csv" >/dev/null || return 1
@@ -45,7 +42,8 @@ print(worst + 1, "%.2f" % rms[worst])
 END
     ) || return 1
     echo "expected: transducer, rms: $worst"
-    fails_with 1 "channels.${worst% *}.rms_in of RUN 1 is ${worst#* }.*; its limit is 0.0030, exceeded by" $matrig compare "$db" 1 "$tmp/slippery.json" --as-is --limit 0.003
+    fails_with 1 "channels.${worst% *}.rms_in of RUN 1 is .*; its limit is 0.0030, exceeded by" $matrig compare "$db" 1 "$tmp/slippery.json" --limit 0.003 &&
+        $matrig --json compare "$db" 1 "$tmp/slippery.json" >"$tmp/slips.json" && [ "$(json "$tmp/slips.json" "abs(j['channels'][${worst% *} - 1]['rms_in'] / ${worst#* } - 1) < 0.03")" = True ]
 }
 fits_a_terminal() {
     $matrig compare "$db" 1 >"$tmp/t.txt" && $matrig --si compare "$db" 1 >>"$tmp/t.txt" && $matrig compare "$db" $scene >>"$tmp/t.txt" || return 1
@@ -53,9 +51,8 @@ fits_a_terminal() {
 }
 json_is_json() {
     $matrig --json compare "$db" 1 --limit 1 >"$tmp/one.json" && $matrig --json --si compare "$db" 1 >"$tmp/si.json" && $matrig --json compare "$db" $scene >"$tmp/set.json" || return 1
-    json "$tmp/one.json" '[c["correlation"] for c in j["channels"]]'
-    [ "$(json "$tmp/si.json" 'j["limits"] is None and all(0.999 < c["correlation"] <= 1 for c in j["channels"])')" = True ] &&
-        [ "$(json "$tmp/one.json" 'j["limits"]["pass"] and j["error_in"] > 0 and j["run_ms"] > 0 and j["edges"] > 15')" = True ] &&
+    [ "$(json "$tmp/si.json" 'j["limits"] is None and all(c["chi"] > 0 for c in j["channels"])')" = True ] &&
+        [ "$(json "$tmp/one.json" 'j["limits"]["pass"] and j["error_in"] > 0 and j["run_ms"] > 0')" = True ] &&
         [ "$(json "$tmp/set.json" 'len(j["landings"]), len(j["channels"]), j["compared"]')" = "(2, 8, 2)" ] &&
         [ "$(json "$tmp/si.json" "abs(j['channels'][2]['peak_measured_mm'] / 25.4 - $(json "$tmp/one.json" 'j["channels"][2]["peak_measured_in"]')) < 1e-5")" = True ]
 }
@@ -71,13 +68,10 @@ for c in json.load(open(sys.argv[2]))["channels"][:7]:
     d = [m - s for m, s, _, _ in pairs]
     bias, rms = sum(d) / n, (sum(x * x for x in d) / n) ** 0.5
     chi = (sum((m - s) ** 2 / (u * u + v * v) for m, s, u, v in pairs) / n) ** 0.5
-    mm, ms = sum(p[0] for p in pairs) / n, sum(p[1] for p in pairs) / n
-    r = sum((m - mm) * (s - ms) for m, s, _, _ in pairs) / (sum((p[0] - mm) ** 2 for p in pairs) * sum((p[1] - ms) ** 2 for p in pairs)) ** 0.5
-    print(c["number"], bias, rms, chi, r)
-    assert abs(bias - c["bias_in"]) < 1e-6 and abs(rms - c["rms_in"]) < 1e-6 and abs(chi / c["chi"] - 1) < 1e-4 and abs(r - c["correlation"]) < 1e-6
+    print(c["number"], bias, rms, chi)
+    assert abs(bias - c["bias_in"]) < 1e-6 and abs(rms - c["rms_in"]) < 1e-6 and abs(chi / c["chi"] - 1) < 1e-4
 END
 }
-is_drawn() { $matrig compare "$db" 1 --plot "$tmp/one.svg" >/dev/null && grep -c 'transducer [1-8], [0-9.]* ft' "$tmp/one.svg" | grep -qx 8; }
 
 series_and_its_limits() {
     # Twice the same landing, by a board that says the same survey: what the first did to the gaps is carried on, and shows.
@@ -90,8 +84,7 @@ series_and_its_limits() {
 }
 ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the error is more than the solver's
     $matrig --json compare "$db" 1 host/landing_series/series/standard.json --seeds 3 >"$tmp/e.json" &&
-        [ "$(json "$tmp/e.json" 'j["seeds"] == 3 and max(c["peak_simulated_error_in"] for c in j["channels"]) > 1.5 * j["error_in"]')" = True ] &&
-        fails_with 2 'as-is takes a scene: .*standard.json is a campaign' $matrig compare "$db" 1 host/landing_series/series/standard.json --as-is
+        [ "$(json "$tmp/e.json" 'j["seeds"] == 3 and max(c["peak_simulated_error_in"] for c in j["channels"]) > 1.5 * j["error_in"]')" = True ]
 }
 without_switches() {
     cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges where landing = 2' || return 1
@@ -111,7 +104,7 @@ wrong_input_is_told() {
 }
 # The sentence once more from the table's figures, by other code; the text has it, the report too.
 ends_with_a_sentence() {
-    $matrig --json compare "$db" 1 "$tmp/slippery.json" --as-is >"$tmp/differs.json" && $matrig compare "$db" 1 "$tmp/slippery.json" --as-is >"$tmp/differs.txt" &&
+    $matrig --json compare "$db" 1 "$tmp/slippery.json" >"$tmp/differs.json" && $matrig compare "$db" 1 "$tmp/slippery.json" >"$tmp/differs.txt" &&
         $matrig --quiet report "$db" -o "$tmp/differs.html" && python3 - "$tmp/differs.json" "$tmp/differs.txt" "$tmp/differs.html" <<'END'
 import html, json, re, sys
 j, text, page = json.load(open(sys.argv[1])), open(sys.argv[2]).read(), html.unescape(open(sys.argv[3]).read())
@@ -136,14 +129,12 @@ report_has_the_table() {
         ! sed '/^<script>/,$d' "$tmp/r.html" | grep -Eq '>-?nan|NaN' && grep -q 'measured, with its 95 % band' "$tmp/r.html"
 }
 
-check "a simulated landing, played and measured, is its own scene's" its_own_scene_passes
-check "also with motion and gaps found again from switches and survey" found_again_passes
+check "a simulated landing, played and measured, is its own scene's: motion and gaps found again" its_own_scene_passes
 check "another friction fails, at the transducer where it shows most" wrong_friction_fails_where_it_should
 check "tables fit 100 columns" fits_a_terminal
 check "JSON is JSON; what is not known is null" json_is_json
-check "bias, rms, chi and correlation, once more from the CSV" figures_from_the_csv
+check "bias, rms and chi, once more from the CSV" figures_from_the_csv
 check "a sentence has the largest difference" ends_with_a_sentence
-check "the plot has a panel for each transducer" is_drawn
 check "a series, its limits, and a part of it by name" series_and_its_limits
 check "an ensemble's spread is part of the simulation's error" ensemble_has_a_spread
 check "a landing without switches is told, in a series too" without_switches

@@ -80,7 +80,7 @@ offers() { # EXPECTED WORD...
 }
 check "commands" offers "scale show sim study survey sweep" s
 check "commands after options" offers "export" --json exp
-check "options of a command" offers "--seeds" compare --se
+check "options of a command" offers "--void" compare --v
 check "options, all of them" offers "--base --format --help -o" export db 1 -
 check "values" offers "candump csv" export db 1 --format c
 check "words of board" offers "read reset runway" board --serial serial:/dev/ttyUSB0 r

@@ -32,7 +32,6 @@ host/landing_series/series.h unhinging
 common/closure.h compression zone
 host/sim/scene/result.h bow_wave
 common/similitude.h similitude
-host/commands/bands_command.c band design
 host/sim/models/model.h lift shear
 host/sim/elements/hinge.h TAD
 common/gates.h touchdown

@@ -54,7 +54,6 @@ replaces sim.csv sim host/scenes/wave.json --csv $tmp/sim.csv
 replaces flat.svg error host/scenes/friction_block.json --plot $tmp/flat.svg
 keeps prototype.json scale host/scenes/wave.json -o $tmp/prototype.json
 keeps params.json params $tmp/readings.json -o $tmp/params.json
-replaces compare.svg compare $db 1 --plot $tmp/compare.svg
 replaces compare.csv compare $db 1 -o $tmp/compare.csv
 EOL
 

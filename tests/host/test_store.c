@@ -269,8 +269,7 @@ TEST(simulations_keep_the_newest)
                                    .length = 3};
     float spread[3] = {0.0f, 0.01f, 0.02f},
           segments[2 * MR_SEGMENTS] = {[1] = 0.25f, [2 * MR_SEGMENTS - 1] = 0.5f};
-    struct store_simulation_head head = {.run_ms = 35, .error_in = 0.01, .seeds = 1, .edges = 19},
-                                 back;
+    struct store_simulation_head head = {.run_ms = 35, .error_in = 0.01, .seeds = 1}, back;
     struct store_simulation *rows;
     size_t count;
     add_landing(store, add_session(store));
@@ -282,9 +281,6 @@ TEST(simulations_keep_the_newest)
     head = (struct store_simulation_head){.run_ms = 70,
                                           .error_in = 0.02,
                                           .seeds = 4,
-                                          .edges = 18,
-                                          .offset_s = 0.5,
-                                          .scatter_s = 0.25,
                                           .segments_dt_s = 0.02,
                                           .segments_in = segments,
                                           .segment_rows = 2};
@@ -301,8 +297,7 @@ TEST(simulations_keep_the_newest)
     assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
     assert_near(back.run_ms, 70.0, 0.0);
     assert_near(back.error_in, 0.02, 0.0);
-    assert_true(back.seeds == 4 && back.edges == 18 && back.offset_s == 0.5 &&
-                back.scatter_s == 0.25 && back.segments_dt_s == 0.02);
+    assert_true(back.seeds == 4 && back.segments_dt_s == 0.02);
     assert_int_equal(back.segment_rows, 2);
     assert_memory_equal(back.segments_in, segments, sizeof segments);
     assert_string_equal(back.file, "a.json");

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host/analyse/zones.h"
-#include "host/compare/model.h"
+#include "host/compare/landing.h"
 #include "host/survey/survey.h"
 
 /* ---- surveyed ---- */
