@@ -175,7 +175,7 @@ struct mr_config_reason {
 
 /* Steps of the staircase must be so far from 0: twice the tolerance of naming one, for less than it
  * is no step. And so far from each other: the nearest is named, and the steps of a board that was
- * measured (matrig ready --walk --learn) repeat to 2 codes. Steps that are built to a value are
+ * measured (matrig ready --walk) repeat to 2 codes. Steps that are built to a value are
  * better 8 apart. */
 #define MR_CONFIG_STEP_CODES       8u
 #define MR_CONFIG_STEP_APART_CODES 6u

@@ -45,6 +45,11 @@ enum mr_status config_client_begin(struct config_client *talk, struct dialogue *
  * of another table. */
 enum mr_status config_client_get(struct config_client *talk, struct mr_config *config,
                                  uint32_t *crc, struct error *error);
+/* Begins, makes a board that is done with a landing idle, and gets its configuration. */
+enum mr_status config_client_meet(struct config_client *talk, struct dialogue *dialogue,
+                                  struct mr_config *config, uint32_t *crc, struct error *error);
+/* Keeps an idle board sending its edges and block records for `seconds`; 0: no longer. */
+enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error);
 /* Sends it; it is in force, and in flash, when this says MR_OK. On CAN the dialogue goes on at its
  * base. MR_LIMIT: refused, `error` says why; MR_NOT_NOW. */
 enum mr_status config_client_set(struct config_client *talk, const struct mr_config *config,

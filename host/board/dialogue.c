@@ -352,3 +352,15 @@ enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr
                      now ? " now" : "", dialogue_spec(dialogue),
                      now ? not_now : mr_status_text(why));
 }
+
+enum mr_status dialogue_obey(struct dialogue *dialogue, const struct dialogue_order *order,
+                             const char *not_now, struct error *error)
+{
+    struct mr_ack answer;
+    enum mr_status status = dialogue_order(dialogue, order, &answer, error);
+    if (status == MR_TIMEOUT)
+        return dialogue_lost(dialogue, order->code, error);
+    return status != MR_OK || answer.status == MR_OK
+             ? status
+             : dialogue_refused(dialogue, &answer, not_now, error);
+}

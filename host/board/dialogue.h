@@ -164,5 +164,8 @@ enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error);
 enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,
                                 const char *not_now, struct error *error);
+/* An order and these sentences. MR_OK: the board did it. */
+enum mr_status dialogue_obey(struct dialogue *dialogue, const struct dialogue_order *order,
+                             const char *not_now, struct error *error);
 
 #endif

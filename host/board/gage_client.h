@@ -1,4 +1,4 @@
-/* Zeros, shunt calibration, and the guided calibration of a channel. */
+/* Zeros and shunt calibration of a board. */
 #ifndef MATRIG_HOST_BOARD_GAGE_CLIENT_H
 #define MATRIG_HOST_BOARD_GAGE_CLIENT_H
 
@@ -7,9 +7,7 @@
 
 #include "common/block.h"
 #include "common/catalogue.h"
-#include "host/base/cli.h"
 #include "host/board/dialogue.h"
-#include "host/calibrate/points.h"
 
 /* The results of a shunt calibration, as a board tells them: each gage's, and behind it what
  * changed since the last one. */
@@ -40,19 +38,5 @@ struct gage_client {
  * armed, in a landing, or calibrating; MR_TIMEOUT; else as dialogue_hello. */
 enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dialogue, unsigned code,
                                  int32_t argument, struct error *error);
-
-/* Points from a board, one by one: somebody sets a known value and types it, the board's live
- * readings say the code. */
-struct calibrate_guided {
-    const struct cli *cli;
-    const char *serial, *name;    /* link of the board; "d3" */
-    unsigned channel;             /* index */
-    const struct unit_word *unit; /* of values that are typed without one */
-};
-
-/* The configuration in force, and the points, their values in in or lb. MR_USAGE: the channel is
- * not fitted; MR_TIMEOUT; MR_LIMIT: its readings are not valid. */
-enum mr_status calibrate_guide(const struct calibrate_guided *guided, struct mr_config *config,
-                               struct calibrate_points *points, struct error *error);
 
 #endif

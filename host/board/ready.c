@@ -6,12 +6,13 @@
 #include <string.h>
 
 #include "common/channels.h"
+#include "common/command.h"
 #include "common/crash.h"
 #include "common/gain.h"
 #include "common/staircase.h"
-#include "host/base/units.h"
 #include "host/base/answer.h"
-#include "host/board/gage_client.h"
+#include "host/base/units.h"
+#include "host/board/config_client.h"
 #include "host/calibrate/jump.h"
 
 #define MB 1e6
@@ -23,48 +24,53 @@
 
 /* ---- the report ---- */
 
-static void limit(struct ready_check *check, const char *text)
-{
-    snprintf(check->limit, sizeof check->limit, "%s", text);
-}
-
-/* What to do about it, unless it is go. */
-static void advise(struct ready_check *check, const char *text)
-{
-    if (check->verdict != READY_GO)
-        snprintf(check->advice, sizeof check->advice, "%s", text);
-}
-
 const char *ready_text(enum ready_verdict verdict)
 {
     static const char *const text[] = {
         [READY_GO] = "GO",
         [READY_NO_GO] = "NO-GO",
         [READY_NOT_DONE] = "not done",
-        [READY_TOLD] = "told",
     };
     return text[verdict];
 }
 
-struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,
-                              const char *name, const char *format, ...)
+void ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name,
+               const char *limit, const char *advice, const char *format, ...)
 {
-    static struct ready_check beyond;
-    struct ready_check *check = report->count < READY_CHECKS ? &report->check[report->count++]
-                                                             : &beyond;
+    if (report->count == READY_CHECKS)
+        return;
+    struct ready_check *check = &report->check[report->count++];
     va_list arguments;
-    memset(check, 0, sizeof *check);
-    check->verdict = verdict;
+    *check = (struct ready_check){.verdict = verdict};
     snprintf(check->name, sizeof check->name, "%s", name);
+    snprintf(check->limit, sizeof check->limit, "%s", limit ? limit : "");
+    snprintf(check->advice, sizeof check->advice, "%s",
+             advice && verdict != READY_GO ? advice : "");
     va_start(arguments, format);
     vsnprintf(check->value, sizeof check->value, format, arguments);
     va_end(arguments);
-    return check;
+}
+
+static enum ready_verdict go_if(bool good)
+{
+    return good ? READY_GO : READY_NO_GO;
+}
+
+/* Printed into `out`, of `size` bytes, behind what it holds. */
+static void append(char *out, size_t size, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static void append(char *out, size_t size, const char *format, ...)
+{
+    size_t at = strlen(out);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(out + at, size - at, format, arguments);
+    va_end(arguments);
 }
 
 enum ready_verdict ready_verdict(const struct ready_report *report)
 {
-    return ready_count(report, READY_NO_GO) || report->count == 0 ? READY_NO_GO : READY_GO;
+    return go_if(report->count && !ready_count(report, READY_NO_GO));
 }
 
 unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict)
@@ -104,54 +110,41 @@ static void print_check(const struct ready_check *c, unsigned columns, FILE *out
     wrap_print(c->advice, VALUES + 2, VALUES + 3, columns, out);
 }
 
-static void print_verdict(const struct ready_report *report, double took_s, unsigned columns,
-                          FILE *out)
-{
-    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
-    unsigned checks = report->count - ready_count(report, READY_TOLD);
-    char text[READY_CHECKS * 24 + 120];
-    size_t used = (size_t)snprintf(text, sizeof text, "%s after %.1f s",
-                                   ready_text(ready_verdict(report)), took_s);
-    const char *before = ": ";
-    for (unsigned i = 0; i < report->count && used < sizeof text; i++) {
-        if (report->check[i].verdict != READY_NO_GO)
-            continue;
-        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", before,
-                                 report->check[i].name);
-        before = ", ";
-    }
-    used += (size_t)snprintf(text + used, sizeof text - used, "%s%u of %u checks are go",
-                             no_go ? "; " : ": ", checks - no_go - open, checks);
-    if (open)
-        snprintf(text + used, sizeof text - used, ", %u not done", open);
-    wrap_print(text, 0, 0, columns, out);
-}
-
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out)
 {
+    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
+    char text[READY_CHECKS * 24 + 120];
+    const char *before = ": ";
     columns = columns < COLUMNS_LEAST ? COLUMNS_LEAST : columns;
-    for (unsigned i = 0; i < report->count; i++)
+    snprintf(text, sizeof text, "%s after %.1f s", ready_text(ready_verdict(report)), took_s);
+    for (unsigned i = 0; i < report->count; i++) {
         print_check(&report->check[i], columns, out);
-    print_verdict(report, took_s, columns, out);
+        if (report->check[i].verdict != READY_NO_GO)
+            continue;
+        append(text, sizeof text, "%s%s", before, report->check[i].name);
+        before = ", ";
+    }
+    append(text, sizeof text, "%s%u of %u checks are go", no_go ? "; " : ": ",
+           report->count - no_go - open, report->count);
+    if (open)
+        append(text, sizeof text, ", %u not done", open);
+    wrap_print(text, 0, 0, columns, out);
 }
 
 /* ---- calibration and certificates ---- */
 
-static void channel_name(const struct mr_channel_config *channel, char *out, size_t size)
+static void channel_name(const struct mr_channel_config *channel, char out[20])
 {
-    if (channel->kind == MR_KIND_DISPLACEMENT)
-        snprintf(out, size, "transducer %u", channel->number);
-    else if (channel->kind == MR_KIND_TENSION)
-        snprintf(out, size, "gage %u", channel->number);
-    else
-        snprintf(out, size, "%s", channel->kind == MR_KIND_STAIRCASE ? "staircase" : "reference");
+    snprintf(out, 20, channel->kind == MR_KIND_DISPLACEMENT ? "transducer %u" : "gage %u",
+             channel->number);
 }
 
 static void judge_days(const struct ready_facts *f, struct ready_report *report)
 {
+    static const char limit[] = "expires_day after today";
     unsigned never = 0, sensors = 0, expired = 0;
     char text[120] = "", name[20];
-    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
         if (!mr_channel_measures(channel))
             continue;
@@ -159,28 +152,24 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
         never += channel->calibrated_day == 0;
         if (!channel->expires_day || channel->expires_day > f->today_day)
             continue;
-        channel_name(channel, name, sizeof name);
-        size_t at = strlen(text);
-        snprintf(text + at, sizeof text - at, "%s%s", expired++ ? ", " : "", name);
+        channel_name(channel, name);
+        append(text, sizeof text, "%s%s", expired++ ? ", " : "", name);
     }
-    if (sensors == 0)
-        return;
-    if (expired) {
-        struct ready_check *c = ready_add(report, READY_NO_GO, "calibration", "expired: %s", text);
-        limit(c, "expires_day after today");
-        advise(c, "calibrate, then matrig board config set with the new values and dates");
-    } else if (never) {
-        advise(ready_add(report, READY_NOT_DONE, "calibration",
-                         "%u of %u sensors have no date of calibration", never, sensors),
-               "put calibrated_day and expires_day into the configuration");
-    } else {
-        limit(ready_add(report, READY_GO, "calibration", "%u sensors, none expired", sensors),
-              "expires_day after today");
-    }
+    if (expired)
+        ready_add(report, READY_NO_GO, "calibration", limit,
+                  "calibrate, then matrig board config set with the new values and dates",
+                  "expired: %s", text);
+    else if (never)
+        ready_add(report, READY_NOT_DONE, "calibration", NULL,
+                  "put calibrated_day and expires_day into the configuration",
+                  "%u of %u sensors have no date of calibration", never, sensors);
+    else if (sensors)
+        ready_add(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
+                  sensors);
 }
 
 /* A board of an older firmware may hold a gain that is refused today. */
-static void judge_possible(const struct ready_facts *f, struct ready_report *report)
+static void judge_gains(const struct ready_facts *f, struct ready_report *report)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
@@ -191,17 +180,11 @@ static void judge_possible(const struct ready_facts *f, struct ready_report *rep
         jump_channel(i, input);
         snprintf(name, sizeof name, "calibration %s", input);
         mistake_text(channel, mistake, sizeof mistake);
-        struct ready_check *c = ready_add(
-            report, READY_NO_GO, name, "%.4g %s per code: no sensor of the rig has such a gain%s",
-            (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
-        advise(c, "matrig board config get and check say more; calibrate the channel anew");
+        ready_add(report, READY_NO_GO, name, NULL,
+                  "matrig board config get and check say more; calibrate the channel anew",
+                  "%.4g %s per code: no sensor of the rig has such a gain%s",
+                  (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
     }
-}
-
-static void judge_calibration(const struct ready_facts *f, struct ready_report *report)
-{
-    judge_days(f, report);
-    judge_possible(f, report);
 }
 
 /* A bridge's zero holds for the temperature and the trim it was set at; before a landing somebody
@@ -220,17 +203,13 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
         else
             worst_lb = fmaxf(worst_lb, f->config.channel[i].zero_error);
     }
-    if (!gages)
-        return;
-    if (measured == gages) {
-        ready_add(report, READY_GO, "gage zeros", "all %u measured since reset", gages);
-        return;
-    }
-    struct ready_check *c =
-        ready_add(report, READY_NOT_DONE, "gage zeros",
+    if (gages && measured == gages)
+        ready_add(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset", gages);
+    else if (gages)
+        ready_add(report, READY_NOT_DONE, "gage zeros", NULL,
+                  "that holds where bridges are trimmed; with the bands slack: matrig board zero 2",
                   "%u of %u not measured since reset: as configured, +- %s", gages - measured,
                   gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
-    advise(c, "that holds where bridges are trimmed; with the bands slack: matrig board zero 2");
 }
 
 static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
@@ -241,15 +220,14 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
     certificates_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
-    struct ready_check *c = ready_add(
-        report, state == CERTIFICATE_VALID ? READY_GO : READY_NO_GO, name, "%s: No. %s%s%s", text,
-        certificate->number, certificate->laboratory[0] ? ", " : "", certificate->laboratory);
-    advise(c,
-           state == CERTIFICATE_OVERDUE
-               ? "have the sensor calibrated; matrig calibrate CHANNEL --db DB --certificate ... "
-                 "enters its new certificate"
-               : "enter the certificate of the sensor that is fitted, or put its serial number "
-                 "into the configuration");
+    ready_add(report, go_if(state == CERTIFICATE_VALID), name, NULL,
+              state == CERTIFICATE_OVERDUE
+                  ? "have the sensor calibrated; matrig calibrate CHANNEL --db DB --certificate "
+                    "... enters its new certificate"
+                  : "enter the certificate of the sensor that is fitted, or put its serial number "
+                    "into the configuration",
+              "%s: No. %s%s%s", text, certificate->number, certificate->laboratory[0] ? ", " : "",
+              certificate->laboratory);
 }
 
 void ready_judge_certificates(const struct ready_facts *f, struct ready_report *report)
@@ -261,98 +239,54 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
             continue;
         sensors++;
         jump_channel(i, name);
-        if (f->certificates.known[i]) {
+        if (f->certificates.known[i])
             judge_certificate(f, i, name, report);
-            continue;
-        }
-        size_t at = strlen(text);
-        snprintf(text + at, sizeof text - at, "%s%s", without++ ? ", " : "", name);
+        else
+            append(text, sizeof text, "%s%s", without++ ? ", " : "", name);
     }
     if (without)
-        ready_add(report, READY_TOLD, "certificates", "none is entered of %s",
+        ready_add(report, READY_NOT_DONE, "certificates", NULL, NULL, "none is entered of %s",
                   without == sensors ? "any sensor" : text);
-}
-
-/* ---- readings ---- */
-
-void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
-                   unsigned c, struct ready_channel *channel)
-{
-    double sum = 0.0, code_sum = 0.0, square = 0.0;
-    unsigned valid = 0;
-    *channel = (struct ready_channel){.mean = NAN, .noise_codes = NAN};
-    for (unsigned i = 0; i < count; i++) {
-        struct mr_reading reading =
-            mr_channel_read(&config->channel[c], &blocks[i], c,
-                            mr_channels_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
-        channel->blocks++;
-        if (reading.validity != MR_VALID) {
-            channel->invalid++;
-            channel->validity = reading.validity;
-            continue;
-        }
-        valid++;
-        sum += (double)reading.value;
-        code_sum += (double)reading.code;
-    }
-    if (!valid)
-        return;
-    channel->mean = (float)(sum / valid);
-    for (unsigned i = 0; i < count; i++) {
-        struct mr_reading reading =
-            mr_channel_read(&config->channel[c], &blocks[i], c,
-                            mr_channels_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
-        double off = (double)reading.code - code_sum / valid;
-        square += reading.validity == MR_VALID ? off * off : 0.0;
-    }
-    if (valid > 1)
-        channel->noise_codes = (float)sqrt(square / (valid - 1));
 }
 
 /* ---- who it is and what it runs ---- */
 
 static void judge_image(const struct ready_facts *f, struct ready_report *report)
 {
-    char runs[MR_IMAGE_COMMIT_TEXT] = "unknown", why[200] = "";
-    const struct mr_hello *hello = &f->identity.hello;
-    bool whole = f->identity.commit_known && f->identity.commit.state == MR_IMAGE_GOOD;
-    bool as_before = f->before && f->before_image == (int64_t)f->identity.image_crc;
-    enum ready_verdict verdict = READY_GO;
-    if (f->identity.commit_known)
-        mr_image_commit_text(f->identity.commit.commit, f->identity.commit.commit_more,
-                             f->identity.commit.changed != 0, runs);
-    if (!whole)
-        verdict = READY_NO_GO;
-    else if (f->image)
-        verdict = identity_runs(&f->identity, f->image, why, sizeof why) ? READY_GO : READY_NO_GO;
-    else if (!f->before || f->before_image == STORE_NONE)
-        verdict = READY_NOT_DONE;
-    else if (!as_before)
-        verdict = READY_NO_GO;
-    struct ready_check *c =
-        ready_add(report, verdict, "firmware", "%u.%u.%u, commit %s, image %08x, %s", hello->major,
-                  hello->minor, hello->patch, runs, (unsigned)f->identity.image_crc,
-                  mr_image_state_text(f->identity.commit_known ? f->identity.commit.state
-                                                               : (unsigned)MR_IMAGE_NONE));
+    const struct identity *id = &f->identity;
+    char runs[MR_IMAGE_COMMIT_TEXT] = "unknown", why[200] = "", limit[80] = "";
+    bool whole = id->commit_known && id->commit.state == MR_IMAGE_GOOD,
+         compared = f->before && f->before_image != STORE_NONE;
+    enum ready_verdict verdict = !whole    ? READY_NO_GO
+                               : f->image  ? go_if(identity_runs(id, f->image, why, sizeof why))
+                               : !compared ? READY_NOT_DONE
+                                           : go_if(f->before_image == (int64_t)id->image_crc);
+    if (id->commit_known)
+        mr_image_commit_text(id->commit.commit, id->commit.commit_more, id->commit.changed != 0,
+                             runs);
     if (f->image)
-        snprintf(c->limit, sizeof c->limit, "image %08x, of %.50s", (unsigned)f->image->program_crc,
+        snprintf(limit, sizeof limit, "image %08x, of %.50s", (unsigned)f->image->program_crc,
                  f->image_path);
-    else if (f->before && f->before_image != STORE_NONE)
-        snprintf(c->limit, sizeof c->limit, "image %08x, as RUN %lld had",
-                 (unsigned)f->before_image, (long long)f->before_run);
-    advise(c, !whole                      ? "flash it again: matrig flash LINK IMAGE"
+    else if (compared)
+        snprintf(limit, sizeof limit, "image %08x, as RUN %lld had", (unsigned)f->before_image,
+                 (long long)f->before_run);
+    ready_add(report, verdict, "firmware", limit,
+              !whole                      ? "flash it again: matrig flash LINK IMAGE"
               : f->image                  ? "not the image that was given: matrig flash LINK IMAGE"
               : verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing "
                                             "of this board; --image FILE compares"
                                           : "another image than that landing's: flash that one, or "
-                                            "say --image FILE if it is meant");
+                                            "say --image FILE if it is meant",
+              "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor,
+              id->hello.patch, runs, (unsigned)id->image_crc,
+              mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
 }
 
 /* What the board's CRC must be, to be configured as was asked for. */
 static uint32_t expected_crc(const struct ready_facts *f)
 {
     static uint8_t image[MR_CONFIG_IMAGE];
-    if (!f->expected_config || !f->config_known)
+    if (!f->expected_config)
         return f->expected_crc;
     struct mr_config wanted = *f->expected_config;
     wanted.site[0].revision = f->config.site[0].revision;
@@ -361,85 +295,88 @@ static uint32_t expected_crc(const struct ready_facts *f)
 
 static void judge_configuration(const struct ready_facts *f, struct ready_report *report)
 {
+    char limit[80] = "";
     bool compared = f->crc_expected || (f->before && f->before_config != STORE_NONE);
     uint32_t wanted = f->crc_expected ? expected_crc(f) : (uint32_t)f->before_config;
-    if (!f->config_known) {
-        advise(ready_add(report, READY_NO_GO, "configuration", "the board did not tell it"),
-               "try again; is the serial link sound?");
-        return;
-    }
-    enum ready_verdict verdict = !compared               ? READY_NOT_DONE
-                               : wanted == f->config_crc ? READY_GO
-                                                         : READY_NO_GO;
-    struct ready_check *c = ready_add(
-        report, verdict, "configuration", "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
-        (unsigned)f->config.site[0].revision,
-        f->config_state_known ? mr_config_source_text(f->config_state.source) : "source not told");
     if (f->crc_expected)
-        snprintf(c->limit, sizeof c->limit, "CRC %08x, as given", (unsigned)wanted);
+        snprintf(limit, sizeof limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)
-        snprintf(c->limit, sizeof c->limit, "CRC %08x, as RUN %lld had", (unsigned)wanted,
+        snprintf(limit, sizeof limit, "CRC %08x, as RUN %lld had", (unsigned)wanted,
                  (long long)f->before_run);
-    advise(c, verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing of "
-                                          "this board; --expect-config compares"
-                                        : "compare: matrig board config get; send the right one "
-                                          "with config set, or say --expect-config if it is meant");
+    ready_add(report, compared ? go_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
+              limit,
+              compared ? "compare: matrig board config get; send the right one with config set, or "
+                         "say --expect-config if it is meant"
+                       : "nothing to compare with: the campaign has no landing of this board; "
+                         "--expect-config compares",
+              "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
+              (unsigned)f->config.site[0].revision, mr_config_source_text(f->config_state.source));
 }
 
 /* ---- clock ---- */
 
 static void judge_clock(const struct ready_facts *f, struct ready_report *report)
 {
+    char limit[20];
     unsigned source = f->identity.hello.clock_source;
-    struct ready_check *c = ready_add(report, source == 0 ? READY_GO : READY_NO_GO, "clock", "%s",
-                                      mr_clock_source_text(source));
-    limit(c, "crystal");
-    advise(c, "speeds are 1 % uncertain, CAN is silent: reset the board; change its crystal");
     const struct timemap_fit *t = &f->time;
-    if (t->refusal == TIMEMAP_GOOD) {
-        bool good = fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM;
-        c = ready_add(report, good ? READY_GO : READY_NO_GO, "time of day",
-                      "board %+.0f +- %.0f ppm, from %zu messages",
-                      unit_tidy(t->fast_ppm.value, 1.0), t->fast_ppm.half, t->pairs);
-        snprintf(c->limit, sizeof c->limit, "%.0f ppm", READY_CLOCK_PPM);
-        advise(c, "is this computer's clock being set? else the board's crystal is off");
-    } else {
-        advise(ready_add(report, READY_NOT_DONE, "time of day", "%s",
-                         timemap_refusal_text((unsigned)t->refusal)),
-               "");
-    }
+    ready_add(report, go_if(source == 0), "clock", "crystal",
+              "speeds are 1 % uncertain, CAN is silent: reset the board; change its crystal", "%s",
+              mr_clock_source_text(source));
+    snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_PPM);
+    if (t->refusal == TIMEMAP_GOOD)
+        ready_add(report, go_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM),
+                  "time of day", limit,
+                  "is this computer's clock being set? else the board's crystal is off",
+                  "board %+.0f +- %.0f ppm, from %zu messages", unit_tidy(t->fast_ppm.value, 1.0),
+                  t->fast_ppm.half, t->pairs);
+    else
+        ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
+                  timemap_refusal_text((unsigned)t->refusal));
 }
 
 /* Off as from the factory it is no no-go: a supply that dips is rare, and was so before. */
 static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
 {
-    if (!f->restarts_known)
-        return;
     bool set = f->restarts.brown_out > 0;
-    struct ready_check *c = ready_add(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset",
-                                      set ? "below %s" : "%s, as from the factory",
-                                      mr_brown_out_text(f->restarts.brown_out));
-    limit(c, "on");
-    advise(c, "below 2.7 V the processor does what it likes: set it once, with the bring-up image "
-              "(matrig board bringup brown-out)");
+    if (f->restarts_known)
+        ready_add(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
+                  "below 2.7 V the processor does what it likes: set it once, with the bring-up "
+                  "image (matrig board bringup brown-out)",
+                  set ? "below %s" : "%s, as from the factory",
+                  mr_brown_out_text(f->restarts.brown_out));
 }
 
 /* ---- channels ---- */
 
-static void judge_invalid(const struct ready_channel *m, const char *name, bool bridge,
-                          struct ready_report *report)
+void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count,
+                   unsigned c, struct ready_channel *channel)
 {
-    bool open = m->validity == MR_INVALID_OPEN;
-    struct ready_check *c = ready_add(
-        report, READY_NO_GO, name, "%s, %u of %u readings not valid",
-        bridge && open ? "bridge open" : mr_validity_text(m->validity), m->invalid, m->blocks);
-    limit(c, "all valid");
-    advise(c, open ? "look at its plug and leads"
-              : m->validity == MR_INVALID_REFERENCE
-                  ? "the reference voltage is out of range: look at the converter's supply"
-              : m->validity == MR_INVALID_RANGE
-                  ? "beyond what it can measure: set it back to its zero"
-                  : "look at its wiring and excitation");
+    double sum = 0.0, code_sum = 0.0, square = 0.0;
+    *channel = (struct ready_channel){.blocks = count, .mean = NAN, .noise_codes = NAN};
+    for (unsigned pass = 0; pass < 2; pass++) {
+        double valid = count - channel->invalid;
+        for (unsigned i = 0; i < count; i++) {
+            struct mr_reading reading =
+                mr_channel_read(&config->channel[c], &blocks[i], c,
+                                mr_channels_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
+            if (pass && reading.validity == MR_VALID) {
+                double off = (double)reading.code - code_sum / valid;
+                square += off * off;
+            } else if (!pass && reading.validity == MR_VALID) {
+                sum += (double)reading.value;
+                code_sum += (double)reading.code;
+            } else if (!pass) {
+                channel->invalid++;
+                channel->validity = reading.validity;
+            }
+        }
+    }
+    unsigned valid = count - channel->invalid;
+    if (valid)
+        channel->mean = (float)(sum / valid);
+    if (valid > 1)
+        channel->noise_codes = (float)sqrt(square / (valid - 1));
 }
 
 /* "100 +- 25 lb" */
@@ -457,52 +394,51 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
 {
     const struct mr_channel_config *channel = &f->config.channel[i];
     const struct ready_channel *m = &f->channel[i];
-    char name[20];
-    channel_name(channel, name, sizeof name);
-    if (m->blocks == 0) {
-        advise(ready_add(report, READY_NOT_DONE, name, "no readings came"), "");
-        return;
-    }
+    bool transducer = channel->kind == MR_KIND_DISPLACEMENT, open = m->validity == MR_INVALID_OPEN,
+         noisy = m->noise_codes > READY_NOISE_CODES;
+    char name[20], is[UNIT_TEXT], most[UNIT_TEXT], limit[80] = "";
+    channel_name(channel, name);
     if (m->invalid || isnan(m->mean)) {
-        judge_invalid(m, name, channel->kind == MR_KIND_TENSION, report);
-        return;
-    }
-    bool noisy = m->noise_codes > READY_NOISE_CODES;
-    char is[UNIT_TEXT], most[UNIT_TEXT];
-    if (channel->kind == MR_KIND_DISPLACEMENT) {
-        bool off = fabsf(m->mean) > READY_ZERO_IN;
-        struct ready_check *c =
-            ready_add(report, off || noisy ? READY_NO_GO : READY_GO, name,
-                      "%s from its zero, noise %.2f codes",
-                      unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is),
-                      (double)m->noise_codes);
-        snprintf(c->limit, sizeof c->limit, "%s, %.0f codes",
-                 unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_ZERO_IN, 2, most),
-                 (double)READY_NOISE_CODES);
-        advise(c, off ? "push the mat back, or take the zero: matrig board zero 1"
-                      : "noise: look at its screen and ground");
+        ready_add(report, READY_NO_GO, name, "all valid",
+                  open ? "look at its plug and leads"
+                  : m->validity == MR_INVALID_REFERENCE
+                      ? "the reference voltage is out of range: look at the converter's supply"
+                  : m->validity == MR_INVALID_RANGE
+                      ? "beyond what it can measure: set it back to its zero"
+                      : "look at its wiring and excitation",
+                  "%s, %u of %u readings not valid",
+                  !transducer && open ? "bridge open" : mr_validity_text(m->validity), m->invalid,
+                  m->blocks);
         return;
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
-    bool off = wanted_lb > 0.0f && fabsf(m->mean - wanted_lb) > READY_GAGE_PRETENSION * wanted_lb;
-    struct ready_check *c = ready_add(
-        report, off || noisy ? READY_NO_GO : READY_GO, name, "%s, noise %.2f codes",
-        unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is), (double)m->noise_codes);
-    if (wanted_lb > 0.0f)
-        snprintf(c->limit, sizeof c->limit, "%s, %.0f codes",
-                 within_text(f, wanted_lb, READY_GAGE_PRETENSION * wanted_lb, most),
-                 (double)READY_NOISE_CODES);
+    bool off = transducer ? fabsf(m->mean) > READY_ZERO_IN
+                          : wanted_lb > 0.0f &&
+                                fabsf(m->mean - wanted_lb) > READY_GAGE_PRETENSION * wanted_lb;
+    if (transducer)
+        unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_ZERO_IN, 2, most);
+    else if (wanted_lb > 0.0f)
+        within_text(f, wanted_lb, READY_GAGE_PRETENSION * wanted_lb, most);
+    if (transducer || wanted_lb > 0.0f)
+        snprintf(limit, sizeof limit, "%s, ", most);
+    append(limit, sizeof limit, "%.0f codes", (double)READY_NOISE_CODES);
+    if (transducer)
+        unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
-        snprintf(c->limit, sizeof c->limit, "%.0f codes", (double)READY_NOISE_CODES);
-    advise(c, off ? "is the band slack or unequal there? else its zero is off"
-                  : "noise: look at its screen and ground");
+        unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
+    ready_add(report, go_if(!off && !noisy), name, limit,
+              !off         ? "noise: look at its screen and ground"
+              : transducer ? "push the mat back, or take the zero: matrig board zero 1"
+                           : "is the band slack or unequal there? else its zero is off",
+              "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
+              (double)m->noise_codes);
 }
 
 static void judge_band(const struct ready_facts *f, unsigned band, struct ready_report *report)
 {
     float wanted_lb = f->config.band[band - 1].pretension_lb, sum = 0.0f;
     unsigned gages = 0;
-    char name[20], is[UNIT_TEXT];
+    char name[20], is[UNIT_TEXT], limit[UNIT_TEXT];
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].band == band &&
             !isnan(f->channel[i].mean) && f->channel[i].blocks) {
@@ -514,67 +450,55 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
         return;
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
-    struct ready_check *c = ready_add(
-        report, fabsf(mean - wanted_lb) <= READY_PRETENSION * wanted_lb ? READY_GO : READY_NO_GO,
-        name, "pretension %s, mean of %u gages",
-        unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
-    snprintf(c->limit, sizeof c->limit, "%s",
-             within_text(f, wanted_lb, READY_PRETENSION * wanted_lb, is));
-    advise(c, mean < wanted_lb ? "tension the band" : "slacken the band");
+    ready_add(report, go_if(fabsf(mean - wanted_lb) <= READY_PRETENSION * wanted_lb), name,
+              within_text(f, wanted_lb, READY_PRETENSION * wanted_lb, limit),
+              mean < wanted_lb ? "tension the band" : "slacken the band",
+              "pretension %s, mean of %u gages",
+              unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
 }
 
 static void judge_shunts(const struct ready_facts *f, struct ready_report *report)
 {
-    bool any = false;
-    for (unsigned i = 0; i < MR_GAGES; i++)
-        any |= f->config.channel[MR_TRANSDUCERS + i].kind == MR_KIND_TENSION &&
-               f->config.channel[MR_TRANSDUCERS + i].shunt_lb > 0.0f;
-    if (!any)
-        return;
-    if (!f->shunt_done || f->shunts.count == 0) {
-        advise(
-            ready_add(report, READY_NO_GO, "shunt calibration", "%s",
-                      f->shunt_done ? mr_status_text(f->shunt_status) : "the board did not answer"),
-            "the board must be idle; try again");
-        return;
-    }
+    static const char name[] = "shunt calibration";
     char text[READY_VALUE - 40] = "", is[UNIT_TEXT], of[UNIT_TEXT];
     unsigned bad = 0, compared = 0;
     float worst = 0.0f;
+    bool any = false;
+    for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++)
+        any |= f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].shunt_lb > 0.0f;
+    if (!any)
+        return;
+    if (!f->shunt_done || f->shunts.count == 0) {
+        ready_add(report, READY_NO_GO, name, NULL, "the board must be idle; try again", "%s",
+                  f->shunt_done ? mr_status_text(f->shunt_status) : "the board did not answer");
+        return;
+    }
     for (unsigned i = 0; i < f->shunts.count; i++) {
         const struct mr_shunt_result *r = &f->shunts.result[i];
         float before = r->gage >= 1 && r->gage <= MR_GAGES ? f->before_span_lb[r->gage - 1] : NAN;
         float change = r->span_lb - before;
         bool drifted = !isnan(change) &&
                        fabsf(change) > READY_SHUNT_DRIFT * fabsf(before) + 3.0f * r->noise_lb;
-        size_t at = strlen(text);
         compared += isnan(change) ? 0u : 1u;
         if (!isnan(change) && fabsf(change) > fabsf(worst))
             worst = change;
-        if (r->verdict == MR_SHUNT_GOOD && !drifted)
-            continue;
         if (r->verdict != MR_SHUNT_GOOD)
-            snprintf(text + at, sizeof text - at, "%sgage %u %s (%s of %s)", bad ? ", " : "",
-                     r->gage, shunts_verdict_text(r->verdict),
-                     unit_value_text(UNIT_TENSION, f->si, (double)r->span_lb, 2, is),
-                     unit_value_text(UNIT_TENSION, f->si, (double)f->shunts.check[i].expected_lb, 2,
-                                     of));
-        else
-            snprintf(text + at, sizeof text - at, "%sgage %u drifted by %s", bad ? ", " : "",
-                     r->gage, unit_signed_text(UNIT_TENSION, f->si, (double)change, 2, is));
-        bad++;
+            append(text, sizeof text, "%sgage %u %s (%s of %s)", bad++ ? ", " : "", r->gage,
+                   shunts_verdict_text(r->verdict),
+                   unit_value_text(UNIT_TENSION, f->si, (double)r->span_lb, 2, is),
+                   unit_value_text(UNIT_TENSION, f->si, (double)f->shunts.check[i].expected_lb, 2,
+                                   of));
+        else if (drifted)
+            append(text, sizeof text, "%sgage %u drifted by %s", bad++ ? ", " : "", r->gage,
+                   unit_signed_text(UNIT_TENSION, f->si, (double)change, 2, is));
     }
-    struct ready_check *c = bad ? ready_add(report, READY_NO_GO, "shunt calibration", "%s", text)
-                                : ready_add(report, READY_GO, "shunt calibration", "%u gages good",
-                                            f->shunts.count);
-    size_t at = strlen(c->value);
-    if (!bad && compared)
-        snprintf(c->value + at, sizeof c->value - at, "; since the last one %s at most",
-                 unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is));
-    else if (!bad)
-        snprintf(c->value + at, sizeof c->value - at, "; no earlier one is kept");
-    limit(c, "1 % and three errors");
-    advise(c, "look at that bridge and its amplifier; matrig board shunt tells more");
+    if (!bad)
+        snprintf(text, sizeof text, "%u gages good; %s%s%s", f->shunts.count,
+                 compared ? "since the last one " : "no earlier one is kept",
+                 compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
+                 compared ? " at most" : "");
+    ready_add(report, go_if(!bad), name, "1 % and three errors",
+              "look at that bridge and its amplifier; matrig board shunt tells more", "%s", text);
 }
 
 /* Switches that open add to the staircase and stay open until they are set. */
@@ -582,6 +506,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
 {
     const unsigned i = MR_TRANSDUCERS + MR_ADC1_STAIRCASE;
     uint16_t steps[MR_CONFIG_SWITCHES];
+    char text[80], limit[20];
     if (f->config.channel[i].kind != MR_KIND_STAIRCASE || f->channel[i].blocks == 0)
         return;
     for (unsigned s = 0; s < MR_CONFIG_SWITCHES; s++)
@@ -590,34 +515,33 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     unsigned one = mr_staircase_name(level, steps, MR_CONFIG_SWITCHES, 0);
     bool closed = fabsf(level) < READY_LATCH_CODES;
     const double codes = unit_tidy((double)level, 0.1);
-    struct ready_check *c;
     if (closed)
-        c = ready_add(report, READY_GO, "switches",
-                      "all closed: staircase %.1f codes from its zero", codes);
+        snprintf(text, sizeof text, "all closed: staircase %.1f codes from its zero", codes);
     else if (one)
-        c = ready_add(report, READY_NO_GO, "switches", "switch %u is open: staircase %.1f codes",
-                      one, codes);
+        snprintf(text, sizeof text, "switch %u is open: staircase %.1f codes", one, codes);
     else
-        c = ready_add(report, READY_NO_GO, "switches", "staircase %.1f codes from its zero: %s",
-                      codes, level > 0.0f ? "switches are open" : "it cannot be so low");
-    snprintf(c->limit, sizeof c->limit, "%.0f codes", (double)READY_LATCH_CODES);
-    advise(c, level > 0.0f ? "set the switches along the runway"
-                           : "look at the staircase's lead and supply");
+        snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
+                 level > 0.0f ? "switches are open" : "it cannot be so low");
+    snprintf(limit, sizeof limit, "%.0f codes", (double)READY_LATCH_CODES);
+    ready_add(report, go_if(closed), "switches", limit,
+              level > 0.0f ? "set the switches along the runway"
+                           : "look at the staircase's lead and supply",
+              "%s", text);
 }
 
 static void judge_channels(const struct ready_facts *f, struct ready_report *report)
 {
+    char limit[40];
     if (f->blocks == 0) {
-        advise(ready_add(report, READY_NO_GO, "readings", "no block records came"),
-               "the board must be idle, with its scans running: matrig board health");
+        ready_add(report, READY_NO_GO, "readings", NULL,
+                  "the board must be idle, with its scans running: matrig board health",
+                  "no block records came");
         return;
     }
-    bool good = f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2;
-    struct ready_check *c = ready_add(report, good ? READY_GO : READY_NO_GO, "readings",
-                                      "%u blocks looked at, %u lost by the board", f->blocks,
-                                      f->blocks_lost);
-    snprintf(c->limit, sizeof c->limit, "%u or more, none lost", READY_BLOCKS / 2);
-    advise(c, "matrig board health says what it counts");
+    snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS / 2);
+    ready_add(report, go_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2), "readings",
+              limit, "matrig board health says what it counts",
+              "%u blocks looked at, %u lost by the board", f->blocks, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_measures(&f->config.channel[i]))
             judge_channel(f, i, report);
@@ -631,32 +555,31 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
 
 static void judge_box(const struct ready_facts *f, struct ready_report *report)
 {
-    struct ready_check *c;
-    if (f->config_known && !f->config.site[0].black_box) {
-        advise(ready_add(report, READY_NOT_DONE, "black box", "none, by the configuration"), "");
+    char wait[60] = "", limit[40];
+    const struct mr_box_state *box = &f->box;
+    if (!f->config.site[0].black_box) {
+        ready_add(report, READY_NOT_DONE, "black box", NULL, NULL, "none, by the configuration");
         return;
     }
     if (!f->box_known) {
-        advise(ready_add(report, READY_NO_GO, "black box", "the board did not tell of it"),
-               "try again; is the serial link sound?");
+        ready_add(report, READY_NO_GO, "black box", NULL, "try again; is the serial link sound?",
+                  "the board did not tell of it");
         return;
     }
-    const char *state = f->box.state == MR_BOX_MISSING ? "no memory answers"
-                                                       : mr_box_condition_text(f->box.state);
-    bool good = f->box.state == MR_BOX_READY && f->box.wait_s == 0.0f;
-    char wait[60] = "";
-    if (isnan(f->box.wait_s))
+    if (isnan(box->wait_s))
         snprintf(wait, sizeof wait, ", no room before records are freed");
-    else if (f->box.wait_s > 0.0f)
-        snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)f->box.wait_s);
-    c = ready_add(report, good ? READY_GO : READY_NO_GO, "black box",
-                  "%s%s, %u sectors erased, %u bad, %u records not freed", state, wait,
-                  f->box.ready, f->space.bad, f->box.records);
-    snprintf(c->limit, sizeof c->limit, "ready, %u sectors", f->box.reserve);
-    advise(c, f->box.state != MR_BOX_READY && f->box.state != MR_BOX_LOOKING
+    else if (box->wait_s > 0.0f)
+        snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)box->wait_s);
+    snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
+    ready_add(report, go_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
+              box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
                   ? "look at the memory on SPI2; without it: site.black_box = 0"
-              : isnan(f->box.wait_s) ? "matrig board read N, then free N"
-                                     : "wait, it erases by itself");
+              : isnan(box->wait_s) ? "matrig board read N, then free N"
+                                   : "wait, it erases by itself",
+              "%s%s, %u sectors erased, %u bad, %u records not freed",
+              box->state == MR_BOX_MISSING ? "no memory answers"
+                                           : mr_box_condition_text(box->state),
+              wait, box->ready, f->space.bad, box->records);
 }
 
 static void judge_self_test(const struct ready_facts *f, struct ready_report *report)
@@ -666,189 +589,396 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     unsigned failed = f->test.failed & ~lamp, undone = SELF_TESTS_ALWAYS & ~(unsigned)f->test.done;
     unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_NAMED;
     if (!f->tested) {
-        advise(ready_add(report, READY_NO_GO, "self-test", "the board did not do it"),
-               "the board must be idle; try again, reset it");
+        ready_add(report, READY_NO_GO, "self-test", NULL,
+                  "the board must be idle; try again, reset it", "the board did not do it");
         return;
     }
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
-        size_t at = strlen(text);
         if (named >> i & 1u)
-            snprintf(text + at, sizeof text - at, "%s%s", at ? ", " : "", mr_self_test_text(i));
+            append(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
-    struct ready_check *c = failed || undone
-                              ? ready_add(report, READY_NO_GO, "self-test", "%s: %s",
-                                          failed ? "failed" : "not tested", text)
-                              : ready_add(report, READY_GO, "self-test", "good: %s", text);
-    advise(c, "matrig board self-test and health tell more");
+    ready_add(report, go_if(!failed && !undone), "self-test", NULL,
+              "matrig board self-test and health tell more", "%s: %s",
+              failed   ? "failed"
+              : undone ? "not tested"
+                       : "good",
+              text);
     bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
-    c = ready_add(report, lit ? READY_GO : READY_NO_GO, "warning lamp", "%s",
-                  lit                                            ? "lights and goes out"
-                  : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
-                  : f->test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
-                                                                 : "not tested");
-    advise(c, "look at lamp, fuse and driver on PE0; the read-back is PE3");
+    ready_add(report, go_if(lit), "warning lamp", NULL,
+              "look at lamp, fuse and driver on PE0; the read-back is PE3", "%s",
+              lit                                            ? "lights and goes out"
+              : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
+              : f->test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
+                                                             : "not tested");
 }
 
 static void judge_temperature(const struct ready_facts *f, struct ready_report *report)
 {
-    if (f->config_known && !f->config.site[0].thermometer) {
-        advise(ready_add(report, READY_NOT_DONE, "thermometer", "none, by the configuration"), "");
-        return;
-    }
-    bool good = f->temperature_known && !isnan(f->temperature.temperature_c);
-    struct ready_check *c = good ? ready_add(report, READY_GO, "thermometer", "%.2f +- %.2f C",
-                                             unit_tidy((double)f->temperature.temperature_c, 0.01),
-                                             (double)f->temperature.error_c)
-                                 : ready_add(report, READY_NO_GO, "thermometer", "%s",
-                                             f->temperature_known ? "no reading" : "not told");
-    advise(c, "fault 30 of matrig board health says why; without one: site.thermometer = 0");
+    if (!f->config.site[0].thermometer)
+        ready_add(report, READY_NOT_DONE, "thermometer", NULL, NULL, "none, by the configuration");
+    else if (f->temperature_known && !isnan(f->temperature.temperature_c))
+        ready_add(report, READY_GO, "thermometer", NULL, NULL, "%.2f +- %.2f C",
+                  unit_tidy((double)f->temperature.temperature_c, 0.01),
+                  (double)f->temperature.error_c);
+    else
+        ready_add(report, READY_NO_GO, "thermometer", NULL,
+                  "fault 30 of matrig board health says why; without one: site.thermometer = 0",
+                  "%s", f->temperature_known ? "no reading" : "not told");
 }
 
 static void judge_faults(const struct ready_facts *f, struct ready_report *report)
 {
     char text[READY_VALUE - 40] = "";
     unsigned rising = 0, count = 0;
+    bool rises[MR_FAULT_COUNT];
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         /* self-test and channels have checks of their own */
+        rises[i] = f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
         count += f->fault[i].count != 0;
-        rising += f->fault_rise[i] != 0 && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
+        rising += rises[i];
     }
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
-        size_t at = strlen(text);
-        if (f->fault[i].count &&
-            (!rising || (f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL)))
-            snprintf(text + at, sizeof text - at, "%s%s", at ? "; " : "", mr_fault_text(i));
+        if (f->fault[i].count && (!rising || rises[i]))
+            append(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    struct ready_check *c = rising ? ready_add(report, READY_NO_GO, "faults", "going on: %s", text)
-                          : count  ? ready_add(report, READY_GO, "faults",
-                                               "none goes on; since reset: %s", text)
-                                   : ready_add(report, READY_GO, "faults", "none since reset");
-    limit(c, "none that goes on");
-    advise(c, "matrig board health tells each");
+    ready_add(report, go_if(!rising), "faults", "none that goes on",
+              "matrig board health tells each", "%s%s",
+              rising  ? "going on: "
+              : count ? "none goes on; since reset: "
+                      : "none since reset",
+              text);
 }
 
 /* ---- links and computer ---- */
 
-/* On a bus of several boards what comes at the base given may be another one's. */
-static bool is_on_can(const struct ready_facts *f)
-{
-    const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
-    return (serial[0] | serial[1]) == 0 || (serial[0] == can[0] && serial[1] == can[1]);
-}
-
-static void judge_whose_can(const struct ready_facts *f, struct ready_report *report)
-{
-    char can[IDENTITY_UID_TEXT], serial[IDENTITY_UID_TEXT];
-    identity_uid_text(&f->on_can, can);
-    identity_uid_text(&f->identity, serial);
-    bool told = (f->on_can.uid[0] | f->on_can.uid[1]) != 0;
-    struct ready_check *c = ready_add(report, READY_NO_GO, "CAN",
-                                      "%s at base 0x%03x: board %s, on serial %s",
-                                      told ? "another board" : "others, and not the board,",
-                                      f->can_base, told ? can : "unknown", serial);
-    limit(c, "the board itself");
-    advise(c, "give its base, as can:can0,base=0x190, or its own serial line");
-}
-
 static void judge_can(const struct ready_facts *f, struct ready_report *report)
 {
+    const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
+    char uid[IDENTITY_UID_TEXT], own[IDENTITY_UID_TEXT];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not tell";
-    bool good = f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 &&
-                f->can_lost == 0 && f->can_dropped == 0;
-    struct ready_check *c;
     if (!f->can_used) {
-        advise(ready_add(report, READY_NOT_DONE, "CAN", "not used here; the board says: %s", state),
-               "--can LINK listens");
+        ready_add(report, READY_NOT_DONE, "CAN", NULL, "--can LINK listens",
+                  "not used here; the board says: %s", state);
         return;
     }
-    if (f->can_frames > 0 && !is_on_can(f)) {
-        judge_whose_can(f, report);
+    /* On a bus of several boards what comes at the base given may be another one's. */
+    if (f->can_frames > 0 && (serial[0] | serial[1]) &&
+        (serial[0] != can[0] || serial[1] != can[1])) {
+        bool told = (can[0] | can[1]) != 0;
+        identity_uid_text(&f->on_can, uid);
+        identity_uid_text(&f->identity, own);
+        ready_add(report, READY_NO_GO, "CAN", "the board itself",
+                  "give its base, as can:can0,base=0x190, or its own serial line",
+                  "%s at base 0x%03x: board %s, on serial %s",
+                  told ? "another board" : "others, and not the board,", f->can_base,
+                  told ? uid : "unknown", own);
         return;
     }
-    c = ready_add(report, good ? READY_GO : READY_NO_GO, "CAN",
-                  "%s; %lld frames, %lld lost, %lld dropped by the board", state,
-                  (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
-    limit(c, "good, none lost");
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
                                       : f->identity.hello.clock_source != 0;
-    advise(c, kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
+    ready_add(report,
+              go_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 &&
+                    f->can_lost == 0 && f->can_dropped == 0),
+              "CAN", "good, none lost",
+              kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
               : f->can_frames == 0 ? "look at plug, terminators and bit rate"
-                                   : "look at the bus and this computer's load");
-}
-
-static void judge_serial(const struct ready_facts *f, struct ready_report *report)
-{
-    struct ready_check *c =
-        ready_add(report, f->serial_lost || f->serial_dropped ? READY_NO_GO : READY_GO, "serial",
-                  "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
-                  (long long)f->serial_lost, (long long)f->serial_dropped);
-    limit(c, "none lost");
-    advise(c, "look at the cable and at this computer's load");
+                                   : "look at the bus and this computer's load",
+              "%s; %lld frames, %lld lost, %lld dropped by the board", state,
+              (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
 }
 
 static void judge_computer(const struct ready_facts *f, struct ready_report *report)
 {
+    char limit[40];
     double wanted = READY_LANDINGS * f->landing_bytes;
-    struct ready_check *c = ready_add(report, f->free_bytes >= wanted ? READY_GO : READY_NO_GO,
-                                      "disk", "%.0f MB free, a landing takes %.1f MB",
-                                      f->free_bytes / MB, f->landing_bytes / MB);
-    snprintf(c->limit, sizeof c->limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
-    advise(c, "make room where the campaign is, or use another disk");
-    c = f->database[0] ? ready_add(report, READY_NO_GO, "database", "%s", f->database)
-                       : ready_add(report, READY_GO, "database", "writable%s",
-                                   f->database_checked ? ", its pages whole"
-                                                       : "; too large to be gone through in time");
-    advise(c, "may you write there, is another program writing? else begin a new campaign and keep "
-              "this one");
-}
-
-/* Whether to land so is people's to decide: an advice is told, and makes nothing no-go. */
-static void tell_advice(const struct ready_facts *f, struct ready_report *report)
-{
-    if (!f->advice[0])
-        return;
-    struct ready_check *c = ready_add(report, READY_TOLD, "advice", "%s", f->advice);
-    if (f->advised_against)
-        advise(c, "matrig advise has the whole table; whether to land so is yours to decide");
+    snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
+    ready_add(report, go_if(f->free_bytes >= wanted), "disk", limit,
+              "make room where the campaign is, or use another disk",
+              "%.0f MB free, a landing takes %.1f MB", f->free_bytes / MB, f->landing_bytes / MB);
+    ready_add(report, go_if(!f->database[0]), "database", NULL,
+              "may you write there, is another program writing? else begin a new campaign and "
+              "keep this one",
+              "%s",
+              f->database[0]        ? f->database
+              : f->database_checked ? "writable, its pages whole"
+                                    : "writable; too large to be gone through in time");
 }
 
 void ready_judge(const struct ready_facts *f, struct ready_report *report)
 {
-    report->count = 0;
-    if (!f->hello) {
-        advise(ready_add(report, READY_NO_GO, "board", "no hello"),
-               "is it powered and connected, at the right rate?");
-        judge_computer(f, report);
-        return;
-    }
-    bool busy = f->identity.hello.state != MR_LANDING_IDLE;
     char uid[IDENTITY_UID_TEXT];
+    report->count = 0;
     identity_uid_text(&f->identity, uid);
-    struct ready_check *c = ready_add(report, busy ? READY_NO_GO : READY_GO, "board",
-                                      "%s, layout %u, %s", uid, f->identity.hello.layout,
-                                      busy ? "a landing is armed or going on" : "idle");
-    snprintf(c->limit, sizeof c->limit, "layout %u, idle", (unsigned)MR_LAYOUT);
-    advise(c, "disarm it, or wait until it is done");
+    ready_add(report, READY_GO, "board", NULL, NULL, "%s, idle", uid);
     judge_image(f, report);
     judge_configuration(f, report);
-    if (f->config_known) {
-        judge_calibration(f, report);
-        ready_judge_certificates(f, report);
-    }
+    judge_days(f, report);
+    judge_gains(f, report);
+    ready_judge_certificates(f, report);
     judge_clock(f, report);
     judge_brown_out(f, report);
-    if (f->config_known) {
-        judge_channels(f, report);
-        judge_zeros(f, report);
-        judge_shunts(f, report);
-    }
+    judge_channels(f, report);
+    judge_zeros(f, report);
+    judge_shunts(f, report);
     judge_box(f, report);
     judge_self_test(f, report);
     judge_temperature(f, report);
     judge_faults(f, report);
     judge_can(f, report);
-    judge_serial(f, report);
+    ready_add(report, go_if(!f->serial_lost && !f->serial_dropped), "serial", "none lost",
+              "look at the cable and at this computer's load",
+              "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
+              (long long)f->serial_lost, (long long)f->serial_dropped);
     judge_computer(f, report);
-    tell_advice(f, report);
+}
+
+/* ---- asking ---- */
+
+#define ANSWER_S 1.5
+#define SHUNT_S  4.0
+#define TEST_S   5.0
+#define BLOCKS_S 5.0
+#define BOX_S    3.0
+#define REST_S   3.0 /* thermometer, and faults that go on */
+#define LIVE_S   20
+#define FIRST_MS 1500u /* every fault that ever was has been told once by then, board time */
+#define PACE_PPM 700.0 /* further off the board is emulated, or a recording */
+
+/* What a count that is told again and again rose by since the first time. */
+struct rise {
+    bool known;
+    uint16_t first;
+};
+
+struct asking {
+    struct dialogue *dialogue;
+    struct ready_facts *facts; /* filled */
+    struct error *error;
+    double until_s; /* of all of it, by the dialogue's clock */
+
+    struct config_client config;
+    struct mr_block block[READY_BLOCKS_KEPT];
+    struct rise lost, can_dropped, serial_dropped, fault[MR_FAULT_COUNT];
+    bool seq_known, can_begun, clock_known;
+    uint16_t last_seq;
+    uint32_t can_sent, first_clock, newest_clock;
+    int64_t can_since;
+    struct timemap map;
+};
+
+static uint16_t rise(struct rise *rise, uint16_t now)
+{
+    if (!rise->known)
+        *rise = (struct rise){true, now};
+    return (uint16_t)(now - rise->first);
+}
+
+static void take_fault(struct asking *a, const struct mr_fault *fault)
+{
+    struct rise *count = &a->fault[fault->code];
+    bool early = !a->clock_known || a->newest_clock - a->first_clock < FIRST_MS;
+    if (!count->known && !early)
+        *count = (struct rise){.known = true};
+    a->facts->fault[fault->code] = *fault;
+    a->facts->fault_rise[fault->code] = rise(count, fault->count);
+}
+
+static void take_clock(struct asking *a, const struct mr_clock *clock, uint64_t host_us)
+{
+    if (!a->clock_known)
+        a->first_clock = clock->block;
+    a->clock_known = true;
+    a->newest_clock = clock->block;
+    timemap_add(&a->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
+}
+
+#define GOT(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
+
+static void take_serial(struct asking *a, const struct dialogue_message *message)
+{
+    struct ready_facts *f = a->facts;
+    const uint8_t *bytes = message->payload;
+    size_t length = message->length;
+    union {
+        struct mr_channel_zero zero;
+        struct mr_clock clock;
+        struct mr_health health;
+        struct mr_can_health can;
+        struct mr_serial_health serial;
+        struct mr_fault fault;
+        struct mr_self_test test;
+    } m;
+    f->serial_frames++;
+    if (a->seq_known)
+        f->serial_lost += (uint16_t)(message->seq - a->last_seq - 1u);
+    a->last_seq = message->seq;
+    a->seq_known = true;
+    switch (message->id) {
+    case MR_ID_CHANNEL_ZERO:
+        if (GOT(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
+            f->zero_told |= 1u << m.zero.index;
+            f->zero_measured |= (m.zero.measured ? 1u : 0u) << m.zero.index;
+        }
+        break;
+    case MR_ID_CLOCK:
+        if (GOT(clock, m.clock))
+            take_clock(a, &m.clock, message->host_us);
+        break;
+    case MR_ID_BLOCK:
+        if (f->blocks < READY_BLOCKS_KEPT &&
+            mr_block_get(&a->block[f->blocks], bytes, length) == MR_OK)
+            f->blocks++;
+        break;
+    case MR_ID_HEALTH:
+        if (GOT(health, m.health))
+            f->blocks_lost = rise(&a->lost, m.health.blocks_lost);
+        break;
+    case MR_ID_CAN_HEALTH:
+        if (GOT(can_health, m.can))
+            f->can_dropped = rise(&a->can_dropped, m.can.dropped);
+        break;
+    case MR_ID_SERIAL_HEALTH:
+        if (GOT(serial_health, m.serial))
+            f->serial_dropped = rise(&a->serial_dropped, m.serial.dropped);
+        break;
+    case MR_ID_FAULT:
+        if (GOT(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
+            take_fault(a, &m.fault);
+        break;
+    case MR_ID_SELF_TEST:
+        if (GOT(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
+            f->test = m.test;
+            f->tested = true;
+        }
+        break;
+    case MR_ID_BOX_STATE: f->box_known |= GOT(box_state, f->box); break;
+    case MR_ID_BOX_SPACE: (void)GOT(box_space, f->space); break;
+    case MR_ID_TEMPERATURE: f->temperature_known |= GOT(temperature, f->temperature); break;
+    case MR_ID_CAN_ALARM: f->alarm_known |= GOT(can_alarm, f->alarm); break;
+    case MR_ID_RESTARTS: f->restarts_known |= GOT(restarts, f->restarts); break;
+    default: shunts_take(&f->shunts, message->id, bytes, length); break;
+    }
+}
+
+/* CAN is only listened to: how much of what the board queued came. Others on the bus do not
+ * count. */
+static void take_can(struct asking *a, const struct dialogue_message *message)
+{
+    struct mr_can_health health;
+    struct ready_facts *f = a->facts;
+    if (!mr_message_find((uint16_t)message->id))
+        return;
+    identity_take(&f->on_can, message->id, message->payload, message->length);
+    if (message->id == MR_ID_CAN_HEALTH &&
+        mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
+        int64_t lost = (int64_t)(health.sent - a->can_sent) - a->can_since;
+        if (!a->can_begun) {
+            a->can_begun = true;
+            a->can_sent = health.sent;
+            a->can_since = 0;
+        } else {
+            f->can_lost = lost > 0 ? lost : 0;
+        }
+    }
+    a->can_since++;
+    f->can_frames++;
+}
+
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
+{
+    (void)error;
+    (message->kind == LINK_CAN ? take_can : take_serial)(context, message);
+    return MR_OK;
+}
+
+/* Not beyond the end of all of it; the facts say what did not come. */
+static void wait_for(struct asking *a, dialogue_done *done, const void *context, double most_s)
+{
+    if (a->error->status == MR_OK)
+        (void)dialogue_until(a->dialogue, done, context,
+                             fmin(most_s, a->until_s - dialogue_now_s(a->dialogue)), a->error);
+}
+
+/* What the board answered; MR_TIMEOUT: nothing. */
+static enum mr_status order(struct asking *a, uint8_t code, int32_t argument, double most_s)
+{
+    struct mr_ack ack;
+    const struct dialogue_order order = {
+        .code = code,
+        .argument = argument,
+        .answer_s = fmin(most_s, a->until_s - dialogue_now_s(a->dialogue))};
+    if (a->error->status != MR_OK)
+        return MR_TIMEOUT;
+    enum mr_status status = dialogue_order(a->dialogue, &order, &ack, a->error);
+    return status == MR_OK ? (enum mr_status)ack.status : status;
+}
+
+static bool enough_blocks(const void *facts)
+{
+    return ((const struct ready_facts *)facts)->blocks >= READY_BLOCKS;
+}
+
+static bool box_looked_through(const void *facts)
+{
+    return ((const struct ready_facts *)facts)->box.state != MR_BOX_LOOKING;
+}
+
+/* Board time: an emulated board may be faster than this computer's clock. */
+static bool rested(const void *context)
+{
+    const struct asking *a = context;
+    return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * REST_S);
+}
+
+static void ask(struct asking *a)
+{
+    struct ready_facts *f = a->facts;
+    double begun_s = dialogue_now_s(a->dialogue);
+    /* the answer is the whole configuration in force, with the zeros */
+    (void)order(a, MR_COMMAND_STATE, 0, ANSWER_S);
+    if (order(a, MR_COMMAND_LIVE, LIVE_S, ANSWER_S) == MR_OK) {
+        wait_for(a, enough_blocks, f, BLOCKS_S);
+        (void)order(a, MR_COMMAND_LIVE, 0, ANSWER_S);
+    }
+    for (unsigned c = 0; c < MR_CHANNELS; c++)
+        ready_measure(&f->config, a->block, f->blocks, c, &f->channel[c]);
+    /* answered when it is over, after its results */
+    f->shunt_status = order(a, MR_COMMAND_SHUNT, 0, SHUNT_S);
+    f->shunt_done = f->shunt_status != MR_TIMEOUT;
+    if (order(a, MR_COMMAND_SELF_TEST, 0, ANSWER_S) == MR_OK)
+        wait_for(a, dialogue_flag, &f->tested, TEST_S);
+    f->box_known = false;
+    (void)order(a, MR_COMMAND_BOX_LIST, 0, ANSWER_S);
+    wait_for(a, dialogue_flag, &f->box_known, ANSWER_S);
+    if (f->box_known) /* until then it is told once a second */
+        wait_for(a, box_looked_through, f, BOX_S);
+    wait_for(a, rested, a, begun_s + REST_S - dialogue_now_s(a->dialogue));
+    if (f->config.site[0].thermometer)
+        wait_for(a, dialogue_flag, &f->temperature_known, ANSWER_S);
+    timemap_fit(&a->map, PACE_PPM, &f->time);
+}
+
+enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready_facts *facts,
+                         struct error *error)
+{
+    static struct asking asking;
+    struct asking *a = &asking;
+    *a = (struct asking){.dialogue = dialogue,
+                         .facts = facts,
+                         .error = error,
+                         .until_s = dialogue_now_s(dialogue) + limit_s};
+    if (dialogue->link[LINK_CAN])
+        facts->can_base = link_base(dialogue->link[LINK_CAN]);
+    dialogue_subscribe(dialogue, take, a);
+    enum mr_status status = config_client_meet(&a->config, dialogue, &facts->config,
+                                               &facts->config_crc, error);
+    if (status == MR_OK) {
+        wait_for(a, dialogue_flag, &dialogue->identity.commit_known, ANSWER_S);
+        ask(a);
+    }
+    facts->config_state = a->config.state;
+    facts->identity = dialogue->identity;
+    return error->status;
 }

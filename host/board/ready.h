@@ -1,8 +1,8 @@
 /* Ready? What is known of a board, its campaign and this computer before a landing, and whether
- * that is go or no-go.
+ * that is go or no-go; and asking a board over serial for it.
  *
- * Pure: facts in, checks out. Limits are stated with each check; what could not be found out is
- * told as not done, which is no no-go, and is named in the verdict. */
+ * Facts in, checks out. Limits are stated with each check; what could not be found out is reported
+ * as not done, which is no no-go, and is named in the verdict. */
 #ifndef MATRIG_HOST_BOARD_READY_H
 #define MATRIG_HOST_BOARD_READY_H
 
@@ -14,7 +14,7 @@
 #include "common/config.h"
 #include "common/fault.h"
 #include "host/board/certificates.h"
-#include "host/board/identity.h"
+#include "host/board/dialogue.h"
 #include "host/board/gage_client.h"
 #include "host/link/timemap.h"
 
@@ -31,9 +31,9 @@
 #define READY_LANDING_BYTES   4.0e6 /* of a campaign without any: 10 s of both links */
 #define READY_LANDINGS        10.0  /* there must be room for */
 #define READY_BLOCKS          100u  /* readings a check of a channel rests on, when they come */
+#define READY_BLOCKS_KEPT     256u
 
-/* READY_TOLD: something to know, that is neither. */
-enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE, READY_TOLD };
+enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
 
 #define READY_VALUE 500u /* bytes: of several faults, all are told */
 
@@ -77,14 +77,10 @@ struct ready_facts {
     float before_span_lb[MR_GAGES];                  /* last shunt calibration kept; NaN: none */
     struct certificates certificates;                /* of their sensors */
     char database[200];                              /* what is wrong with it; empty: nothing */
-    /* matrig advise's verdict and reason on the landing to come; empty: none was kept */
-    char advice[420];
-    bool advised_against;
-    bool database_checked; /* its pages, all in time */
+    bool database_checked;                           /* its pages, all in time */
     double free_bytes, landing_bytes;
 
     /* the board */
-    bool hello, config_known, config_state_known;
     struct identity identity;
     uint32_t config_crc;
     struct mr_config config;
@@ -128,15 +124,22 @@ void ready_judge_certificates(const struct ready_facts *facts, struct ready_repo
 /* No-go when any check is. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
 unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict);
-/* "GO", "NO-GO", "not done", "told"; static storage. */
+/* "GO", "NO-GO", "not done"; static storage. */
 const char *ready_text(enum ready_verdict verdict);
-/* Adds a check; the texts are printf's. Beyond READY_CHECKS nothing is added. */
-struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict,
-                              const char *name, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+/* Adds a check; the value is printf's. `limit` and `advice` may be NULL; a check that is go has no
+ * advice. Beyond READY_CHECKS nothing is added. */
+void ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name,
+               const char *limit, const char *advice, const char *format, ...)
+    __attribute__((format(printf, 6, 7)));
 /* Each check in lines of at most `columns` (60 at least), then the verdict. */
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out);
 /* An array of {name, verdict, value, limit, advice}; the caller owns it. */
 json_t *ready_json(const struct ready_report *report);
+
+/* Fills the board's part of `facts`: makes a board that is done with a landing idle, reads its
+ * configuration, and asks for everything else, within `limit_s` (what does not come stays unknown).
+ * Its CAN is listened to meanwhile, where the dialogue has it. Statuses as config_client_meet. */
+enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready_facts *facts,
+                         struct error *error);
 
 #endif

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "host/board/config_text.h"
 
 const char *const walk_names[WALK_KINDS] = {"switch", "transducer", "gage"};
 static const char *const verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"};
@@ -175,11 +174,9 @@ static int by_number_down(const void *a, const void *b)
     return by_number(b, a);
 }
 
-bool walk_is_over(const struct walk *walk, bool learns)
+bool walk_is_over(const struct walk *walk)
 {
     unsigned order[WALK_ITEMS];
-    if (learns)
-        return walk->count[WALK_SWITCH] >= fitted_count(walk, WALK_SWITCH);
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++) {
         if (in_order(walk, kind, order) < fitted_count(walk, kind))
             return false;
@@ -192,15 +189,16 @@ static void judge_one(enum walk_kind kind, unsigned n, bool answered, unsigned m
 {
     char name[20];
     snprintf(name, sizeof name, "%s %u", walk_names[kind], n);
-    struct ready_check *c = answered ? ready_add(report, READY_NO_GO, name,
-                                                 "answered when %u was next", meant)
-                                     : ready_add(report, READY_NO_GO, name, "did not answer");
-    snprintf(c->limit, sizeof c->limit, answered ? "in order" : "answers once");
-    snprintf(c->advice, sizeof c->advice,
-             answered ? "were they %s in that order? else swap their leads, or their places in the "
+    char advice[160];
+    snprintf(advice, sizeof advice, "%s %s%s", answered ? "were they" : "was it", verbs[kind],
+             answered ? " in that order? else swap their leads, or their places in the "
                         "configuration"
-                      : "was it %s? else look at its lead and contact",
-             verbs[kind]);
+                      : "? else look at its lead and contact");
+    if (answered)
+        ready_add(report, READY_NO_GO, name, "in order", advice, "answered when %u was next",
+                  meant);
+    else
+        ready_add(report, READY_NO_GO, name, "answers once", advice, "did not answer");
 }
 
 static void judge_kind(const struct walk *walk, enum walk_kind kind, struct ready_report *report)
@@ -213,7 +211,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
     if (!fitted)
         return;
     if (!count) {
-        ready_add(report, READY_NOT_DONE, name, "none of %u answered", fitted);
+        ready_add(report, READY_NOT_DONE, name, NULL, NULL, "none of %u answered", fitted);
         return;
     }
     /* sorted, the other way round when most of the walk went so */
@@ -229,124 +227,15 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
             judge_one(kind, n, i < count, i < count ? meant[i] : 0, report);
     }
     if (report->count == before)
-        ready_add(report, READY_GO, name, "all %u answered, in order", fitted);
+        ready_add(report, READY_GO, name, NULL, NULL, "all %u answered, in order", fitted);
 }
 
 void walk_judge(const struct walk *walk, struct ready_report *report)
 {
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++)
         judge_kind(walk, kind, report);
-    if (walk->strange) {
-        struct ready_check *c = ready_add(report, READY_NO_GO, "edges",
-                                          "%u edges of no switch of the table", walk->strange);
-        snprintf(c->advice, sizeof c->advice,
-                 "does a step of the configuration differ from its resistor? is a contact bad?");
-    }
-}
-
-/* ---- learning ---- */
-
-struct learning {
-    unsigned count, position[WALK_ANSWERS]; /* of the n-th switch that is fitted */
-    double furthest_codes, apart_codes;     /* from what is configured; of the nearest two */
-    unsigned near, near_other;
-    bool as_built; /* the configured steps are as far apart as they are built */
-};
-
-static void find_nearest(const struct walk *walk, struct learning *l)
-{
-    const struct walk_answer *a = walk->answer[WALK_SWITCH];
-    l->apart_codes = (double)INFINITY;
-    l->as_built = true;
-    for (unsigned i = 1; i < l->count; i++) {
-        for (unsigned k = 0; k < i; k++) {
-            double apart = fabs(a[i].codes - a[k].codes);
-            l->as_built &= abs((int)walk->config->gate[l->position[i] - 1].step_codes -
-                               (int)walk->config->gate[l->position[k] - 1].step_codes) >=
-                           (int)WALK_STEP_BUILT_CODES;
-            if (apart >= l->apart_codes)
-                continue;
-            l->apart_codes = apart;
-            l->near = l->position[k];
-            l->near_other = l->position[i];
-        }
-    }
-}
-
-/* False: `why` names what is wrong. */
-static bool find_steps(const struct walk *walk, struct mr_config *learned, struct learning *l,
-                       char *why, size_t size)
-{
-    unsigned answers = walk->count[WALK_SWITCH];
-    for (unsigned n = 1; n <= MR_CONFIG_SWITCHES; n++) {
-        if (is_fitted(walk, WALK_SWITCH, n))
-            l->position[l->count++] = n;
-    }
-    if (answers != l->count) {
-        snprintf(why, size, "%u steps of %u switches: trip each once, upfield first", answers,
-                 l->count);
-        return false;
-    }
-    for (unsigned i = 0; i < l->count; i++) {
-        double codes = walk->answer[WALK_SWITCH][i].codes,
-               configured = walk->config->gate[l->position[i] - 1].step_codes,
-               off = fabs(codes - configured);
-        if (off >= WALK_STEP_FAR_CODES) {
-            snprintf(why, size,
-                     "switch %u: a step of %.1f codes, configured %.0f: was it tripped in its "
-                     "turn? is its resistor the right one?",
-                     l->position[i], codes, configured);
-            return false;
-        }
-        l->furthest_codes = fmax(l->furthest_codes, off);
-        learned->gate[l->position[i] - 1].step_codes = (uint16_t)lround(codes);
-    }
-    return true;
-}
-
-static bool learn(const struct walk *walk, struct mr_config *learned, struct learning *l, char *why,
-                  size_t size)
-{
-    struct mr_config_reason reason;
-    if (!find_steps(walk, learned, l, why, size))
-        return false;
-    find_nearest(walk, l);
-    if (l->apart_codes < MR_CONFIG_STEP_APART_CODES) {
-        if (l->furthest_codes > WALK_STEP_CURVE_CODES || !l->as_built) {
-            snprintf(why, size,
-                     "switches %u and %u: their steps are %.1f codes apart, %u are needed to tell "
-                     "them apart: walk once more; else change a resistor, or keep the configured "
-                     "steps",
-                     l->near, l->near_other, l->apart_codes, MR_CONFIG_STEP_APART_CODES);
-            return false;
-        }
-        *learned = *walk->config;
-    }
-    if (mr_config_check(learned, &reason) == MR_OK)
-        return true;
-    config_text_reason(learned, &reason, why, size);
-    return false;
-}
-
-bool walk_learn(const struct walk *walk, struct mr_config *learned, struct ready_report *report)
-{
-    struct learning l = {0};
-    char why[300];
-    *learned = *walk->config;
-    if (!learn(walk, learned, &l, why, sizeof why)) {
-        struct ready_check *c = ready_add(report, READY_NO_GO, "steps", "%s", why);
-        snprintf(c->limit, sizeof c->limit, "each once, in order, %u codes apart",
-                 MR_CONFIG_STEP_APART_CODES);
-        snprintf(c->advice, sizeof c->advice, "nothing is written");
-        return false;
-    }
-    ready_add(report, READY_GO, "steps",
-              "%u learned%s, at most %.1f codes from those configured; nearest to each other are "
-              "%u and %u, %.1f codes apart",
-              l.count,
-              l.apart_codes < MR_CONFIG_STEP_APART_CODES
-                  ? ", too close to each other; the configured steps stay"
-                  : "",
-              l.furthest_codes, l.near, l.near_other, l.apart_codes);
-    return true;
+    if (walk->strange)
+        ready_add(report, READY_NO_GO, "edges", NULL,
+                  "does a step of the configuration differ from its resistor? is a contact bad?",
+                  "%u edges of no switch of the table", walk->strange);
 }

@@ -3,11 +3,6 @@
  * or answered in another's place, or one for each kind that all answered in order. Two that are
  * swapped and two that were tripped in the other order look the same; the check asks for both.
  *
- * Learning the steps of the staircase: the step at the n-th edge is that of the n-th switch that is
- * fitted, whatever name the configured steps give that edge. A step is learned to half a code
- * (common/staircase.h) and rounded to whole codes. Resistors and the converter's curve are in it:
- * in a landing the switches open in the same order, at the same levels.
- *
  * Pure. */
 #ifndef MATRIG_HOST_BOARD_WALK_H
 #define MATRIG_HOST_BOARD_WALK_H
@@ -19,23 +14,13 @@
 #include "common/catalogue.h"
 #include "host/board/ready.h"
 
-#define WALK_ANSWERS          64u /* kept of each kind */
-#define WALK_ITEMS            32u
-#define WALK_CHANNELS         16u
+#define WALK_ANSWERS  64u /* kept of each kind */
+#define WALK_ITEMS    32u
+#define WALK_CHANNELS 16u
 /* half a second of readings: so long all must be still after a movement */
-#define WALK_ROWS             25u
-#define WALK_PUSH_IN          0.05f /* a movement by hand; a mat at rest stays within a hundredth */
-#define WALK_PULL_LB          5.0f
-/* A step this far from the configured one is another switch's, or of a wrong resistor: 5 % of the
- * largest built in and the converter's worst are 12 + 3 codes. */
-#define WALK_STEP_FAR_CODES   16.0
-/* Where every step is within so much of the configured one, and those are 8 apart as they are
- * built, the configured steps name each with 1.5 codes to spare: it is the converter's curve that
- * moves them. What is learned has in it the curve at the levels of this order; when a switch stays
- * closed the levels are others, and of two learned steps that are close one may be taken for the
- * other. 2.5 was chosen afterwards, on drawn boards (docs/measured/electronics.md). */
-#define WALK_STEP_CURVE_CODES 2.5
-#define WALK_STEP_BUILT_CODES 8u
+#define WALK_ROWS     25u
+#define WALK_PUSH_IN  0.05f /* a movement by hand; a mat at rest stays within a hundredth */
+#define WALK_PULL_LB  5.0f
 
 enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KINDS };
 extern const char *const walk_names[WALK_KINDS];
@@ -71,11 +56,8 @@ void walk_start(struct walk *walk, const struct mr_config *config);
 bool walk_take_edge(struct walk *walk, const struct mr_edge *edge);
 void walk_take_event(struct walk *walk, const struct mr_switch_event *event);
 bool walk_take_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind);
-/* All that are fitted answered; with `learns`: as many edges as switches. */
-bool walk_is_over(const struct walk *walk, bool learns);
+/* All that are fitted answered. */
+bool walk_is_over(const struct walk *walk);
 void walk_judge(const struct walk *walk, struct ready_report *report);
-/* Learns the steps: `*learned` is the configuration with them, or as it is where those name the
- * switches better; a check says which. False: the check says what is wrong. */
-bool walk_learn(const struct walk *walk, struct mr_config *learned, struct ready_report *report);
 
 #endif

@@ -1,17 +1,21 @@
 /* matrig calibrate: a channel against known values; and a corrected calibration for landings that
  * are recorded. */
 #include <math.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
+#include "common/channels.h"
+#include "common/command.h"
 #include "common/gain.h"
 #include "host/base/answer.h"
 #include "host/board/certificates.h"
 #include "host/board/config_text.h"
 #include "host/calibrate/fit.h"
-#include "host/board/gage_client.h"
+#include "host/board/config_client.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
@@ -135,17 +139,167 @@ static enum mr_status check_gain(const struct request *r, const struct mr_config
     return MR_OK;
 }
 
+/* ---- points from a board ---- */
+
+#define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
+#define POINT_S      10.0 /* for them to come */
+#define LIVE_S       20
+#define MOVES_CODES  6.0 /* a block's noise is below 1 code; more is movement */
+
+struct gathering {
+    const struct mr_channel_config *reference;
+    unsigned channel, count, bad;
+    double sum, squares, first;
+};
+
+static enum mr_status gather(void *context, const struct dialogue_message *message,
+                             struct error *error)
+{
+    struct gathering *g = context;
+    struct mr_block block;
+    const struct mr_channel_config plain = {
+        .kind = g->channel < MR_TRANSDUCERS ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION,
+        .unit_per_code = 1.0f};
+    (void)error;
+    if (message->id != MR_ID_BLOCK || g->count == POINT_BLOCKS ||
+        mr_block_get(&block, message->payload, message->length) != MR_OK)
+        return MR_OK;
+    float ratio = mr_channels_ratio(g->reference, &block);
+    struct mr_reading reading = mr_channel_read(&plain, &block, g->channel, ratio);
+    if (isnan(reading.value)) {
+        g->bad++;
+        return MR_OK;
+    }
+    double code = (double)reading.code * (double)ratio;
+    g->first = g->count ? g->first : code;
+    g->sum += code - g->first;
+    g->squares += (code - g->first) * (code - g->first);
+    g->count++;
+    return MR_OK;
+}
+
+static bool gathered(const void *context)
+{
+    const struct gathering *g = context;
+    return g->count == POINT_BLOCKS || g->bad == POINT_BLOCKS;
+}
+
+/* The channel's mean over a second or so. */
+static enum mr_status measure(const struct request *r, struct dialogue *dialogue,
+                              struct gathering *g, struct calibrate_point *point,
+                              struct error *error)
+{
+    *g = (struct gathering){.reference = g->reference, .channel = g->channel};
+    enum mr_status status = config_client_live(dialogue, LIVE_S, error);
+    if (status == MR_OK)
+        status = dialogue_until(dialogue, gathered, g, POINT_S, error);
+    if (error->status == MR_OK && g->count < POINT_BLOCKS)
+        return error_set(error, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
+                         g->bad ? "its readings are not valid" : "no readings came within 10 s",
+                         g->bad ? "look at its leads" : "is the board connected?");
+    double n = g->count;
+    point->code = g->first + g->sum / n;
+    point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
+    return status;
+}
+
+/* A line from the keyboard while the board is listened to, so that nothing piles up. False: the
+ * end. */
+static bool typed_line(struct dialogue *dialogue, char *line, size_t size, struct error *error)
+{
+    size_t length = 0;
+    while (error->status == MR_OK) {
+        struct pollfd ready = {.fd = STDIN_FILENO, .events = POLLIN};
+        char byte;
+        if (poll(&ready, 1, 0) == 1) {
+            if (read(STDIN_FILENO, &byte, 1) != 1)
+                return false;
+            if (byte == '\n' || byte == '\r') {
+                line[length] = '\0';
+                return true;
+            }
+            if (length + 1 < size)
+                line[length++] = byte;
+            continue;
+        }
+        (void)dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
+    }
+    return false;
+}
+
+/* Point by point: somebody sets a known value and types it, the board's readings say the code. */
+static enum mr_status guide(const struct request *r, struct dialogue *dialogue,
+                            const struct mr_config *config, struct calibrate_points *points,
+                            struct error *error)
+{
+    struct gathering g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
+    char line[100];
+    const char *unit = unit_text(r);
+    points->unit = unit_read(unit, 2);
+    dialogue_subscribe(dialogue, gather, &g);
+    cli_note(r->cli,
+             "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one "
+             "back; an empty line or q ends",
+             r->word, unit);
+    while (points->count < CALIBRATE_POINTS_MAX) {
+        if (!r->cli->quiet)
+            fprintf(stderr, "point %zu, %s: ", points->count + 1, unit);
+        if (!typed_line(dialogue, line, sizeof line, error) || line[0] == '\0' ||
+            strcmp(line, "q") == 0)
+            break;
+        if (strcmp(line, "u") == 0) {
+            points->count -= points->count > 0;
+            continue;
+        }
+        struct calibrate_point point;
+        struct quantity_wrong wrong;
+        if (!calibrate_value(line, unit_kind(r), points->unit, &point.value, &wrong)) {
+            cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
+            continue;
+        }
+        if (measure(r, dialogue, &g, &point, error) != MR_OK)
+            break;
+        bool moves = point.spread > MOVES_CODES;
+        cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
+                 moves ? ": it moves, not taken; let it rest and type it again" : "");
+        if (!moves)
+            points->point[points->count++] = point;
+    }
+    struct error late = {0};
+    if (error->status == MR_OK)
+        (void)config_client_live(dialogue, 0, &late);
+    return error->status;
+}
+
+/* The configuration in force, and the points. */
+static enum mr_status read_board(const struct request *r, struct mr_config *config,
+                                 struct calibrate_points *points, struct error *error)
+{
+    static struct config_client talk;
+    struct dialogue dialogue;
+    uint32_t crc;
+    enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error);
+    if (status == MR_OK)
+        status = config_client_meet(&talk, &dialogue, config, &crc, error);
+    if (status == MR_OK && !mr_channel_measures(&config->channel[r->channel]))
+        status = error_set(error, MR_USAGE,
+                           "%s is not fitted: the configuration of %s; see matrig board config",
+                           r->word, r->serial);
+    if (status == MR_OK)
+        status = guide(r, &dialogue, config, points, error);
+    dialogue_close(&dialogue);
+    return status;
+}
+
 static enum mr_status calibrate(const struct request *r, struct error *error)
 {
     static struct mr_config config;
     static struct calibrate_points points;
     struct calibrate_fit fit;
-    const struct calibrate_guided guided = {r->cli, r->serial, r->word, r->channel,
-                                            unit_read(unit_text(r), 2)};
     enum mr_status status = r->config ? config_text_load(r->config, &config, error) : MR_OK;
     if (status == MR_OK)
         status = r->points ? calibrate_points_read(r->points, unit_kind(r), &points, error)
-                           : calibrate_guide(&guided, &config, &points, error);
+                           : read_board(r, &config, &points, error);
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
     if (status == MR_OK && !mr_channel_measures(channel))

@@ -9,12 +9,12 @@
 #include <time.h>
 
 #include "host/board/config_text.h"
-#include "host/board/ready_client.h"
+#include "host/board/ready.h"
+#include "host/board/config_client.h"
 #include "host/board/walk.h"
 #include "host/commands/commands.h"
 #include "host/board/imagefile.h"
 #include "host/store/store_readiness.h"
-#include "host/base/output.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
@@ -25,13 +25,12 @@
 #define S_PER_DAY 86400
 #define LIVE_S    30 /* a board whose host went away is quiet again after that */
 #define RENEW_S   5.0
-#define MEET_S    10.0
 #define WALK_S    600.0
 
 struct request {
     const struct cli *cli;
-    const char *db, *serial, *can, *image, *expected, *learn;
-    bool walk, force;
+    const char *db, *serial, *can, *image, *expected;
+    bool walk;
 };
 
 /* ---- what the campaign and this computer say ---- */
@@ -82,49 +81,103 @@ static int show(const struct cli *cli, const char *kind, const struct ready_repo
 
 /* ---- ready ---- */
 
-static enum mr_status examine(struct store *store, struct ready_client *talk, struct ready_facts *f,
-                              struct error *error)
+/* The spans that the last check of this board kept. */
+static void take_spans(const char *checks, float span_lb[MR_GAGES])
 {
-    enum mr_status status = ready_client_meet(talk, error);
-    if (status != MR_OK || !f->hello)
-        return status;
-    status = ready_client_look_back(store, f, error);
-    return status == MR_OK && f->identity.hello.state == MR_LANDING_IDLE
-             ? ready_client_ask(talk, error)
-             : status;
+    json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
+    for (unsigned i = 0; i < MR_GAGES; i++) {
+        json_t *span = json_array_get(spans, i);
+        if (json_is_number(span))
+            span_lb[i] = (float)json_number_value(span);
+    }
+    json_decref(object);
+}
+
+/* What this board was at its last landing and its last shunt calibration; its certificates. */
+static enum mr_status look_back(struct store *store, struct ready_facts *f, struct error *error)
+{
+    char uid[IDENTITY_UID_TEXT];
+    struct store_landing *rows = NULL;
+    struct store_readiness last = {.checks = NULL};
+    size_t count = 0;
+    bool found = false;
+    int64_t kept_us = STORE_NONE;
+    identity_uid_text(&f->identity, uid);
+    enum mr_status status = store_landings(store, &rows, &count, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if (strcmp(rows[i].board_uid, uid) != 0)
+            continue;
+        f->before = true;
+        f->before_run = rows[i].id;
+        f->before_image = rows[i].image_crc;
+        f->before_config = rows[i].config_crc;
+    }
+    free(rows);
+    if (status == MR_OK)
+        status = store_board_spans(store, uid, f->before_span_lb, &kept_us, error);
+    if (status == MR_OK)
+        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last,
+                                     &found, error);
+    if (status == MR_OK && found && last.made_us > kept_us)
+        take_spans(last.checks, f->before_span_lb);
+    free(last.checks);
+    return status == MR_OK ? certificates_read(store, uid, &f->certificates, error) : status;
+}
+
+/* `kind`: "ready" or "walk"; `shunts` NULL: of a walk. The row of table readiness: {"checks":
+ * [...], "spans_lb": [...]}. */
+static enum mr_status save(struct store *store, const struct identity *identity, const char *kind,
+                           const struct ready_report *report, const struct shunts *shunts,
+                           int64_t made_us, struct error *error)
+{
+    char uid[IDENTITY_UID_TEXT];
+    json_t *spans = json_array();
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        json_array_append_new(spans, json_null());
+    for (unsigned i = 0; shunts && i < shunts->count; i++)
+        json_array_set_new(spans, shunts->result[i].gage - 1u,
+                           cli_json_number((double)shunts->result[i].span_lb, 7));
+    json_t *object = json_pack("{soso}", "checks", ready_json(report), "spans_lb", spans);
+    struct store_readiness row = {.made_us = made_us, .checks = json_dumps(object, JSON_COMPACT)};
+    json_decref(object);
+    if (!row.checks)
+        abort();
+    snprintf(row.verdict, sizeof row.verdict, "%s",
+             ready_verdict(report) == READY_GO ? "go" : "no-go");
+    identity_uid_text(identity, uid);
+    enum mr_status status = store_begin(store, error);
+    if (status == MR_OK)
+        status = store_readiness_put(store, uid, kind, &row, error);
+    if (status == MR_OK)
+        status = store_commit(store, error);
+    free(row.checks);
+    return status;
 }
 
 static int ready(const struct request *request, struct ready_facts *f)
 {
+    static struct ready_report report;
     struct error error = {0};
     struct store *store = NULL;
     struct dialogue dialogue = {0};
-    struct ready_client *talk = xcalloc(1, sizeof *talk);
-    struct ready_report *report = xcalloc(1, sizeof *report);
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
     enum mr_status status = open_campaign(request, f, &store, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
-    if (status == MR_OK) {
-        ready_client_begin(talk, &dialogue, f, LIMIT_S - (monotonic_s() - begun_s));
-        status = examine(store, talk, f, &error);
-    }
     if (status == MR_OK)
-        ready_judge(f, report);
-    if (status == MR_OK && f->hello && !f->database[0])
-        status = ready_client_save(store, &f->identity, "ready", report, f, made_us, &error);
-    int exit_code = status == MR_OK ? show(request->cli, "ready", report, &f->identity, made_us,
-                                           monotonic_s() - begun_s)
-                                    : cli_fail(&error);
-    /* no-go is of a board that was looked at */
-    if (status == MR_OK && !f->hello && dialogue_no_hello(&dialogue, &error) != MR_OK)
-        exit_code = cli_fail(&error);
+        status = ready_ask(&dialogue, LIMIT_S - (monotonic_s() - begun_s), f, &error);
     dialogue_close(&dialogue);
+    if (status == MR_OK)
+        status = look_back(store, f, &error);
+    if (status == MR_OK)
+        ready_judge(f, &report);
+    if (status == MR_OK && !f->database[0])
+        status = save(store, &f->identity, "ready", &report, &f->shunts, made_us, &error);
     store_close(store);
-    free(talk);
-    free(report);
-    return exit_code;
+    return status == MR_OK
+             ? show(request->cli, "ready", &report, &f->identity, made_us, monotonic_s() - begun_s)
+             : cli_fail(&error);
 }
 
 /* ---- the walk ---- */
@@ -140,6 +193,7 @@ static void note_signal(int number)
 struct walking {
     const struct request *request;
     struct walk walk;
+    uint32_t newest_clock; /* of the board, ms */
 };
 
 /* One line for each that answers. */
@@ -148,8 +202,7 @@ static void print_answer(const struct walking *w, enum walk_kind kind)
     const struct walk_answer *a = &w->walk.answer[kind][w->walk.count[kind] - 1];
     if (w->request->cli->quiet || w->request->cli->json)
         return;
-    if (kind == WALK_SWITCH && a->number >= 1 && a->number <= MR_CONFIG_SWITCHES &&
-        !w->request->learn)
+    if (kind == WALK_SWITCH && a->number >= 1 && a->number <= MR_CONFIG_SWITCHES)
         printf("switch %u (%.1f ft): step of %.1f codes, configured %u\n", a->number,
                (double)w->walk.config->gate[a->number - 1].station_ft, a->codes,
                w->walk.config->gate[a->number - 1].step_codes);
@@ -160,75 +213,59 @@ static void print_answer(const struct walking *w, enum walk_kind kind)
     fflush(stdout);
 }
 
-static void take_edge(void *context, const struct mr_edge *edge)
+static enum mr_status take(void *context, const struct dialogue_message *message,
+                           struct error *error)
 {
     struct walking *w = context;
-    if (walk_take_edge(&w->walk, edge))
-        print_answer(w, WALK_SWITCH);
-}
-
-static void take_event(void *context, const struct mr_switch_event *event)
-{
-    struct walking *w = context;
-    walk_take_event(&w->walk, event);
-}
-
-static void take_reading(void *context, const struct mr_block *block)
-{
-    struct walking *w = context;
+    const uint8_t *bytes = message->payload;
+    size_t length = message->length;
+    struct mr_edge edge;
+    struct mr_switch_event event;
+    struct mr_block block;
+    struct mr_clock clock;
     enum walk_kind kind;
-    if (walk_take_reading(&w->walk, block, &kind))
+    (void)error;
+    if (message->kind == LINK_CAN)
+        return MR_OK;
+    if (message->id == MR_ID_EDGE && mr_edge_get(&edge, bytes, length) == MR_OK &&
+        walk_take_edge(&w->walk, &edge))
+        print_answer(w, WALK_SWITCH);
+    if (message->id == MR_ID_SWITCH_EVENT && mr_switch_event_get(&event, bytes, length) == MR_OK)
+        walk_take_event(&w->walk, &event);
+    if (message->id == MR_ID_BLOCK && mr_block_get(&block, bytes, length) == MR_OK &&
+        walk_take_reading(&w->walk, &block, &kind))
         print_answer(w, kind);
+    if (message->id == MR_ID_CLOCK && mr_clock_get(&clock, bytes, length) == MR_OK)
+        w->newest_clock = clock.block;
+    return MR_OK;
 }
 
-static enum mr_status go_along(struct ready_client *talk, struct walking *w, struct error *error)
+static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, struct error *error)
 {
     double until_s = monotonic_s() + WALK_S, renew_s = 0.0;
     /* of the board: one that is emulated is faster than the clock on the wall */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
-    while (status == MR_OK && !walk_is_over(&w->walk, w->request->learn != NULL) && !interrupted &&
-           monotonic_s() < until_s) {
-        if (monotonic_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
-            enum mr_status live = ready_client_live(talk, LIVE_S, error);
-            if (error->status != MR_OK)
-                return error->status;
-            if (live != MR_OK)
-                return error_set(error, live,
-                                 "the board refuses the walk (%s): %s; it must be idle",
-                                 mr_status_text(live), dialogue_spec(talk->dialogue));
+    while (status == MR_OK && !walk_is_over(&w->walk) && !interrupted && monotonic_s() < until_s) {
+        if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
+            status = config_client_live(dialogue, LIVE_S, error);
             renew_s = monotonic_s() + RENEW_S;
-            renew_ms = talk->newest_clock + (uint32_t)(1000.0 * RENEW_S);
+            renew_ms = w->newest_clock + (uint32_t)(1000.0 * RENEW_S);
         }
-        status = dialogue_turn(talk->dialogue, DIALOGUE_TURN_S, error);
+        if (status == MR_OK)
+            status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
     }
     if (status == MR_CLOSED) { /* what was seen until then counts */
         *error = (struct error){0};
         return MR_OK;
     }
-    if (status == MR_OK)
-        (void)ready_client_live(talk, 0, error);
-    return error->status;
-}
-
-static enum mr_status learn(const struct walking *w, struct ready_report *report,
-                            struct error *error)
-{
-    static struct mr_config learned;
-    if (!walk_learn(&w->walk, &learned, report))
-        return MR_OK;
-    char *text = config_text_write(&learned);
-    enum mr_status status = output_bytes(w->request->learn, text, strlen(text), error);
-    free(text);
-    if (status == MR_OK)
-        cli_note(w->request->cli, "the configuration with these steps: %s", w->request->learn);
-    return status;
+    return status == MR_OK ? config_client_live(dialogue, 0, error) : status;
 }
 
 static int walk(const struct request *request, struct ready_facts *f)
 {
     static struct walking walking;
-    static struct ready_client talk;
+    static struct config_client talk;
     static struct ready_report report;
     struct error error = {0};
     struct store *store = NULL;
@@ -238,39 +275,24 @@ static int walk(const struct request *request, struct ready_facts *f)
     enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, request->can, request->serial, &error);
-    if (status == MR_OK) {
-        ready_client_begin(&talk, &dialogue, f, MEET_S);
-        status = ready_client_meet(&talk, &error);
-    }
-    if (status == MR_OK && !f->hello)
-        status = dialogue_no_hello(&dialogue, &error);
-    if (status == MR_OK && !f->config_known)
-        status = error_set(&error, MR_TIMEOUT,
-                           "the board did not send its configuration: %s; it must be idle, try "
-                           "again",
-                           request->serial);
+    if (status == MR_OK)
+        status = config_client_meet(&talk, &dialogue, &f->config, &f->config_crc, &error);
     if (status == MR_OK) {
         walking.request = request;
         walk_start(&walking.walk, &f->config);
-        talk.context = &walking;
-        talk.edge = take_edge;
-        talk.event = take_event;
-        talk.reading = take_reading;
-        talk.until_s = (double)INFINITY;
+        dialogue_subscribe(&dialogue, take, &walking);
         cli_note(request->cli,
                  "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C",
                  WALK_S);
         signal(SIGINT, note_signal);
-        status = go_along(&talk, &walking, &error);
+        status = go_along(&dialogue, &walking, &error);
     }
-    if (status == MR_OK && request->learn)
-        status = learn(&walking, &report, &error);
-    else if (status == MR_OK)
+    if (status == MR_OK) {
         walk_judge(&walking.walk, &report);
-    if (status == MR_OK)
-        status = ready_client_save(store, &f->identity, "walk", &report, NULL, made_us, &error);
-    int exit_code = status == MR_OK ? show(request->cli, "walk", &report, &f->identity, made_us,
-                                           monotonic_s() - begun_s)
+        status = save(store, &dialogue.identity, "walk", &report, NULL, made_us, &error);
+    }
+    int exit_code = status == MR_OK ? show(request->cli, "walk", &report, &dialogue.identity,
+                                           made_us, monotonic_s() - begun_s)
                                     : cli_fail(&error);
     dialogue_close(&dialogue);
     store_close(store);
@@ -298,9 +320,9 @@ static enum mr_status check_request(const struct request *r, struct error *error
     if (!r->serial)
         return error_set(error, MR_USAGE,
                          "no link: matrig ready needs --serial LINK; see matrig ready --help");
-    if ((r->walk || r->learn) && (r->image || r->expected))
+    if (r->walk && (r->image || r->expected))
         return error_set(error, MR_USAGE,
-                         "--walk and --learn go without --image and --expect-config: matrig ready; "
+                         "--walk goes without --image and --expect-config: matrig ready; "
                          "see matrig ready --help");
     return MR_OK;
 }
@@ -315,10 +337,6 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
                                           &error);
     if (status == MR_OK)
         status = check_request(&request, &error);
-    if (status == MR_OK && request.learn)
-        status = output_keep(request.learn, request.force, &error);
-    if (status == MR_OK && request.learn)
-        status = output_check(request.learn, NULL, &error);
     if (status == MR_OK && request.expected)
         status = expected(request.expected, facts, &error);
     if (status == MR_OK && request.image)
@@ -334,9 +352,9 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->now_s = (int64_t)time(NULL);
     facts->today_day = (uint32_t)(facts->now_s / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);
-    int exit_code = status != MR_OK               ? cli_fail(&error)
-                  : request.walk || request.learn ? walk(&request, facts)
-                                                  : ready(&request, facts);
+    int exit_code = status != MR_OK ? cli_fail(&error)
+                  : request.walk    ? walk(&request, facts)
+                                    : ready(&request, facts);
     if (request.image)
         imagefile_free(&image);
     free(facts);
@@ -366,13 +384,6 @@ static const struct command_part parts[] = {
                 "It ends when all have answered, after 600 s, or on Ctrl-C. Exit 1 when one did "
                 "not answer or answered in another's\n"
                 "place; of a kind of which none answered it is not done"),
-    OPTION_TEXT("--learn", "FILE", learn,
-                "learn the steps: walk along the switches alone, trip each once, upfield first. "
-                "Writes the board's configuration\n"
-                "with the steps as measured, for matrig board config set; refused where two come "
-                "closer than 6 codes, or one lies\n"
-                "16 or more beside the step configured"),
-    OPTION_FLAG("--force", force, "replace FILE if it exists"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 
@@ -380,7 +391,7 @@ const struct command command_ready = {
     "ready",
     ready_command,
     "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] |\n"
-    "                         DB --serial LINK (--walk | --learn FILE [--force])",
+    "                         DB --serial LINK --walk",
     "go or no-go before a landing, and the walk test",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

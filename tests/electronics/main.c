@@ -11,7 +11,6 @@
 
 #include "common/config.h"
 #include "common/staircase.h"
-#include "host/board/walk.h"
 #include "tests/electronics/boards.h"
 
 struct spread {
@@ -154,40 +153,6 @@ static int boards(uint64_t count, uint64_t from)
 
 /* ---- staircase ---- */
 
-/* What matrig ready --learn would make of a board (host/board/walk.h): its steps, whole
- * codes as the configuration has them; the configured ones; or nothing. */
-enum learning { LEARNED, CONFIGURED_STAY, REFUSED };
-
-static enum learning learn(const struct board_outcome *board, uint16_t steps[HIL_RUN_SWITCHES])
-{
-    double apart = (double)INFINITY, furthest = 0.0;
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        double step = (double)board->step_codes[i], configured = hil_step_codes(i + 1u);
-        steps[i] = isnan(step) ? 0 : (uint16_t)lround(step);
-        furthest = fmax(furthest, fabs(step - configured));
-        for (unsigned k = 0; k < i; k++)
-            apart = fmin(apart, fabs(step - (double)board->step_codes[k]));
-    }
-    if (apart >= MR_CONFIG_STEP_APART_CODES)
-        return LEARNED;
-    if (furthest > WALK_STEP_CURVE_CODES)
-        return REFUSED;
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        steps[i] = (uint16_t)hil_step_codes(i + 1u);
-    return CONFIGURED_STAY;
-}
-
-/* Of the switches that opened in another run, those whose steps these do not name. */
-static unsigned not_named(const struct board_outcome *run, const uint16_t steps[HIL_RUN_SWITCHES])
-{
-    unsigned bad = 0;
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        if (!isnan(run->step_codes[i]))
-            bad += mr_staircase_name(run->step_codes[i], steps, HIL_RUN_SWITCHES, 0) != i + 1u;
-    }
-    return bad;
-}
-
 static void play(const struct board_request *request, struct board_outcome *outcome)
 {
     board_play(request, outcome);
@@ -201,11 +166,10 @@ static void play(const struct board_request *request, struct board_outcome *outc
 static void staircase_row(uint64_t count, double inl_lsb, double tolerance)
 {
     struct hil_figures figures;
-    struct board_outcome *first = malloc(sizeof *first), *other = malloc(sizeof *other);
-    size_t unnamed = 0, misnamed = 0, unnamed_boards = 0, misnamed_boards = 0, open_bad = 0,
-           shut_bad = 0, of[REFUSED + 1] = {0};
+    struct board_outcome *first = malloc(sizeof *first);
+    size_t unnamed = 0, misnamed = 0, unnamed_boards = 0, misnamed_boards = 0;
     double worst = 0.0;
-    if (!first || !other)
+    if (!first)
         abort();
     hil_figures_reference(&figures);
     figures.adc_inl_typical_lsb = figures.adc_inl_most_lsb = inl_lsb;
@@ -214,16 +178,7 @@ static void staircase_row(uint64_t count, double inl_lsb, double tolerance)
     for (uint64_t seed = 0; seed < count; seed++) {
         struct board_request request = {
             .seed = seed, .vdda_v = board_vdda_v(seed), .figures = &figures, .only_switches = true};
-        uint16_t steps[HIL_RUN_SWITCHES];
         play(&request, first);
-        enum learning learning = learn(first, steps);
-        of[learning]++;
-        request.vdda_v = board_vdda_v(seed + 1000u); /* another day */
-        play(&request, other);
-        open_bad += not_named(other, steps) != 0;
-        request.stays_closed = 1u + (unsigned)(seed % HIL_RUN_SWITCHES);
-        play(&request, other);
-        shut_bad += learning != REFUSED && not_named(other, steps) != 0;
         unnamed += first->unnamed;
         misnamed += first->misnamed;
         unnamed_boards += first->unnamed != 0;
@@ -231,24 +186,20 @@ static void staircase_row(uint64_t count, double inl_lsb, double tolerance)
         for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
             worst = fmax(worst, fabs((double)first->step_codes[i] - hil_step_codes(i + 1u)));
     }
-    printf("| %llu | %.1f | %.2f | %zu on %zu | %zu on %zu | %.2f | %zu | %zu | %zu | %zu |\n",
-           (unsigned long long)count, inl_lsb, 100.0 * figures.staircase_resistor_tol_rel, misnamed,
-           misnamed_boards, unnamed, unnamed_boards, worst, of[CONFIGURED_STAY], of[REFUSED],
-           open_bad, shut_bad);
+    printf("| %llu | %.1f | %.2f | %zu on %zu | %zu on %zu | %.2f |\n", (unsigned long long)count,
+           inl_lsb, 100.0 * figures.staircase_resistor_tol_rel, misnamed, misnamed_boards, unnamed,
+           unnamed_boards, worst);
     fflush(stdout);
     free(first);
-    free(other);
 }
 
 static int staircase(uint64_t count)
 {
-    printf("VDDA 3.24 to 3.36 V; learned steps are used at another VDDA than they were learned "
-           "at.\n\n");
+    printf("VDDA 3.24 to 3.36 V.\n\n");
     printf("| boards | INL, LSB | resistors, %% | named wrongly, boards | not named, boards | "
            "worst step, "
            "codes "
-           "off | --learn: configured stay | refused | boards then not named right | the same, a "
-           "switch shut |\n|---|---|---|---|---|---|---|---|---|---|\n");
+           "off |\n|---|---|---|---|---|---|\n");
     staircase_row(count, 1.5, 0.0);
     staircase_row(count, 3.0, 0.0);
     staircase_row((count + 4u) / 5u, 1.5, 0.01); /* what a drawer holds */

@@ -33,10 +33,7 @@ $(cat "$out/boards.md")
 
 ## The staircase and the converter's linearity
 
-INL of exactly the data sheet's typical and most; resistors of 0.1 % as in the circuits, and of 1 %. What \`matrig ready --learn\` makes of each board:
-learned steps; the configured ones stay, since the curve alone brings two learned ones closer than 6 codes; or it refuses. The board's steps are then named by
-these at another supply, with all switches, and with one that stays closed (refused boards by the steps that were refused, in the former alone).
-A board that fails there may have a step that is not named; named wrongly is counted with it. The limit of 2.5 codes was chosen afterwards, on such boards.
+INL of exactly the data sheet's typical and most; resistors of 0.1 % as in the circuits, and of 1 %.
 
 $(cat "$out/staircase.md")
 

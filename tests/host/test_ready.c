@@ -22,8 +22,7 @@ static int all_well(void **state)
     memset(&f, 0, sizeof f);
     f.today_day = 20000;
     f.now_s = 20000 * 86400 + 43200;
-    f.hello = f.config_known = f.config_state_known = f.shunt_done = f.tested = f.box_known =
-        f.temperature_known = f.alarm_known = true;
+    f.shunt_done = f.tested = f.box_known = f.temperature_known = f.alarm_known = true;
     f.can_used = f.database_checked = f.before = true;
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
     f.identity.commit_known = true;
@@ -229,8 +228,6 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     only_no_go("serial", "1 dropped");
     snprintf(f.database, sizeof f.database, "read-only");
     only_no_go("database", "read-only");
-    f.identity.hello.state = 2;
-    only_no_go("board", "armed or going on");
 }
 
 TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
@@ -247,10 +244,6 @@ TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
     assert_int_equal(ready_count(&report, READY_NOT_DONE), 5);
     assert_int_equal(check_named("CAN")->verdict, READY_NOT_DONE);
     assert_non_null(strstr(check_named("faults")->value, mr_fault_text(MR_FAULT_WATCHDOG_RESET)));
-    f.hello = false;
-    ready_judge(&f, &report);
-    assert_int_equal(ready_verdict(&report), READY_NO_GO);
-    assert_string_equal(check_named("board")->value, "no hello");
     memset(&report, 0, sizeof report); /* nothing was looked at: that is no go */
     assert_int_equal(ready_verdict(&report), READY_NO_GO);
 }
@@ -304,7 +297,7 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     walked(6, "abcdef");
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_string_equal(check_named("switch walk")->value, "all 6 answered, in order");
-    assert_true(walk_is_over(&walk, false));
+    assert_true(walk_is_over(&walk));
     walked(6, "fedcba"); /* from the other end */
     assert_int_equal(ready_verdict(&report), READY_GO);
     walked(6, "abbgcdef"); /* one twice, one that is not fitted */
@@ -319,7 +312,7 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     walked(6, "abdef");
     assert_int_equal(report.count, 1);
     assert_string_equal(check_named("switch 3")->value, "did not answer");
-    assert_false(walk_is_over(&walk, false));
+    assert_false(walk_is_over(&walk));
     walked(6, "abdfe"); /* one dead, two swapped */
     assert_int_equal(report.count, 3);
     assert_string_equal(check_named("switch 5")->value, "answered when 6 was next");
@@ -328,6 +321,26 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     assert_int_equal(report.check[0].verdict, READY_NOT_DONE);
     walked(0, ""); /* none fitted */
     assert_int_equal(report.count, 0);
+}
+
+/* Switches 1 and 2 trip, each with a bounce, an edge without a step and an event of neither. */
+TEST_IN(a_bounce_is_no_answer, all_well, NULL)
+{
+    walk_start(&walk, &f.config);
+    for (unsigned n = 1; n <= 2; n++) {
+        for (unsigned i = 0; i < 4; i++)
+            walk_take_edge(&walk, &(struct mr_edge){.count = (uint8_t)n,
+                                                    .position = (uint8_t)n,
+                                                    .step_codes = i == 1 ? 0.5f
+                                                                : i == 2 ? NAN
+                                                                         : 64.0f});
+        walk_take_event(&walk,
+                        &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE, .count = (uint8_t)n});
+        walk_take_event(&walk, &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE,
+                                                         .count = (uint8_t)(n - 1)});
+    }
+    assert_int_equal(walk.count[WALK_SWITCH], 2);
+    assert_int_equal(walk.strange, 0);
 }
 
 /* ---- movements ---- */
@@ -396,24 +409,4 @@ TEST_IN(an_impossible_gain_is_no_go, all_well, NULL)
 {
     f.config.channel[0].unit_per_code = 25.4f * 0.0016f;
     only_no_go("calibration d1", "no sensor of the rig has such a gain; were the values mm?");
-}
-
-/* An advice is read beside the checks, counts as none, and makes nothing no-go. */
-TEST_IN(an_advice_is_told, all_well, NULL)
-{
-    ready_judge(&f, &report);
-    unsigned checks = report.count;
-    snprintf(f.advice, sizeof f.advice, "against: at 7.2 ft/s2 it is too likely");
-    f.advised_against = true;
-    ready_judge(&f, &report);
-    assert_int_equal(report.count, checks + 1);
-    const struct ready_check *c = &report.check[checks];
-    assert_string_equal(c->name, "advice");
-    assert_string_equal(ready_text(c->verdict), "told");
-    assert_string_equal(c->value, "against: at 7.2 ft/s2 it is too likely");
-    assert_non_null(strstr(c->advice, "yours to decide"));
-    assert_int_equal(ready_verdict(&report), READY_GO);
-    f.advised_against = false;
-    ready_judge(&f, &report);
-    assert_string_equal(report.check[checks].advice, "");
 }
