@@ -1,4 +1,3 @@
-#include "host/base/xmalloc.h"
 #include "host/board/config_text.h"
 
 #include <ctype.h>
@@ -7,11 +6,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "common/decimal.h"
 #include "common/gain.h"
 #include "common/wire.h"
+#include "host/base/xmalloc.h"
 #include "host/calibrate/jump.h"
+
+#define DAY_S  86400
+#define BLANKS " \t\r"
 
 /* ---- one field ---- */
 
@@ -57,44 +61,28 @@ static bool configplace_is_day(const struct mr_config_field *field)
     return length > 4 && strcmp(field->name + length - 4, "_day") == 0;
 }
 
-/* Days since 1970-01-01 of the Gregorian calendar and back: years begin in March, 400 of them have
- * 146097 days. */
-static int64_t configplace_day(int64_t year, unsigned month, unsigned day)
-{
-    int64_t y = year - (month <= 2);
-    unsigned from_march = (month + 9) % 12;
-    return 365 * y + y / 4 - y / 100 + y / 400 + (int64_t)((153 * from_march + 2) / 5 + day - 1) -
-           719468;
-}
-
-static void configplace_date(uint32_t days, unsigned *year, unsigned *month, unsigned *day)
-{
-    *year = 1970 + days / 366;
-    while (configplace_day(*year + 1, 1, 1) <= (int64_t)days)
-        ++*year;
-    *month = 12;
-    while (configplace_day(*year, *month, 1) > (int64_t)days)
-        --*month;
-    *day = (unsigned)((int64_t)days - configplace_day(*year, *month, 1)) + 1;
-}
-
 bool configplace_date_read(const char *text, uint32_t *days)
 {
-    unsigned year, month, day, y, m, d;
-    int used = 0;
-    if (sscanf(text, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 ||
-        used != CONFIGPLACE_DATE - 1 || month < 1 || month > 12 || year < 1970)
+    struct tm tm = {.tm_year = 0};
+    char back[CONFIGPLACE_DATE];
+    const char *end = strptime(text, "%Y-%m-%d", &tm);
+    if (!end || end - text != CONFIGPLACE_DATE - 1)
         return false;
-    *days = (uint32_t)configplace_day(year, month, day);
-    configplace_date(*days, &y, &m, &d);
-    return *days > 0 && y == year && m == month && d == day;
+    int64_t day = (int64_t)timegm(&tm) / DAY_S;
+    *days = (uint32_t)day;
+    if (day <= 0 || day > UINT32_MAX)
+        return false;
+    configplace_date_text(*days, back);
+    return strncmp(text, back, sizeof back - 1) == 0;
 }
 
 void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE])
 {
-    unsigned year, month, day;
-    configplace_date(days, &year, &month, &day);
-    snprintf(out, CONFIGPLACE_DATE, "%04u-%02u-%02u", year % 10000u, month % 100u, day % 100u);
+    time_t seconds = (time_t)days * DAY_S;
+    struct tm tm;
+    gmtime_r(&seconds, &tm);
+    if (strftime(out, CONFIGPLACE_DATE, "%Y-%m-%d", &tm) == 0)
+        out[0] = '\0';
 }
 
 static uint32_t integer_at(const struct mr_config_field *field, const void *bytes)
@@ -173,94 +161,6 @@ static void configplace_limits(const struct mr_config_field *field, char *out, s
     } else {
         snprintf(out, size, "from %u to %u", field->least, field->most);
     }
-}
-
-/* ---- units ---- */
-
-#define VALUE_MAX 100u
-#define BLANKS    " \t\r"
-
-/* "in or lb per h", "in/s or lb/s", "in or lb per code": a code is not converted. */
-static void configunits_own(const char *unit, enum configunits_of of, char out[40])
-{
-    const char * or = strstr(unit, " or "), *per = strstr(unit, " per ");
-    int first = or ? (int)(or -unit) : 0, second = per ? (int)(per - or) - 4 : 39;
-    const char *rate = per && strcmp(per, " per code") != 0 ? "/" : "";
-    if (! or)
-        snprintf(out, 40, "%s", unit);
-    else
-        snprintf(out, 40, "%.*s%s%s", of == CONFIGUNITS_FORCE ? second : first,
-                 of == CONFIGUNITS_FORCE ? or +4 : unit, rate, *rate ? per + 5 : "");
-}
-
-/* Where the unit behind the number ends; `end` itself: it has none. */
-static const char *unit_end(const char *end, bool list)
-{
-    const char *unit = end + strspn(end, BLANKS);
-    if (*unit == '\0' || *unit == '#' || (list && unit > end && strncmp(unit, "missing", 7) == 0))
-        return end;
-    if (list && unit > end && !isalpha((unsigned char)*unit))
-        return end; /* the next value */
-    return unit + (list ? strcspn(unit, BLANKS "#") : strcspn(unit, "#"));
-}
-
-static bool fail(const char *what, const char *advice, struct quantity_wrong *wrong)
-{
-    snprintf(wrong->what, sizeof wrong->what, "%s", what);
-    snprintf(wrong->advice, sizeof wrong->advice, "%s", advice);
-    return false;
-}
-
-/* A field of a channel takes either. */
-static bool read_with_unit(const char *text, const char *unit, double *value,
-                           enum configunits_of *of, struct quantity_wrong *wrong)
-{
-    char own[40];
-    *of = CONFIGUNITS_ANY;
-    if (!strstr(unit, " or "))
-        return quantity_parse(text, quantity_kind_of(unit) ? unit : "", NULL, value, wrong);
-    for (*of = CONFIGUNITS_LENGTH; *of <= CONFIGUNITS_FORCE; ++*of) {
-        configunits_own(unit, *of, own);
-        if (quantity_parse(text, own, NULL, value, wrong))
-            return true;
-    }
-    configunits_own(unit, CONFIGUNITS_LENGTH, own);
-    return quantity_parse(text, own, NULL, value, wrong);
-}
-
-/* The value at *p, and *p behind it: the rest of the line up to a `#`, or with `list` up to the
- * next value. `unit`: the field's, as config.def has it. `missing` is NaN. Without a unit the value
- * is the float that its digits stand for. */
-static bool configunits_read(const char **p, const char *unit, bool list, float *value,
-                             enum configunits_of *of, struct quantity_wrong *wrong)
-{
-    const char *end;
-    char text[VALUE_MAX];
-    double converted;
-    *of = CONFIGUNITS_NONE;
-    *p += strspn(*p, BLANKS);
-    if (strncmp(*p, "missing", 7) == 0 && (!(*p)[7] || strchr(BLANKS "#", (*p)[7]))) {
-        *value = MR_NAN;
-        *p += 7;
-        return true;
-    }
-    (void)mr_decimal_read(*p, &end);
-    if (end == *p)
-        return fail("", "", wrong);
-    const char *behind = unit_end(end, list);
-    size_t length = (size_t)(behind - *p);
-    if (length >= sizeof text)
-        return fail("", "", wrong);
-    *value = strtof(*p, NULL);
-    memcpy(text, *p, length);
-    text[length] = '\0';
-    *p = behind;
-    if (behind == end)
-        return true;
-    if (!read_with_unit(text, unit, &converted, of, wrong))
-        return false;
-    *value = (float)converted;
-    return true;
 }
 
 /* ---- why a configuration is refused ---- */
@@ -482,10 +382,7 @@ struct reader {
     const char *name; /* of the file */
     unsigned line;
     struct mr_config *config;
-    struct read_place {
-        unsigned line; /* 0: not read yet */
-        enum configunits_of of;
-    } * place; /* each, in the order of the table */
+    unsigned *given; /* the line of each field, in the order of the table; 0: not read yet */
     struct error *error;
 };
 
@@ -577,26 +474,25 @@ static bool read_text(const struct mr_config_field *field, const char *p, char *
     return *p == '"' && ends(p + 1);
 }
 
-/* All with a unit, or none: but 0 is 0 in each. */
-static bool read_reals(const struct mr_config_field *field, const char *unit, const char *p,
-                       void *bytes, enum configunits_of *of, struct quantity_wrong *wrong)
+static bool read_reals(const struct mr_config_field *field, const char *p, void *bytes)
 {
     float values[256];
-    bool bare = false;
-    *of = CONFIGUNITS_NONE;
     for (unsigned i = 0; i < field->count; i++) {
-        enum configunits_of one;
-        if (!configunits_read(&p, unit, field->count > 1, &values[i], &one, wrong))
+        const char *end = p;
+        skip_blanks(&p);
+        if (strncmp(p, "missing", 7) == 0) {
+            values[i] = MR_NAN;
+            end = p + 7;
+        } else {
+            (void)mr_decimal_read(p, &end);
+            values[i] = strtof(p, NULL);
+        }
+        if (end == p || (*end && !strchr(BLANKS "#", *end)))
             return false;
-        bare |= one == CONFIGUNITS_NONE && values[i] != 0.0f && values[i] == values[i];
-        if (one != CONFIGUNITS_NONE && *of != CONFIGUNITS_NONE && one != *of)
-            bare = true;
-        *of = one == CONFIGUNITS_NONE ? *of : one;
+        p = end;
     }
     memcpy(bytes, values, field->count * sizeof values[0]);
-    if (bare && *of != CONFIGUNITS_NONE)
-        *wrong = (struct quantity_wrong){"some without a unit", "write one behind each, or none"};
-    return ends(p) && !(bare && *of != CONFIGUNITS_NONE);
+    return ends(p);
 }
 
 static bool read_day(const char *p, uint64_t *days)
@@ -611,36 +507,18 @@ static bool read_day(const char *p, uint64_t *days)
     return ends(p + CONFIGPLACE_DATE - 1);
 }
 
-/* A whole number; with a unit when it comes to one: "0.5 s" of a field in ms. */
-static bool read_count(const char *unit, const char *p, uint64_t *value,
-                       struct quantity_wrong *wrong)
-{
-    char *end, text[60];
-    double number;
-    errno = 0;
-    *value = strtoull(p, &end, 10);
-    if (isdigit((unsigned char)*p) && !errno && ends(end))
-        return true;
-    size_t length = strcspn(p, "#");
-    if (!quantity_kind_of(unit) || length >= sizeof text)
-        return false;
-    memcpy(text, p, length);
-    text[length] = '\0';
-    if (!quantity_parse(text, unit, "", &number, wrong) || !(number >= 0.0 && number < 1e9))
-        return false;
-    *value = (uint64_t)number;
-    return (double)*value == number;
-}
-
-static bool read_integer(const struct mr_config_field *field, const char *unit, const char *p,
-                         void *bytes, struct quantity_wrong *wrong)
+static bool read_integer(const struct mr_config_field *field, const char *p, void *bytes)
 {
     uint64_t value = 0;
+    char *end;
+    errno = 0;
     if (configplace_is_day(field)) {
         if (!read_day(p, &value))
             return false;
-    } else if (!read_count(unit, p, &value, wrong)) {
-        return false;
+    } else {
+        value = strtoull(p, &end, 10);
+        if (!isdigit((unsigned char)*p) || errno || !ends(end))
+            return false;
     }
     if (value < field->least || value > field->most)
         return false;
@@ -657,14 +535,13 @@ static bool read_integer(const struct mr_config_field *field, const char *unit, 
 }
 
 /* Limits of reals are mr_config_check's. */
-static bool read_value(const struct mr_config_field *field, const char *unit, const char *p,
-                       void *bytes, enum configunits_of *of, struct quantity_wrong *wrong)
+static bool read_value(const struct mr_config_field *field, const char *p, void *bytes)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)
         return read_text(field, p, bytes);
     if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
-        return read_reals(field, unit, p, bytes, of, wrong);
-    return read_integer(field, unit, p, bytes, wrong);
+        return read_reals(field, p, bytes);
+    return read_integer(field, p, bytes);
 }
 
 static enum mr_status read_line(struct reader *r, const char *p)
@@ -678,58 +555,23 @@ static enum mr_status read_line(struct reader *r, const char *p)
     if (status != MR_OK)
         return status;
     configplace_name(at, name);
-    struct read_place *place = &r->place[number_of(at)];
-    if (place->line) {
+    unsigned *line = &r->given[number_of(at)];
+    if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
-        snprintf(advice, sizeof advice, "it is in line %u too; leave one", place->line);
+        snprintf(advice, sizeof advice, "it is in line %u too; leave one", *line);
         return complain(r, MR_MALFORMED, what, advice);
     }
-    place->line = r->line;
-    struct quantity_wrong wrong = {"", ""};
-    if (!read_value(configplace_field(at), words[at.group][at.field].unit, p,
-                    configplace_bytes(r->config, at), &place->of, &wrong)) {
+    *line = r->line;
+    if (!read_value(configplace_field(at), p, configplace_bytes(r->config, at))) {
         char limits[200];
         int length = (int)strcspn(p, "#\r");
         while (length > 0 && p[length - 1] == ' ')
             length--;
         configplace_limits(configplace_field(at), limits, sizeof limits);
-        snprintf(what, sizeof what, "%s cannot be `%.*s`%s%s", name, length, p,
-                 wrong.what[0] ? ", " : "", wrong.what);
-        snprintf(advice, sizeof advice, "%s%s", wrong.what[0] ? "" : "it is ",
-                 wrong.what[0] ? wrong.advice : limits);
+        snprintf(what, sizeof what, "%s cannot be `%.*s`", name, length, p);
+        snprintf(advice, sizeof advice, "it is %s", limits);
         return complain(r, MR_MALFORMED, what, advice);
     }
-    return MR_OK;
-}
-
-/* A length is no tension: a channel's fields are in the unit of what it measures. */
-static enum mr_status check_units(struct reader *r)
-{
-    struct configplace at = {0};
-    size_t number = 0;
-    do {
-        const struct read_place *place = &r->place[number++];
-        bool length = place->of == CONFIGUNITS_LENGTH, force = place->of == CONFIGUNITS_FORCE;
-        unsigned kind = length || force ? r->config->channel[at.index].kind : MR_KIND_NONE;
-        if (kind == MR_KIND_NONE || (length && kind == MR_KIND_DISPLACEMENT) ||
-            (force && kind == MR_KIND_TENSION))
-            continue;
-        char name[CONFIGPLACE_NAME], what[160], advice[200], own[40];
-        bool gage = kind == MR_KIND_TENSION, none = !gage && kind != MR_KIND_DISPLACEMENT;
-        configunits_own(words[at.group][at.field].unit,
-                        gage ? CONFIGUNITS_FORCE : CONFIGUNITS_LENGTH, own);
-        const struct quantity_kind *wanted = quantity_kind_of(own);
-        configplace_name(at, name);
-        r->line = place->line;
-        snprintf(what, sizeof what, "%s is given with a unit of %s", name,
-                 length ? "a length" : "a force");
-        snprintf(advice, sizeof advice, "the channel is %s: write %s",
-                 gage   ? "a gage"
-                 : none ? "no transducer and no gage"
-                        : "a transducer",
-                 none ? "digits alone" : wanted->units);
-        return complain(r, MR_MALFORMED, what, advice);
-    } while (configplace_next(&at));
     return MR_OK;
 }
 
@@ -739,7 +581,7 @@ static enum mr_status check(struct reader *r)
     struct configplace at = {0};
     size_t number = 0;
     do {
-        if (!r->place[number++].line) {
+        if (!r->given[number++]) {
             char name[CONFIGPLACE_NAME];
             configplace_name(at, name);
             return error_set(r->error, MR_MALFORMED,
@@ -748,15 +590,12 @@ static enum mr_status check(struct reader *r)
                              name, r->name);
         }
     } while (configplace_next(&at));
-    if (check_units(r) != MR_OK)
-        return r->error->status;
     if (mr_config_check(r->config, &reason) == MR_OK)
         return MR_OK;
     char text[500];
     config_text_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line =
-        r->place[number_of((struct configplace){reason.group, reason.index, reason.field})].line;
+    r->line = r->given[number_of((struct configplace){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
     return complain(r, MR_LIMIT, text, advice ? advice + 2 : "mend it");
@@ -771,7 +610,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
     memset(&read, 0, sizeof read);
-    reader.place = xcalloc(number_of(end), sizeof *reader.place);
+    reader.given = xcalloc(number_of(end), sizeof *reader.given);
     while (status == MR_OK && *text) {
         size_t length = strcspn(text, "\n");
         char *line = strndup(text, length);
@@ -786,7 +625,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
         status = check(&reader);
     if (status == MR_OK)
         *config = read;
-    free(reader.place);
+    free(reader.given);
     return status;
 }
 

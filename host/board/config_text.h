@@ -9,7 +9,6 @@
 
 #include "common/config.h"
 #include "host/base/error.h"
-#include "host/base/quantity.h"
 
 /* One field of one member of the configuration: its name, its bytes, its value and its limits as
  * text. Days are written as dates. */
@@ -21,16 +20,9 @@ struct configplace {
 };
 
 #define CONFIGPLACE_DATE 11 /* "2026-03-14" and its end */
-/* The date that `text` begins with, after 1970-01-01; false: none. What follows is not looked
- * at. */
+/* The date that `text` begins with, after 1970-01-01; false: none. */
 bool configplace_date_read(const char *text, uint32_t *days);
 void configplace_date_text(uint32_t days, char out[CONFIGPLACE_DATE]);
-
-/* A real of the configuration as people may write it: with a unit of its kind, as in `2540 mm` for
- * a field in ft. What is written for people and what a board gets is always in the field's own. */
-/* Of which kind of channel a unit was that was written. A field of a channel is in in of a
- * transducer, in lb of a gage ("in or lb per h"): which one it is may stand in a later line. */
-enum configunits_of { CONFIGUNITS_NONE, CONFIGUNITS_ANY, CONFIGUNITS_LENGTH, CONFIGUNITS_FORCE };
 
 /* The configuration as text for people: one `group[index].field = value` per line, `#` begins a
  * comment.
@@ -42,10 +34,8 @@ enum configunits_of { CONFIGUNITS_NONE, CONFIGUNITS_ANY, CONFIGUNITS_LENGTH, CON
  * Members count from 1: channel[1] to [8] are the transducers' inputs, [9] to [22] the gages', [23]
  * the staircase, [24] the reference; gate[1] is the first switch. Reals are decimal numbers or
  * `missing`; several are separated by blanks; texts stand in double quotes, with \" and \\ in them;
- * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order; only
- * site.can_base may be absent, and is 0 then: a text of before it. What is written reads back bit
- * for bit. A number may be written with another unit of its field's kind (configunits.h):
- * `site.mat_length_ft = 523 mm`; what matrig writes has none. */
+ * days are YYYY-MM-DD or `never`. Each field stands there exactly once, in any order. What
+ * is written reads back bit for bit. */
 /* The text; the caller frees it. */
 char *config_text_write(const struct mr_config *config);
 /* Reads a text and checks it (mr_config_check). `name` is the file's, for the error, which names
