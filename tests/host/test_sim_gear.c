@@ -160,14 +160,12 @@ TEST(its_energy_never_grows)
     const struct sim_path_row rows[] = {{0, 50, 0}, {1, 50, 0}};
     for (int round = 0; round < 200; round++) {
         struct sim_scene scene = one_mat(SIM_CHAIN, rows, 2);
-        struct sim_wheel wheel;
         struct gear *gear;
         double h = pow(10.0, throw(-5, -1)), v = throw(-5, 5);
         scene.element[ELEMENT_gear_ground] = pow(10.0, throw(0, 9));
         scene.gear = (struct sim_gear){throw(0, 2), throw(0.05, 1), throw(0, 2), 0.0, {0}, {0}};
         gear = gear_make(&scene);
-        sim_wheel_start(&wheel, &scene);
-        gear_start(gear, &wheel, h);
+        gear_start(gear, h);
         gear->loaded[0] = gear->loaded_count = 1;
         for (int i = 0; i < 400; i++) {
             double before = 0.5 * v * v + (i > 0 ? gear_energy_lb_ft(gear) : 0.0);
@@ -357,7 +355,6 @@ TEST(lines_stand_behind_the_lead)
     const struct sim_path_row rows[] = {{0, 10.0, 60}, {1, 20.0, 60}};
     const double lines[] = {0, 2.5, 12.0}, axles[] = {1, 2, 4};
     struct sim_scene scene;
-    struct sim_wheel wheel;
     struct gear *gear;
     struct sim_touch touch[SIM_TOUCH_MAX];
     sim_scene_defaults(&scene); /* mats of 2 ft */
@@ -366,16 +363,15 @@ TEST(lines_stand_behind_the_lead)
     set(&scene.gear.axles, axles, 3);
     sim_scene_set_path(&scene, rows, 2);
     gear = gear_make(&scene);
-    sim_wheel_start(&wheel, &scene);
-    gear_start(gear, &wheel, 0.01);
+    gear_start(gear, 0.01);
     /* 11.0 to 11.4 ft, 8.5 to 8.9 ft, and 1 ft before the runway */
-    assert_int_equal(sim_wheel_span(&wheel, 0.1, 0.14, touch), 2);
+    assert_int_equal(gear_span(gear, 0.1, 0.14, touch), 2);
     assert_true(touch[0].mat == 6 && touch[1].mat == 5 && gear->lead_mat == 6);
     near_to(touch[0].thrust_lb, 60.0, 1e-9);
     near_to(touch[1].thrust_lb, 120.0, 1e-9);
     near_to(gear->share[5], 2.0, 1e-12);
     /* 15.9 to 16.1 ft: over the joint; 13.4 to 13.6; 3.9 to 4.1: over a joint too */
-    assert_int_equal(sim_wheel_span(&wheel, 0.59, 0.61, touch), 5);
+    assert_int_equal(gear_span(gear, 0.59, 0.61, touch), 5);
     near_to(gear->share[8], 0.5, 1e-9);
     near_to(gear->share[9], 0.5, 1e-9);
     near_to(gear->share[7], 2.0, 1e-9);
@@ -383,10 +379,9 @@ TEST(lines_stand_behind_the_lead)
     near_to(gear->share[5] + gear->share[6], 0.0, 0.0);
     /* a foot of 3 ft in 11.0 to 11.4 ft: 9.7 to 12.7 ft, and 7.2 to 10.2 */
     scene.gear.foot_ft = 3.0;
-    sim_wheel_start(&wheel, &scene);
-    gear_start(gear, &wheel, 0.01);
-    sim_wheel_span(&wheel, 0.06, 0.1, touch);
-    assert_int_equal(sim_wheel_span(&wheel, 0.1, 0.14, touch), 6);
+    gear_start(gear, 0.01);
+    gear_span(gear, 0.06, 0.1, touch);
+    assert_int_equal(gear_span(gear, 0.1, 0.14, touch), 6);
     near_to(gear->share[5], (0.3 + 2.0 * 2.0) / 3.0, 1e-9); /* 8 to 10 ft */
     near_to(gear->touching[5], 3.0, 1e-12);
     near_to(gear->share[7], 0.7 / 3.0, 1e-9);

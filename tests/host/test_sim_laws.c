@@ -93,22 +93,6 @@ TEST(located_joints_are_sampled_ones)
     }
 }
 
-TEST(friction_shapes_have_the_same_bits)
-{
-    for (int i = 0; i < DRAWS; i++) {
-        double c_lb = 0.3 * uniform(), v = uniform() < 0.3 ? 0.0 : 0.02 * uniform() - 0.01,
-               mass = 0.0146, h_s = 5e-4 * uniform();
-        const double edges[] = {-c_lb, 0.0, c_lb};
-        double x_lb = around(edges, 3, 1.0);
-        unsigned stops = 0;
-        struct friction_step step = friction_step(v, x_lb, c_lb, h_s / mass);
-        double many = step.stops && !step.held ? friction_thrown_back_ft_s(v, x_lb, c_lb, h_s, mass)
-                                               : step.after_ft_s;
-        double one = friction_speed_ft_s(v, x_lb, c_lb, h_s, mass, &stops);
-        assert_true(one == many && stops == step.stops);
-    }
-}
-
 TEST(slopes_are_those_of_the_forces)
 {
     const double veps = 1e-3, c_lb = 80.0, d = 1e-9;

@@ -86,20 +86,14 @@ LAW_INLINE double friction_thrown_back_ft_s(double v_ft_s, double x_lb, double c
 }
 
 /* Speed after h of a mat at v under force x and Coulomb limit c: at rest it stays while |x| <= c;
- * one whose speed reaches 0 within h is tested again there. `stops` counts those. The same bits as
- * friction_step and friction_thrown_back_ft_s (tests/host/test_sim_laws.c), for a mat by itself:
- * most rest. */
+ * one whose speed reaches 0 within h is tested again there. `stops` counts those. */
 LAW_INLINE double friction_speed_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
                                       double mass_slug, unsigned *stops)
 {
-    if (v_ft_s == 0.0)
-        return fabs(x_lb) <= c_lb ? 0.0 : (x_lb - copysign(c_lb, x_lb)) * (h_s / mass_slug);
-    double brake_lb = x_lb - copysign(c_lb, v_ft_s);
-    double after_ft_s = v_ft_s + brake_lb * (h_s / mass_slug);
-    if (after_ft_s * v_ft_s > 0.0)
-        return after_ft_s;
-    ++*stops;
-    return fabs(x_lb) <= c_lb ? 0.0 : friction_thrown_back_ft_s(v_ft_s, x_lb, c_lb, h_s, mass_slug);
+    struct friction_step step = friction_step(v_ft_s, x_lb, c_lb, h_s / mass_slug);
+    *stops += step.stops;
+    return step.stops && !step.held ? friction_thrown_back_ft_s(v_ft_s, x_lb, c_lb, h_s, mass_slug)
+                                    : step.after_ft_s;
 }
 
 #endif

@@ -47,12 +47,7 @@ void gear_free(struct gear *gear)
     free(gear);
 }
 
-static int span_of_rider(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
-{
-    return gear_span(wheel->rider, t0_s, t1_s, touch);
-}
-
-void gear_start(struct gear *gear, struct sim_wheel *wheel, double drift_s)
+void gear_start(struct gear *gear, double drift_s)
 {
     const struct sim_scene *scene = gear->scene;
     gear->drift_s = drift_s;
@@ -72,7 +67,6 @@ void gear_start(struct gear *gear, struct sim_wheel *wheel, double drift_s)
         if (scene->path_count > 0)
             line->rows = rows;
     }
-    sim_wheel_yield(wheel, span_of_rider, gear);
 }
 
 static double stiffness_lb_ft(const struct gear *gear, double touching)

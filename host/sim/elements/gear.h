@@ -51,9 +51,8 @@ struct gear {
 struct gear *gear_make(const struct sim_scene *scene);
 void gear_free(struct gear *gear);
 
-/* Back to t = 0: a run in which mats drift for drift_s after each kick. The wheel's spans are then
- * those of gear_span, unless the engine has it yield to one of its own. */
-void gear_start(struct gear *gear, struct sim_wheel *wheel, double drift_s);
+/* Back to t = 0: a run in which mats drift for drift_s after each kick. */
+void gear_start(struct gear *gear, double drift_s);
 
 /* As sim_wheel_span, of all lines; the lead axle's parts come first. Sets the mats' shares. */
 int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch);

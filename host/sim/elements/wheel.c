@@ -4,20 +4,10 @@
 #include <stdlib.h>
 
 #include "host/base/xmalloc.h"
+#include "host/sim/elements/law.h"
 
 #define EDGE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 #define INNER 1e-10 /* share of a station within which EDGE and roundings may count */
-
-/* fmin and fmax are calls, for the sake of NaN. */
-static inline double least(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static inline double most(double a, double b)
-{
-    return a > b ? a : b;
-}
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {
@@ -36,15 +26,6 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->force_stop_s = scene->force_stop_s;
     wheel->thrust = scene->thrust;
     wheel->from_s = wheel->rows[0].t_s;
-    wheel->instead = NULL;
-    wheel->rider = NULL;
-}
-
-void sim_wheel_yield(struct sim_wheel *wheel, sim_wheel_span_fn *instead, void *rider)
-{
-    wheel->from_s = (double)INFINITY;
-    wheel->instead = instead;
-    wheel->rider = rider;
 }
 
 /* Row c such that t is within row c..c+1; moves forward only. */
@@ -67,13 +48,13 @@ static double impulse_lb_s(const struct sim_wheel *wheel, size_t c, double t0_s,
 {
     const struct sim_path_row *only = &wheel->rows[c];
     double sum = 0.0;
-    t1_s = least(t1_s, wheel->force_stop_s);
+    t1_s = law_least(t1_s, wheel->force_stop_s);
     if (t0_s >= only[0].t_s && t1_s > t0_s && t1_s < only[1].t_s)
         return (t1_s - t0_s) * along(only, 0.5 * (t0_s + t1_s), only[0].force_lb, only[1].force_lb);
     for (; c + 1 < wheel->count && wheel->rows[c].t_s < t1_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
-        double from_s = most(t0_s, row[0].t_s);
-        double to_s = least(t1_s, row[1].t_s);
+        double from_s = law_most(t0_s, row[0].t_s);
+        double to_s = law_least(t1_s, row[1].t_s);
         if (to_s > from_s) {
             double middle_s = 0.5 * (from_s + to_s); /* of a line: its mean */
             sum += (to_s - from_s) * along(row, middle_s, row[0].force_lb, row[1].force_lb);
@@ -110,20 +91,20 @@ static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     if (t1_s <= wheel->from_s)
-        return wheel->instead ? wheel->instead(wheel, t0_s, t1_s, touch) : 0;
+        return 0;
     size_t c0 = seek(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
     double x0_ft = t0_s == wheel->at_s
                      ? wheel->at_ft
-                     : along(first, most(t0_s, first->t_s), first[0].x_ft, first[1].x_ft);
+                     : along(first, law_most(t0_s, first->t_s), first[0].x_ft, first[1].x_ft);
     double force_lb = impulse_lb_s(wheel, c0, t0_s, t1_s) / (t1_s - t0_s);
     const struct sim_path_row *last = &wheel->rows[seek(wheel, t1_s)];
     double x1_ft = along(last, t1_s, last[0].x_ft, last[1].x_ft);
     wheel->at_s = t1_s; /* where the next span begins */
     wheel->at_ft = x1_ft;
 
-    double low_ft = least(x0_ft, x1_ft);
-    double high_ft = most(x0_ft, x1_ft);
+    double low_ft = law_least(x0_ft, x1_ft);
+    double high_ft = law_most(x0_ft, x1_ft);
     int low = mat_at(wheel, low_ft);
     int high = mat_at(wheel, high_ft);
     bool jump = wheel->thrust == SIM_JUMP;
@@ -131,8 +112,8 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
     if (low == high) {
         count = add(wheel, touch, count, low, jump ? force_lb : 0.0, 1.0);
     } else {
-        double share =
-            least(1.0, most(0.0, ((high - 1) * wheel->length_ft - low_ft) / (high_ft - low_ft)));
+        double share = law_least(
+            1.0, law_most(0.0, ((high - 1) * wheel->length_ft - low_ft) / (high_ft - low_ft)));
         count = add(wheel, touch, count, low, jump ? force_lb * share : 0.0, share);
         count = add(wheel, touch, count, high, jump ? force_lb * (1.0 - share) : 0.0, 1.0 - share);
     }
@@ -167,7 +148,7 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
         double way_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (way_ft > 0.0)
             /* a jump: division by 0, INFINITY */
-            fastest = most(fastest, way_ft / (row[1].t_s - row[0].t_s));
+            fastest = law_most(fastest, way_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
 }
@@ -181,7 +162,6 @@ int sim_wheel_first_mat(const struct sim_wheel *wheel)
 
 /* ---- spans ---- */
 
-#define EDGE 1e-12 /* a wheel at x = n L is on mat n + 1 */
 #define MOST 1000000u
 
 static enum mr_status push(struct span_list *list, const struct span *span, struct error *error)

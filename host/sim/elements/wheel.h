@@ -17,16 +17,12 @@
 #define SIM_WHEEL_TOUCHES 6                                        /* of one axle line */
 #define SIM_TOUCH_MAX     (SIM_WHEEL_TOUCHES * SIM_GEAR_LINES_MAX) /* of a gear */
 
-struct sim_wheel;
 /* One mat's part. A mat can appear more than once: parts add up. */
 struct sim_touch {
     int mat;
     double thrust_lb;
     double load_share; /* of the wheel load, 0..1; with axle lines in loads of one axle */
 };
-typedef int sim_wheel_span_fn(struct sim_wheel *wheel, double t0_s, double t1_s,
-                              struct sim_touch *touch);
-
 struct sim_wheel {
     const struct sim_path_row *rows; /* the scene's, or `straight` */
     size_t count;
@@ -41,23 +37,16 @@ struct sim_wheel {
     double from_ft;
     double to_ft;
     struct sim_path_row straight[2]; /* Vac, s0, F as a path */
-    /* Until then the wheel does nothing by itself: it is in the air. INFINITY with a gear, whose
-     * `instead` has the parts then, and needs `rider`. */
-    double from_s;
-    sim_wheel_span_fn *instead; /* NULL: one axle */
-    void *rider;
+    double from_s;                   /* until then it is in the air */
 };
 
 /* The scene must stay in place while the wheel is used, and so must the wheel itself (it points
  * into itself). */
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
 
-/* The parts over t0..t1 (t0 < t1); returns how many, at most SIM_WHEEL_TOUCHES, or SIM_TOUCH_MAX
- * where it has yielded to a gear. The aircraft must cross less than one mat in that time. */
+/* The parts over t0..t1 (t0 < t1); returns how many, at most SIM_WHEEL_TOUCHES. The aircraft must
+ * cross less than one mat in that time. */
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch);
-
-/* Leave the wheel's spans to another one. */
-void sim_wheel_yield(struct sim_wheel *wheel, sim_wheel_span_fn *instead, void *rider);
 
 /* From t_s on nothing changes: the path's last row is past. */
 bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s);

@@ -97,11 +97,6 @@ void chain_free(struct chain *chain)
     *chain = (struct chain){0};
 }
 
-void chain_mount(struct chain *chain, struct sim_wheel *wheel, double h_s)
-{
-    gear_start(chain->gear, wheel, h_s);
-}
-
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -303,22 +298,6 @@ static void ride(const struct chain *chain, double h_s)
     }
 }
 
-/* Gear and nothing else beside friction: all mats as ever, then those under the gear. */
-static unsigned kick_gear(const struct chain *chain, double h_s, int first, int last)
-{
-    int block = block_of(first);
-    struct stops stops = stick_mats(chain, h_s, block, (size_t)(block_of(last) + BLOCK - block));
-    for (int n = first; stops.thrown_back > 0 && n <= last; n++) {
-        double v_ft_s = chain->before_ft_s[n];
-        unsigned again = 0;
-        if (v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0))
-            chain->v_ft_s[n] = friction_speed_ft_s(v_ft_s, push_lb(chain, n), chain->limit_lb[n],
-                                                   h_s, chain->mass_slug, &again);
-    }
-    ride(chain, h_s);
-    return (unsigned)stops.all;
-}
-
 /* With elements: every mat by itself. */
 static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
                                                         int first, int last)
@@ -326,8 +305,11 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     double *v = chain->v_ft_s, mass = chain->mass_slug;
     unsigned stops = 0;
     const struct element_set *set = chain->gear ? &chain->gear->others : &chain->elements;
-    if (chain->gear && set->count == 0 && chain->friction == SIM_STICK)
-        return kick_gear(chain, h_s, first, last);
+    if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
+        stops = stick(chain, h_s, first, last);
+        ride(chain, h_s);
+        return stops;
+    }
     for (int n = first; n <= last; n++) {
         struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];

@@ -59,9 +59,6 @@ void chain_make(struct chain *chain, const struct sim_scene *scene, int first_ma
 /* Back to t = 0. */
 void chain_reset(struct chain *chain, const struct sim_scene *scene);
 
-/* With gear only: at t = 0 of a run in steps of h_s; the wheel's spans are then the gear's. */
-void chain_mount(struct chain *chain, struct sim_wheel *wheel, double h_s);
-
 /* Put the wheel's parts on the mats; chain_release takes the same parts away. */
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count);
 void chain_release(struct chain *chain, const struct sim_touch *touch, int count);

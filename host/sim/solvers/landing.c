@@ -23,6 +23,28 @@
 #define LANDING_PARTS        16   /* of a step in which a node lands */
 #define GENTLE               1e-4 /* of sqrt(g L): what lands slower lifts nobody */
 
+/* One run over the whole landing; the record is made before. */
+struct march {
+    uint64_t steps, done, events;
+    double h_s, ms;
+    enum sim_status status;
+    int mat;
+    double t_s;
+    double max_lift_ft;
+    double jolt_ft_s; /* the soil's largest: what a node's speed has changed by in a step */
+    double speed_end_ft_s;
+    double crest_deg, sag_deg;
+    int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX], overruns;
+    bool on_wave; /* the wheel, since it met the last of them */
+    int first_crest, first_crest_wheel;
+    double awake_s;
+    int mats_max;
+    struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
+    int number;              /* of this march, for go_on */
+};
+
 /* The mat that carries most of the wheel; -1: none. */
 static int under_wheel(const struct sim_touch *touch, int count)
 {
@@ -136,7 +158,7 @@ static void note_overrun(const struct planar_engine *l, struct march *march, dou
                      (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
 }
 
-LAW_INLINE bool sound(struct planar_engine *l, struct march *march, double t_s)
+static bool sound(struct planar_engine *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
     int mat = l->slides.first + 1, node;
@@ -246,14 +268,14 @@ struct under_way {
     struct planar_engine *l;
     struct march *march;
     const struct sim_options *options;
-    struct sim_wheel *wheel;
-    struct sim_touch *touch; /* room for the wheel's parts */
+    struct sim_wheel wheel;
+    struct sim_touch touch[SIM_TOUCH_MAX];
     int count;
     bool prunes, divides, heaves;
     double before_s; /* step of the heights, the last one */
 };
 
-LAW_INLINE void begin_march(struct under_way *way)
+static void begin_march(struct under_way *way)
 {
     struct planar_engine *l = way->l;
     double h = way->march->h_s;
@@ -264,28 +286,31 @@ LAW_INLINE void begin_march(struct under_way *way)
     l->rub_share = 1.0;
     l->in_parts = false;
     begin(l, way->prunes);
-    sim_wheel_start(way->wheel, l->scene);
-    if (l->gear)
-        engine_mount(l, way->wheel, h);
+    sim_wheel_start(&way->wheel, l->scene);
+    if (l->gear) {
+        gear_start(l->gear, h);
+        l->model.wheel_load_lb = 0.0; /* the gear's is with its axles */
+    }
     take(l, way->march, 0.0);
 }
 
 /* Step i, from the kick before it to the one after it. */
-LAW_INLINE double from_s(const struct march *march, uint64_t i)
+static double from_s(const struct march *march, uint64_t i)
 {
     return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
 }
 
-LAW_INLINE double to_s(const struct march *march, uint64_t i)
+static double to_s(const struct march *march, uint64_t i)
 {
     return ((double)i + 0.5) * march->h_s;
 }
 
 /* Where the wheel is, and which mats move. */
-LAW_INLINE void step_wheel(struct under_way *way, uint64_t i)
+static void step_wheel(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
-    way->count = sim_wheel_span(way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
+    way->count = engine_span(l, &way->wheel, from_s(way->march, i), to_s(way->march, i),
+                             way->touch);
     model_ride(&l->model, under_wheel(way->touch, way->count));
     if (way->prunes) {
         engine_follow_slides(l, way->touch, way->count);
@@ -296,7 +321,7 @@ LAW_INLINE void step_wheel(struct under_way *way, uint64_t i)
 }
 
 /* Forces at the present positions, and what they do to the heights. */
-LAW_INLINE void step_vertical(struct under_way *way, uint64_t i)
+static void step_vertical(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     struct march *march = way->march;
@@ -334,7 +359,7 @@ LAW_INLINE void step_vertical(struct under_way *way, uint64_t i)
 }
 
 /* What they do along the runway; then everything moves. */
-LAW_INLINE void step_along(struct under_way *way, uint64_t i)
+static void step_along(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     struct march *march = way->march;
@@ -343,7 +368,7 @@ LAW_INLINE void step_along(struct under_way *way, uint64_t i)
     march->events += engine_kick_slides(l, way->touch, way->count,
                                         to_s(march, i) - from_s(march, i));
     if (l->parting)
-        engine_hold_back(l, l->gear ? &l->gear->line[0] : way->wheel, way->touch, way->count);
+        engine_hold_back(l, l->gear ? &l->gear->line[0] : &way->wheel, way->touch, way->count);
     for (int n = l->slides.first; n <= l->slides.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
     for (int j = m->first; way->heaves && !l->in_parts && j <= m->last + 1; j++)
@@ -357,7 +382,7 @@ LAW_INLINE void step_along(struct under_way *way, uint64_t i)
 }
 
 /* What is wanted of the step that ends at t_s. False: the march ends with it. */
-LAW_INLINE bool look(struct under_way *way, uint64_t i, double t_s)
+static bool look(struct under_way *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
     const struct parting *parting = way->l->parting;
@@ -372,7 +397,7 @@ LAW_INLINE bool look(struct under_way *way, uint64_t i, double t_s)
     return true;
 }
 
-LAW_INLINE void finish(struct under_way *way)
+static void finish(struct under_way *way)
 {
     struct planar_engine *l = way->l;
     const double *v = l->z + l->model.size;
@@ -384,55 +409,30 @@ LAW_INLINE void finish(struct under_way *way)
     }
 }
 
-LAW_INLINE void march_with(struct under_way *way)
+static void engine_march(struct planar_engine *l, struct march *march,
+                         const struct sim_options *options)
 {
-    struct march *march = way->march;
+    struct under_way way = {.l = l, .march = march, .options = options};
     double begin_s = monotonic_s();
-    begin_march(way);
+    begin_march(&way);
     for (uint64_t i = 0; i < march->steps; i++) {
         double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
-        step_wheel(way, i);
-        step_vertical(way, i);
-        step_along(way, i);
-        if (!look(way, i, t_s))
+        step_wheel(&way, i);
+        step_vertical(&way, i);
+        step_along(&way, i);
+        if (!look(&way, i, t_s))
             break;
-        if (i % STEPS_BETWEEN_ASKING == 0 && way->options->go_on &&
-            !way->options->go_on(way->options->go_on_ctx, march->number,
-                                 (double)i / (double)march->steps)) {
+        if (i % STEPS_BETWEEN_ASKING == 0 && way.options->go_on &&
+            !way.options->go_on(way.options->go_on_ctx, march->number,
+                                (double)i / (double)march->steps)) {
             march->status = SIM_INTERRUPTED;
-            march->mat = way->l->slides.first + 1;
+            march->mat = way.l->slides.first + 1;
             march->t_s = t_s;
             break;
         }
     }
-    finish(way);
+    finish(&way);
     march->ms = 1e3 * (monotonic_s() - begin_s);
-}
-
-/* A gear of several axle lines gets a loop of its own. */
-static void march_gear(struct planar_engine *l, struct march *march,
-                       const struct sim_options *options)
-{
-    struct sim_touch touch[SIM_TOUCH_MAX];
-    struct sim_wheel wheel;
-    struct under_way way = {
-        .l = l, .march = march, .options = options, .wheel = &wheel, .touch = touch};
-    march_with(&way);
-}
-
-static void march_wheel(struct planar_engine *l, struct march *march,
-                        const struct sim_options *options)
-{
-    struct sim_touch touch[SIM_WHEEL_TOUCHES];
-    struct sim_wheel wheel;
-    struct under_way way = {
-        .l = l, .march = march, .options = options, .wheel = &wheel, .touch = touch};
-    march_with(&way);
-}
-
-void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options)
-{
-    (l->gear ? march_gear : march_wheel)(l, march, options);
 }
 
 /* ---- the runs, and their error ---- */

@@ -560,24 +560,18 @@ double engine_kick_heaves(struct planar_engine *l, double h_s)
 
 /* ---- gear ---- */
 
-/* What the gear loads slides and heaves from now on. The model carries no wheel of its own. */
-static int span_of_rider(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
+int engine_span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
+                struct sim_touch *touch)
 {
-    struct planar_engine *l = wheel->rider;
     const struct model *m = &l->model;
+    if (!l->gear)
+        return sim_wheel_span(wheel, t0_s, t1_s, touch);
     int count = gear_span(l->gear, t0_s, t1_s, touch);
     for (int i = 0; i < l->gear->loaded_count && l->scene->wheel_load_lb > 0.0; i++) {
         int n = l->gear->loaded[i] - 1;
         engine_take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
     return count;
-}
-
-void engine_mount(struct planar_engine *l, struct sim_wheel *wheel, double h_s)
-{
-    gear_start(l->gear, wheel, h_s);
-    l->model.wheel_load_lb = 0.0;
-    sim_wheel_yield(wheel, span_of_rider, l);
 }
 
 /* The gear's weight on the nodes of the heaving part, beside what modifications do. */

@@ -8,7 +8,7 @@
 #include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/models/model.h"
-#include "host/sim/solvers/record.h"
+#include "host/sim/scene/result.h"
 #include "host/sim/elements/wheel.h"
 
 /* Mats first..last, from 0; empty when last < first. */
@@ -45,27 +45,6 @@ struct planar_engine {
     struct mods *mods;       /* NULL when the scene has none */
     struct gear *gear;       /* likewise */
     struct parting *parting; /* likewise, with mods */
-};
-
-struct march {
-    uint64_t steps, done, events;
-    double h_s, ms;
-    enum sim_status status;
-    int mat;
-    double t_s;
-    double max_lift_ft;
-    double jolt_ft_s; /* the soil's largest: what a node's speed has changed by in a step */
-    double speed_end_ft_s;
-    double crest_deg, sag_deg;
-    int crest_joint, sag_joint;
-    int overrun[SIM_OVERRUNS_MAX], overruns;
-    bool on_wave; /* the wheel, since it met the last of them */
-    int first_crest, first_crest_wheel;
-    double awake_s;
-    int mats_max;
-    struct sim_record record;
-    struct mods_state *mods; /* at its end; NULL without modifications */
-    int number;              /* of this march, for go_on */
 };
 
 /* One strip, ready to march; the landing is all zero before. The result, if any, is told what is
@@ -120,9 +99,9 @@ static inline double engine_slope(const struct planar_engine *l, int n)
 void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                          double h_s);
 
-/* With gear: at the start of a run in steps of h_s; its spans are then the wheel's, and what it
- * loads is taken in. */
-void engine_mount(struct planar_engine *l, struct sim_wheel *wheel, double h_s);
+/* What the wheel, or the gear, does over t0..t1; what a gear loads heaves from now on. */
+int engine_span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
+                struct sim_touch *touch);
 /* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
  * that step. The first returns the largest change of a node's speed by the soil, the second how
  * many mats came to rest within the step. */
@@ -130,8 +109,5 @@ double engine_kick_heaves(struct planar_engine *l, double h_s);
 double engine_soil_lb(const struct model *m, const double *z, int node);
 unsigned engine_kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s);
-
-/* March through the whole landing with march->steps steps; the record is made. */
-void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options);
 
 #endif

@@ -55,7 +55,7 @@ struct pass {
 };
 
 /* Nothing in the window has moved for a while. */
-LAW_INLINE bool asleep(const struct window *window)
+static bool asleep(const struct window *window)
 {
     return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
            window->quiet_last >= QUIET_STEPS;
@@ -63,8 +63,8 @@ LAW_INLINE bool asleep(const struct window *window)
 
 /* Take in the mats under the wheel. A window in which all have rested for a while goes there
  * instead of stretching. */
-LAW_INLINE void cover(struct window *window, const struct chain *chain,
-                      const struct sim_touch *touch, int count)
+static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch,
+                  int count)
 {
     if (count > 0 && asleep(window))
         window->first = window->last = touch[0].mat;
@@ -78,7 +78,7 @@ LAW_INLINE void cover(struct window *window, const struct chain *chain,
 
 /* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
  * a mat waits a little. */
-LAW_INLINE void follow(struct window *window, const struct chain *chain)
+static void follow(struct window *window, const struct chain *chain)
 {
     if (chain->v_ft_s[window->first] != 0.0 && window->first > 1)
         window->first--;
@@ -100,7 +100,7 @@ LAW_INLINE void follow(struct window *window, const struct chain *chain)
 }
 
 /* The first kick has been given to all: whoever is still at rest sleeps. */
-LAW_INLINE void settle(struct window *window, const struct chain *chain)
+static void settle(struct window *window, const struct chain *chain)
 {
     int first = 1, last = chain->mats;
     while (first < chain->mats && chain->v_ft_s[first] == 0.0)
@@ -125,10 +125,10 @@ static int fastest(const struct chain *chain)
     return mat;
 }
 
-/* `touch`: room for the wheel's parts. */
-LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                         const struct sim_options *options, struct sim_touch *touch)
+static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                     const struct sim_options *options)
 {
+    struct sim_touch touch[SIM_TOUCH_MAX];
     bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
     struct sim_wheel wheel;
     struct window window = {1, chain->mats, 0, 0};
@@ -141,14 +141,15 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
     put_in_lb_ft = chain_energy_lb_ft(chain, 1, chain->mats);
     sim_wheel_start(&wheel, scene);
     if (chain->gear)
-        chain_mount(chain, &wheel, h);
+        gear_start(chain->gear, h);
     sim_record_take(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
 
         chain_release(chain, touch, count);
-        count = sim_wheel_span(&wheel, from_s, to_s, touch);
+        count = chain->gear ? gear_span(chain->gear, from_s, to_s, touch)
+                            : sim_wheel_span(&wheel, from_s, to_s, touch);
         cover(&window, chain, touch, count);
         chain_touch(chain, touch, count);
         if (chain->mods)
@@ -208,21 +209,6 @@ LAW_INLINE void run_with(struct pass *pass, struct chain *chain, const struct si
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
 
-/* A gear of several axle lines gets a loop of its own. */
-static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                     const struct sim_options *options)
-{
-    struct sim_touch touch[SIM_WHEEL_TOUCHES];
-    run_with(pass, chain, scene, options, touch);
-}
-
-static void run_gear_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                          const struct sim_options *options)
-{
-    struct sim_touch touch[SIM_TOUCH_MAX];
-    run_with(pass, chain, scene, options, touch);
-}
-
 static void drop_pass(struct pass *pass)
 {
     sim_record_free(&pass->record);
@@ -236,7 +222,7 @@ static void start_pass(struct pass *pass, struct chain *chain, const struct sim_
     *pass = (struct pass){
         .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
     sim_record_make(&pass->record, scene, options);
-    (chain->gear ? run_gear_pass : run_pass)(pass, chain, scene, options);
+    run_pass(pass, chain, scene, options);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
 }
