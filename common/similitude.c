@@ -51,30 +51,3 @@ double mr_similitude_ratio(enum mr_similitude_rule rule, double n, struct mr_dim
 {
     return pow(n, 0.5 * mr_similitude_half_powers(rule, dimension));
 }
-
-const char *const mr_pi_inputs[MR_PI_INPUTS] = {"weight",       "density", "gravity",  "length",
-                                                "acceleration", "modulus", "velocity", "pressure",
-                                                "friction",     "landings"};
-
-const struct mr_pi_term mr_pi_terms[] = {
-    {"W/(rho g l^3)", {1, -1, -1, -3, 0, 0, 0, 0, 0, 0}},
-    {"a/g", {0, 0, -1, 0, 1, 0, 0, 0, 0, 0}},
-    {"rho g l/E", {0, 1, 1, 1, 0, -1, 0, 0, 0, 0}},
-    {"v^2/(g l)", {0, 0, -1, -1, 0, 0, 2, 0, 0, 0}},
-    {"p/(rho g l)", {0, -1, -1, -1, 0, 0, 0, 1, 0, 0}},
-    {"f", {0, 0, 0, 0, 0, 0, 0, 0, 1, 0}},
-    {"N", {0, 0, 0, 0, 0, 0, 0, 0, 0, 1}},
-    {"W/(E l^2)", {1, 0, 0, -2, 0, -1, 0, 0, 0, 0}},
-    {"p/E", {0, 0, 0, 0, 0, -1, 0, 1, 0, 0}},
-};
-const size_t mr_pi_term_count = sizeof mr_pi_terms / sizeof mr_pi_terms[0];
-
-double mr_pi_value(const struct mr_pi_term *term, const double inputs[MR_PI_INPUTS])
-{
-    double value = 1.0;
-    for (int i = 0; i < MR_PI_INPUTS; i++) {
-        if (term->power[i] != 0)
-            value *= pow(inputs[i], (double)term->power[i]);
-    }
-    return value;
-}

@@ -39,19 +39,4 @@ int mr_similitude_half_powers(enum mr_similitude_rule rule, struct mr_dimension 
 /* Prototype / model, n > 0. */
 double mr_similitude_ratio(enum mr_similitude_rule rule, double n, struct mr_dimension dimension);
 
-/* The pi terms of section 2.1 (or B.1): products of quantities that are the same in prototype and
- * model. Powers are those of mr_pi_inputs, in that order: weight, density, gravity, length,
- * acceleration, modulus, velocity, pressure, friction, landings. */
-#define MR_PI_INPUTS 10
-struct mr_pi_term {
-    const char *name; /* as the report writes it: "W/(rho g l^3)" */
-    signed char power[MR_PI_INPUTS];
-};
-extern const char *const mr_pi_inputs[MR_PI_INPUTS];
-extern const struct mr_pi_term mr_pi_terms[];
-extern const size_t mr_pi_term_count;
-
-/* Value of a term from the ten inputs; NaN when one that it needs is NaN. */
-double mr_pi_value(const struct mr_pi_term *term, const double inputs[MR_PI_INPUTS]);
-
 #endif

@@ -5,29 +5,57 @@
 #include <string.h>
 #include <strings.h>
 
-#include "host/commands/commands.h"
+#include "common/similitude.h"
+#include "host/base/answer.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
-#include "host/base/units.h"
-#include "host/landing_series/scale.h"
+#include "host/commands/commands.h"
+#include "host/landing_series/series.h"
+#include "host/sim/scene/scene.h"
 
-#define GRAVITY_FT_S2 32.174
+#define WORDS_MAX 32
+
+struct request {
+    enum mr_similitude_rule rule;
+    bool to_model, force;
+    double n;
+    const char *to, *keep; /* as they were given; NULL: not */
+    const char *output_path;
+    const char *words[WORDS_MAX];
+    size_t count;
+};
 
 static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct scale_request *request, struct error *error)
+                                   struct request *request, struct error *error)
 {
     if (command_parse(&command_scale, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
-    while (request->count < SCALE_WORDS_MAX && request->words[request->count])
+    while (request->count < WORDS_MAX && request->words[request->count])
         request->count++;
-    if (isnan(request->n))
-        /* to lay joints anew does not scale */
-        request->n = request->lay_deg > 0.0 && !request->to ? 1.0 : 7.0;
     request->to_model = request->to && strcmp(request->to, "model") == 0;
     request->rule = request->keep && strcmp(request->keep, "modulus") == 0 ? MR_KEEP_MODULUS
                                                                            : MR_KEEP_DENSITY;
     return MR_OK;
 }
+
+/* What a value of this dimension is multiplied by. */
+static double scale_factor(const struct request *request, struct mr_dimension dimension)
+{
+    double ratio = mr_similitude_ratio(request->rule, request->n, dimension);
+    return request->to_model ? 1.0 / ratio : ratio;
+}
+
+/* What every answer begins with, for programs. */
+static struct answer *scale_answer(const struct request *request)
+{
+    struct answer *answer = answer_new(false); /* scene keys have their units */
+    answer_words(answer, "keep", NULL, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    answer_value(answer, "n", NULL, UNIT_NUMBER, request->n, 0)->digits = 17;
+    answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
+    return answer;
+}
+
+/* ---- quantities ---- */
 
 /* "n^3", "n^2.5", "n", "1/n", "1". */
 static void power_text(int half_powers, char text[16])
@@ -43,7 +71,7 @@ static void power_text(int half_powers, char text[16])
 }
 
 /* Without words: every ratio. */
-static int show_ratios(const struct scale_request *request, const struct cli *cli)
+static int show_ratios(const struct request *request, const struct cli *cli)
 {
     struct answer *answer = scale_answer(request);
     answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->n,
@@ -106,30 +134,10 @@ static enum mr_status read_value(const char *word, struct value *value, struct e
     return read_number(equals + 1, name, value, error);
 }
 
-/* The ten inputs of the pi terms, of either side; NaN where nothing was given. */
-static void pi_inputs(const struct value *values, size_t count, bool scaled,
-                      double inputs[MR_PI_INPUTS])
+static int scale_values(const struct request *request, const struct cli *cli)
 {
-    for (int i = 0; i < MR_PI_INPUTS; i++) {
-        inputs[i] = strcmp(mr_pi_inputs[i], "gravity") == 0 ? GRAVITY_FT_S2 : (double)NAN;
-        for (size_t k = 0; k < count; k++) {
-            if (strcmp(values[k].quantity->name, mr_pi_inputs[i]) == 0)
-                inputs[i] = scaled ? values[k].to : values[k].from;
-        }
-    }
-}
-
-static void answer_both(struct answer *answer, double from, double to)
-{
-    answer_value(answer, "from", NULL, UNIT_NUMBER, from, 0)->digits = 12;
-    answer_value(answer, "to", NULL, UNIT_NUMBER, to, 0)->digits = 12;
-}
-
-static int scale_values(const struct scale_request *request, const struct cli *cli)
-{
-    struct value values[SCALE_WORDS_MAX];
+    struct value values[WORDS_MAX];
     struct error error = {0};
-    double from[MR_PI_INPUTS], to[MR_PI_INPUTS];
     for (size_t i = 0; i < request->count; i++) {
         if (read_value(request->words[i], &values[i], &error) != MR_OK)
             return cli_fail(&error);
@@ -142,8 +150,6 @@ static int scale_values(const struct scale_request *request, const struct cli *c
             return cli_fail(&error);
         values[i].to = values[i].from * scale_factor(request, values[i].quantity->dimension);
     }
-    pi_inputs(values, request->count, false, from);
-    pi_inputs(values, request->count, true, to);
     struct answer *answer = scale_answer(request);
     answer_open(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
@@ -151,39 +157,243 @@ static int scale_values(const struct scale_request *request, const struct cli *c
         answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from,
                      values[i].to, quantity->unit);
         answer_open(answer, quantity->name, NULL);
-        answer_both(answer, values[i].from, values[i].to);
+        answer_value(answer, "from", NULL, UNIT_NUMBER, values[i].from, 0)->digits = 12;
+        answer_value(answer, "to", NULL, UNIT_NUMBER, values[i].to, 0)->digits = 12;
         answer_words(answer, "unit", NULL, "%s", quantity->unit);
-        answer_close(answer);
-    }
-    answer_close(answer);
-    answer_open(answer, "pi", "");
-    for (size_t i = 0; i < mr_pi_term_count; i++) {
-        double before = mr_pi_value(&mr_pi_terms[i], from),
-               after = mr_pi_value(&mr_pi_terms[i], to);
-        char label[40];
-        if (!isfinite(before) || !isfinite(after))
-            continue;
-        snprintf(label, sizeof label, "pi %s", mr_pi_terms[i].name);
-        answer_words(answer, NULL, label, "%14.8g  =   %14.8g", before, after);
-        answer_open(answer, mr_pi_terms[i].name, NULL);
-        answer_both(answer, before, after);
         answer_close(answer);
     }
     answer_close(answer);
     return answer_show(cli, answer, 0);
 }
 
+/* ---- scene and study files ---- */
+
+/* What a value in this unit is multiplied by. */
+static double factor_of(const struct request *request, const char *unit)
+{
+    int powers[3];
+    quantity_dimension(unit, powers);
+    return scale_factor(request,
+                        (struct mr_dimension){(signed char)powers[0], (signed char)powers[1],
+                                              (signed char)powers[2]});
+}
+
+/* A number in `unit`, or text with its own, on the other side; lists of them; what is neither stays
+ * for the reader to refuse. */
+static json_t *scaled(const struct request *request, const json_t *value, const char *unit)
+{
+    double number;
+    struct quantity_wrong wrong;
+    if (!quantity_kind_of(unit)) /* a number, a mat, a name */
+        return json_deep_copy(value);
+    if (quantity_json(value, unit, &number, &wrong))
+        return json_real(number * factor_of(request, unit));
+    if (!json_is_array(value))
+        return json_deep_copy(value);
+    json_t *list = json_array();
+    for (size_t i = 0; i < json_array_size(value); i++)
+        json_array_append_new(list, scaled(request, json_array_get(value, i), unit));
+    return list;
+}
+
+/* Rows whose columns have these units. */
+static json_t *scaled_rows(const struct request *request, const json_t *rows,
+                           const char *const *units)
+{
+    json_t *result = json_array();
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        json_t *row = json_array();
+        for (size_t c = 0; units[c]; c++)
+            json_array_append_new(
+                row, scaled(request, json_array_get(json_array_get(rows, i), c), units[c]));
+        json_array_append_new(result, row);
+    }
+    return result;
+}
+
+/* Keys as written, scaled by the scene key's unit or what the name ends with; and so the objects
+ * and landings inside. */
+static json_t *scaled_object(const struct request *request, const json_t *object)
+{
+    static const char *const path[] = {"s", "ft", "lb", NULL}, *const profile[] = {"ft", "ft/s2",
+                                                                                   NULL};
+    json_t *result = json_object(), *value, *entry;
+    const char *key;
+    size_t i;
+    json_object_foreach((json_t *)object, key, value)
+    {
+        const struct sim_key *known = sim_key_find(key);
+        json_t *other;
+        if (strcmp(key, "landings") == 0) {
+            other = json_array();
+            json_array_foreach(value, i, entry)
+                json_array_append_new(other, scaled_object(request, entry));
+        } else if (json_is_object(value))
+            other = scaled_object(request, value);
+        else if (known && known->kind == SIM_KEY_PATH)
+            other = scaled_rows(request, value, path);
+        else if (strcmp(key, "profile") == 0 && json_is_array(value))
+            other = scaled_rows(request, value, profile);
+        else if (key[0] == '_')
+            other = json_deep_copy(value);
+        else
+            other = scaled(request, value, known ? known->unit : quantity_unit_of_name(key));
+        json_object_set_new(result, key, other);
+    }
+    return result;
+}
+
+/* A default that the other side has otherwise; 0: none. */
+static double default_of(const struct request *request, const struct sim_key *key)
+{
+    struct sim_scene plain;
+    double value;
+    sim_scene_defaults(&plain);
+    if (key->kind != SIM_KEY_REAL || factor_of(request, key->unit) == 1.0)
+        return 0.0;
+    memcpy(&value, (const char *)&plain + key->offset, sizeof value);
+    return isfinite(value) && value > 0.0 ? value : 0.0;
+}
+
+/* Write out the defaults that change with scale, as the other side's differ. Those of modifications
+ * only where `scene` has them, and those of `scene` itself where it is `whole`. */
+static void complete(const struct request *request, const json_t *scene, bool whole, json_t *result)
+{
+    static const char *const gates[][2] = {{"band_", "bands"},
+                                           {"band2_", "bands2"},
+                                           {"cleat_", "cleat_every"},
+                                           {"unhinge_", "unhinge_deg"}};
+    const struct sim_key *key;
+    bool follows_path = json_object_get(scene, "path") != NULL;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        double value = default_of(request, key);
+        bool wanted = whole && !(follows_path &&
+                                 (strcmp(key->name, "F") == 0 || strcmp(key->name, "Vac") == 0));
+        for (size_t g = 0; g < sizeof gates / sizeof gates[0]; g++) {
+            if (strncmp(key->name, gates[g][0], strlen(gates[g][0])) == 0)
+                wanted = json_object_get(scene, gates[g][1]) != NULL;
+        }
+        if (value != 0.0 && wanted && !json_object_get(result, key->name))
+            json_object_set_new(result, key->name, json_real(value));
+    }
+}
+
+static void set_default(json_t *object, const char *key, json_t *value)
+{
+    if (json_object_get(object, key))
+        json_decref(value);
+    else
+        json_object_set_new(object, key, value);
+}
+
+/* Scene, runway, aircraft and engine with every key written out: the defaults are a model's. */
+static json_t *whole_study(const struct request *request, const json_t *source,
+                           const struct landing_series *c, struct error *error)
+{
+    const char *path = request->words[0];
+    json_t *held = series_scene_json(path, source, error), *scene = json_deep_copy(held),
+           *elastic = series_elastic_json(path, source, error), *entry;
+    json_t *study = json_deep_copy(source);
+    size_t i;
+    json_array_foreach(json_object_get(study, "landings"), i, entry)
+    {
+        set_default(entry, "touchdown_ft", json_real(SERIES_TOUCHDOWN_FT));
+        set_default(entry, "speed_ft_s", json_real(SERIES_SPEED_FT_S));
+        complete(request, json_object_get(entry, "apply"), false, scene);
+    }
+    complete(request, scene, true, scene);
+    json_object_del(scene, "F"); /* the landings give them */
+    json_object_del(scene, "Vac");
+    json_object_set_new(study, "scene", scene);
+    if (elastic)
+        json_object_set_new(study, "elastic", elastic);
+    for (i = 0; i < series_key_count; i++) {
+        const struct series_key *key = &series_keys[i];
+        set_default(study, key->section, json_object());
+        set_default(json_object_get(study, key->section), key->name, series_key_json(key, c));
+    }
+    json_decref(held);
+    return study;
+}
+
+/* The file on the other side. What is no scene is refused as `sim` does, what is no study as
+ * `study` does. */
+static json_t *scaled_file(const struct request *request, const json_t *source, bool is_study,
+                           struct error *error)
+{
+    const char *path = request->words[0];
+    struct sim_scene scene;
+    struct landing_series series;
+    json_t *whole;
+    if (is_study) {
+        if (series_load(&series, path, error) != MR_OK)
+            return NULL;
+        whole = whole_study(request, source, &series, error);
+        series_free(&series);
+    } else {
+        if (sim_scene_load(&scene, path, error) != MR_OK)
+            return NULL;
+        whole = json_deep_copy(source);
+        complete(request, source, true, whole);
+        sim_scene_free(&scene);
+    }
+    json_t *other = scaled_object(request, whole);
+    if (is_study)
+        json_object_set_new(other, "_scaled",
+                            json_sprintf("To %s scale by matrig scale: n %g, %s kept. Texts (name, "
+                                         "observed) are the original's.",
+                                         request->to_model ? "model" : "prototype", request->n,
+                                         request->rule == MR_KEEP_DENSITY ? "density" : "modulus"));
+    json_decref(whole);
+    return other;
+}
+
+static enum mr_status write_file(const struct request *request, const json_t *scaled,
+                                 struct error *error)
+{
+    struct output output;
+    if (output_begin(&output, request->output_path, error) != MR_OK)
+        return error->status;
+    json_dumpf(scaled, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(17));
+    fputc('\n', output.file);
+    return output_end(&output, error);
+}
+
+/* A scene or a study, which has landings. */
+static int scale_file(const struct request *request, const struct cli *cli)
+{
+    struct error error = {0};
+    if (output_not_input(request->output_path, request->words[0], &error) != MR_OK)
+        return cli_fail(&error);
+    json_t *source = json_load_file(request->words[0], 0, NULL);
+    bool is_study = json_object_get(source, "landings") != NULL;
+    json_t *other = scaled_file(request, source, is_study, &error);
+    int code = 0;
+    if (error.status == MR_OK && (request->output_path || !cli->json))
+        write_file(request, other, &error);
+    if (error.status != MR_OK) {
+        code = cli_fail(&error);
+    } else if (cli->json) {
+        struct answer *answer = scale_answer(request);
+        answer_json_value(answer, is_study ? "study" : "scene", json_incref(other));
+        code = answer_show(cli, answer, 0);
+    } else if (request->output_path) {
+        printf("%s: %s at n = %g\n", request->output_path,
+               request->to_model ? "model" : "prototype", request->n);
+    }
+    json_decref(source);
+    json_decref(other);
+    return code;
+}
+
 static int scale_command(int argc, char **argv, const struct cli *cli)
 {
-    struct scale_request request = {0};
+    struct request request = {0};
     struct error error = {0};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK)
         return cli_fail(&error);
     bool file = request.count == 1 && !strchr(request.words[0], '=');
-    if (request.lay_deg > 0.0 && !file)
-        error_set(&error, MR_USAGE,
-                  "nothing to lay: --lay is for a scene or a study; give its file");
-    else if (request.output_path && request.count > 0 && !file)
+    if (request.output_path && request.count > 0 && !file)
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
                   request.output_path);
     else if (output_check(request.output_path, file ? request.words[0] : NULL, &error) == MR_OK)
@@ -195,33 +405,25 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     return file ? scale_file(&request, cli) : scale_values(&request, cli);
 }
 
-#define VALUES struct scale_request
+#define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("NAME=VALUE", "a quantity, by name or symbol; without any, all ratios are listed. "
-                            "Dimensionless terms that the\n"
-                            "given quantities make up are shown for both sides"),
+    HELP_ITEM("NAME=VALUE", "a quantity, by name or symbol; without any, all ratios are listed"),
     HELP_ITEM("SCENE",
               "scene file, JSON: every key is scaled, defaults that scale are written out"),
     HELP_ITEM("STUDY", "study file (it has landings): runway, aircraft, landings and what they "
                        "apply, its scene inside"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
                   "prototype (the default: what is given is the model's) or model"),
-    OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, (double)NAN,
-                  "prototype length / model length; else 7"),
+    OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,
+                  "prototype length / model length; else {standard}"),
     HELP_ITEM("--keep density", "the 1/7 model's rule: forces by n^3 (the default)"),
     HELP_ITEM("--keep modulus", "the pilot model's rule: forces by n^2"),
-    OPTION_NUMBER("--lay", "DEG", lay_deg, "deg", 1.0, 80.0, 0.0,
-                  "turn the joints of a standard pattern so far from straight across: the keys of "
-                  "a strip along the runway,\n"
-                  "N so that it stays as long; scales only with --to or --n. Sliding (lay_slide, "
-                  "lay_mu) is yours to add"),
     OPTION_TEXT("-o", "F", output_path, "where to write the scene; else standard output"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a value may "
               "have another of its kind: F=480N."),
     HELP_EXAMPLE(
-        "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
-        "  matrig scale host/landing_series/series/rig.json --lay 45 -o diagonal.json"),
+        "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json"),
     OPTION_CHOICE("--keep", "RULE", keep, "rule", "density|modulus", NULL),
 };
 
@@ -229,8 +431,8 @@ const struct command command_scale = {
     "scale",
     scale_command,
     "[NAME=VALUE... | SCENE | STUDY] [--to model|prototype] [--n N] [--keep density|modulus] "
-    "[--lay DEG] [-o F] [--force]",
+    "[-o F] [--force]",
     "quantities, scenes and study files between model and prototype",
     COMMAND_PARTS(parts),
-    {0, SCALE_WORDS_MAX, "NAME=VALUE... or SCENE"},
+    {0, WORDS_MAX, "NAME=VALUE... or SCENE"},
 };

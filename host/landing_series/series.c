@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "host/base/quantity.h"
-#include "host/landing_series/summary.h"
 #include "host/sim/scene/scene.h"
 
 /* ---- keys ---- */
@@ -174,7 +173,7 @@ const struct series_key series_keys[] = {
 };
 const size_t series_key_count = sizeof series_keys / sizeof series_keys[0];
 
-json_t *series_range_json(struct series_range range)
+static json_t *series_range_json(struct series_range range)
 {
     return range.low == range.high ? json_real(range.low)
                                    : json_pack("[f,f]", range.low, range.high);
@@ -409,8 +408,8 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
             }
             struct series_landing *landing = &c->landings[c->landing_count++];
             sim_scene_defaults(&landing->scene);
-            landing->touchdown_ft = (struct series_range){3.0, 3.0};
-            landing->speed_ft_s = (struct series_range){28.0, 28.0};
+            landing->touchdown_ft = (struct series_range){SERIES_TOUCHDOWN_FT, SERIES_TOUCHDOWN_FT};
+            landing->speed_ft_s = (struct series_range){SERIES_SPEED_FT_S, SERIES_SPEED_FT_S};
             read_landing(r, where, entry, scene, now, landing);
             landing->modified = landing->modified && k == 0;
         }

@@ -23,6 +23,9 @@
 #define SERIES_STATIONS_MAX 64
 #define SERIES_WAVES_MAX    8
 #define SERIES_FAILURES_MAX 8
+/* of a landing that does not say */
+#define SERIES_TOUCHDOWN_FT 3.0
+#define SERIES_SPEED_FT_S   28.0
 
 /* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
 enum series_engine { SERIES_AUTO, SERIES_CHAIN, SERIES_PLANAR };
@@ -102,7 +105,6 @@ extern const struct series_key series_keys[];
 extern const size_t series_key_count;
 /* A number, [from, to] or a word; the caller's. */
 json_t *series_key_json(const struct series_key *key, const struct landing_series *series);
-json_t *series_range_json(struct series_range range);
 
 /* Read a study file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left
  * to free then. */

@@ -72,29 +72,6 @@ TEST(what_the_text_works_out)
     assert_near(40000 / ratio(MR_KEEP_MODULUS, 6.6, "W"), 920, 2);           /* B.2 */
 }
 
-/* All pi terms of the 1/7 model stay; with the modulus kept, so do those of B.1. */
-TEST(pi_terms_stay)
-{
-    const double model[MR_PI_INPUTS] = {1440, 5.2, 32.174, 0.29, 8, 2e8, 28, 720, 0.5, 5};
-    for (int rule = MR_KEEP_DENSITY; rule <= MR_KEEP_MODULUS; rule++) {
-        double prototype[MR_PI_INPUTS];
-        for (int i = 0; i < MR_PI_INPUTS; i++)
-            prototype[i] = model[i] * ratio((enum mr_similitude_rule)rule, 6.6, mr_pi_inputs[i]);
-        for (size_t k = 0; k < mr_pi_term_count; k++)
-            assert_near(mr_pi_value(&mr_pi_terms[k], prototype) /
-                            mr_pi_value(&mr_pi_terms[k], model),
-                        1, 1e-13);
-    }
-    double some[MR_PI_INPUTS];
-    memcpy(some, model, sizeof some);
-    some[5] = (double)NAN;
-    for (size_t k = 0; k < mr_pi_term_count; k++)
-        assert_true(isnan(mr_pi_value(&mr_pi_terms[k], some)) == (mr_pi_terms[k].power[5] != 0));
-    assert_near(mr_pi_value(&mr_pi_terms[0], model), 1440 / (5.2 * 32.174 * 0.29 * 0.29 * 0.29),
-                1e-9);
-    assert_near(mr_pi_value(&mr_pi_terms[3], model), 28 * 28 / (32.174 * 0.29), 1e-9);
-}
-
 TEST(names_are_found)
 {
     assert_ptr_equal(mr_quantity_find("inertia"), mr_quantity_find("I"));

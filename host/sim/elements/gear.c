@@ -253,8 +253,7 @@ const struct element element_gear_ground = {
             .high = SIM_LARGEST,
             .unit = "lb/ft",
             .meaning = "elastic ground along the runway under a mat that carries one axle; 0: the "
-                       "gear has one axle and slides by Coulomb's law",
-            .lay = -1},
+                       "gear has one axle and slides by Coulomb's law"},
     .force_lb = nothing,
     .slope_lb_s_ft = nothing,
     .steepest_lb_s_ft = none,

@@ -21,9 +21,9 @@ static const char *const overs[] = {"joints", "rivets", NULL};
 static const char *const shears[] = {"rising", "none", "following", "both", NULL};
 
 #define FIELD(field) offsetof(struct sim_scene, field)
-#define RANGE(name, field, low, high, above, unit, meaning)                        \
-    {                                                                              \
-        name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning, 0 \
+#define RANGE(name, field, low, high, above, unit, meaning)                     \
+    {                                                                           \
+        name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning \
     }
 #define ANY(name, field, unit, meaning) \
     RANGE(name, field, -SIM_LARGEST, SIM_LARGEST, false, unit, meaning)
@@ -33,17 +33,17 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     RANGE(name, field, 0.0, SIM_LARGEST, true, unit, meaning)
 #define LIMIT(name, field, unit, meaning) \
     RANGE(name, field, 0.0, (double)INFINITY, false, unit, meaning)
-#define INTEGER(name, field, low, high, unit, meaning)                                \
-    {                                                                                 \
-        name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+#define INTEGER(name, field, low, high, unit, meaning)                             \
+    {                                                                              \
+        name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning \
     }
-#define CHOICE(name, field, choices, meaning)                                        \
-    {                                                                                \
-        name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices, "", meaning, 0 \
+#define CHOICE(name, field, choices, meaning)                                     \
+    {                                                                             \
+        name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices, "", meaning \
     }
-#define LIST(name, field, kind, low, high, unit, meaning)                  \
-    {                                                                      \
-        name, kind, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+#define LIST(name, field, kind, low, high, unit, meaning)               \
+    {                                                                   \
+        name, kind, FIELD(field), low, high, false, NULL, unit, meaning \
     }
 
 #define BANDS(name, prefix, i)                                                                  \
@@ -75,7 +75,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
              "whose rivets are out")
 
 static const struct sim_key keys[] = {
-    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
+    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title"},
     CHOICE("model", model, models, "equations: of the report, consistent, or of the chain"),
     INTEGER("N", mats, 1, SIM_MATS_MAX, "", "mats"),
     POSITIVE("L", length_ft, "ft", "length of a mat along the runway"),

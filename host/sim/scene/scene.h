@@ -247,8 +247,6 @@ struct sim_key {
     const char *const *choices; /* ends with NULL */
     const char *unit;           /* "lb s/ft"; "" for a pure number or a name */
     const char *meaning;        /* one line for people */
-    /* of an element's key: power of cos with joints laid diagonally (landing_series/scale.c) */
-    int lay;
 };
 
 #define SIM_LARGEST 1e15 /* of no physical meaning: keeps products of values finite */
