@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "host/base/progress.h"
-#include "host/sim/solvers/staggered.h"
+#include "host/sim/solvers/chain.h"
 #include "host/sim/solvers/planar.h"
 
 bool sim_solver_elsewhere(const char *solver)
@@ -147,7 +147,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
         return error_set(error, MR_USAGE,
                          "no soil in model chain: %s: friction_normal soil; give weight", where);
-    staggered_run(scene, &deadline.options, result, error);
+    chain_run(scene, &deadline.options, result, error);
     return conclude(result, scene, &deadline, error);
 }
 

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "host/sim/elements/gear.h"
-#include "host/sim/models/chain.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
 #include "tests/host/model_mat.h"

@@ -17,7 +17,7 @@
  *   grit still held at the end is dropped with it (G/KL).
  *
  * Sampled (joint_pull, joint_pull_one): the case is looked up from the opening; fixed steps,
- * solvers/staggered.h and landing.h. Located (joint_located_lb): the case is a mode, which holds
+ * solvers/chain.h and landing.h. Located (joint_located_lb): the case is a mode, which holds
  * while
  * joint_margin_ft is not negative; the planar models. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_JOINT_H

@@ -17,7 +17,7 @@
 struct sim_options {
     /* NULL or "auto": chosen, the result says why. Chain: "staggered"; else stepper.h has names */
     const char *solver;
-    /* of a fixed step. 0: half the stability limit, halved when the check (staggered.h) asks */
+    /* of a fixed step. 0: half the stability limit, halved when the check (chain.h) asks */
     double dt_s;
     /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of
      * the largest |u|; halves the step until met */

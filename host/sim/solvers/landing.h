@@ -2,7 +2,7 @@
  * landings".
  *
  * A landing has tens of thousands of switches (joints that close, mats that stop), so they are
- * sampled. Scheme: as the chain's (staggered.h), heights alike: speeds half a step off the
+ * sampled. Scheme: as the chain's (chain.h), heights alike: speeds half a step off the
  * positions, kicked by the forces at the present positions; friction exact within the kick; the
  * joints' dampers act on the last half step's speeds, the soil's on the next one's. The soil pushes
  * and never pulls at the end of a step, and what it pushes with in a step is what a mat on it rubs

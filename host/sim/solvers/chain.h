@@ -1,4 +1,5 @@
-/* Staggered: the chain with a fixed step that checks itself.
+/* Chain: the horizontal equations of a whole runway, with a fixed step that checks itself (solver
+ * `staggered`).
  *
  * Scheme: staggered (leapfrog) - speeds half a step off the positions, kicked by the forces at the
  * present openings and the thrust averaged exactly over the kick; friction exact within the kick;
@@ -20,15 +21,15 @@
  * at rest is moved by its neighbours only, so the motion spreads at most one mat per step and the
  * results are those of integrating all. A pass ends early when its mats are at rest and the path is
  * over. */
-#ifndef MATRIG_HOST_SIM_SOLVERS_STAGGERED_H
-#define MATRIG_HOST_SIM_SOLVERS_STAGGERED_H
+#ifndef MATRIG_HOST_SIM_SOLVERS_CHAIN_H
+#define MATRIG_HOST_SIM_SOLVERS_CHAIN_H
 
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Run a checked scene of model chain. MR_OK: look at result->status. MR_FULL, or MR_USAGE for an
+/* Run a checked scene of model chain. MR_OK: look at result->status. MR_USAGE: an
  * impossible number of steps. The caller frees the result in every case. */
-enum mr_status staggered_run(const struct sim_scene *scene, const struct sim_options *options,
-                             struct sim_result *result, struct error *error);
+enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options *options,
+                         struct sim_result *result, struct error *error);
 
 #endif

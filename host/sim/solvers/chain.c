@@ -1,0 +1,907 @@
+#include "host/sim/solvers/chain.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
+#include "host/sim/elements/element.h"
+#include "host/sim/elements/friction.h"
+#include "host/sim/elements/gear.h"
+#include "host/sim/elements/joint.h"
+#include "host/sim/elements/mods.h"
+#include "host/sim/elements/wheel.h"
+#include "host/sim/solvers/record.h"
+
+/* The horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and "Chain
+ * and landings". Mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. */
+
+struct chain {
+    int mats;
+    enum joint_law joints;
+    struct joint joint;
+    bool damped;
+    bool left_free;
+    bool right_free;
+    enum sim_friction friction;
+    bool sticks; /* friction stick, and nothing else that depends on a mat's speed */
+    double veps_ft_s;
+    double mass_slug;
+    double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
+    double load_limit_lb;   /* added under the wheel, f wheel_load */
+    double v0_ft_s;
+    int v0_mat;
+    double *storage; /* all arrays below, with padding around each */
+    size_t length;   /* of one of them */
+    double *u_ft;
+    double *v_ft_s;
+    double *gap0_ft;
+    double *hold_lb; /* tension down to which grit holds an open joint: minus its grit */
+    double *reach_ft;
+    double *thrust_lb;
+    double *limit_lb;    /* Coulomb limit */
+    double *give_ft;     /* grit/KL */
+    double *tension_lb;  /* of the last kick */
+    double *before_ft_s; /* speeds before it */
+    double *push_lb;     /* largest compression and tension that chain_note has seen */
+    double *pull_lb;
+    struct mods *mods; /* NULL when the scene has none */
+    struct element_set elements;
+    struct gear *gear; /* NULL: the wheel has one axle, and its ground slides or holds */
+};
+
+#define ARRAYS    12
+#define BLOCK     4 /* mats and joints are computed in whole blocks, with padding at both ends */
+#define PADDING   8
+#define ALIGNMENT 64
+
+/* The same arithmetic four mats at a time where the processor can, two at a time where not. */
+#if defined __x86_64__ && defined __GNUC__ && !defined __clang__
+#define CHAIN_CLONES __attribute__((target_clones("avx2", "default")))
+#define VECTORS      _Pragma("GCC ivdep")
+#else
+#define CHAIN_CLONES
+#define VECTORS
+#endif
+/* Coulomb limit of a mat without the wheel. */
+static double bare_limit_lb(const struct chain *chain, int mat)
+{
+    return chain->weight_limit_lb + (chain->mods ? mods_cleat_lb(chain->mods, mat) : 0.0);
+}
+
+static void chain_reset(struct chain *chain, const struct sim_scene *scene)
+{
+    memset(chain->storage, 0, ARRAYS * chain->length * sizeof *chain->storage);
+    for (int j = 1; j <= chain->mats + 1; j++) {
+        chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
+        double grit_lb = sim_scene_joint(&scene->grit_lb, j);
+        chain->hold_lb[j] = -grit_lb;
+        chain->give_ft[j] = grit_lb / chain->joint.kl_lb_ft;
+        chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
+    }
+    for (size_t i = 0; i < chain->length; i++)
+        (chain->limit_lb - PADDING)[i] = (double)INFINITY; /* what is no mat never moves */
+    if (chain->mods)
+        mods_reset(chain->mods);
+    for (int n = 1; n <= chain->mats; n++)
+        chain->limit_lb[n] = bare_limit_lb(chain, n);
+    chain->v_ft_s[chain->v0_mat] = chain->v0_ft_s;
+}
+
+/* first_mat: under the wheel at t = 0. */
+static void chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat)
+{
+    size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
+    double *storage = xaligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
+    double *first = storage + PADDING; /* mat 0 */
+    *chain = (struct chain){
+        .mats = scene->mats,
+        .damped = scene->cl_lb_s_ft > 0.0,
+        .left_free = scene->left == SIM_FREE,
+        .right_free = scene->right == SIM_FREE,
+        .friction = scene->friction > 0.0 ? scene->friction_law : SIM_NONE,
+        .veps_ft_s = scene->veps_ft_s,
+        .mass_slug = scene->weight_lb / scene->g_ft_s2,
+        .joint = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
+        .weight_limit_lb = scene->friction * scene->weight_lb,
+        .load_limit_lb = scene->friction * scene->wheel_load_lb,
+        .v0_ft_s = scene->v0_ft_s,
+        .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
+        .elements = element_set_of(scene),
+        .storage = storage,
+        .length = length,
+        .u_ft = first,
+        .v_ft_s = first + length,
+        .gap0_ft = first + 2 * length,
+        .hold_lb = first + 3 * length,
+        .reach_ft = first + 4 * length,
+        .thrust_lb = first + 5 * length,
+        .limit_lb = first + 6 * length,
+        .give_ft = first + 7 * length,
+        .tension_lb = first + 8 * length,
+        .before_ft_s = first + 9 * length,
+        .push_lb = first + 10 * length,
+        .pull_lb = first + 11 * length,
+    };
+    bool grit = false;
+    for (int j = 1; j <= chain->mats + 1; j++)
+        grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
+    chain->joints = joint_law(scene->slack_ft, grit);
+    chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0;
+    chain->mods = mods_make(scene);
+    chain->gear = gear_make(scene);
+    chain_reset(chain, scene);
+}
+
+static void chain_free(struct chain *chain)
+{
+    mods_free(chain->mods);
+    gear_free(chain->gear);
+    free(chain->storage);
+    *chain = (struct chain){0};
+}
+
+/* Put the wheel's parts on the mats; chain_release takes the same parts away. */
+static void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
+{
+    for (int i = 0; i < count; i++) {
+        chain->thrust_lb[touch[i].mat] += touch[i].thrust_lb;
+        chain->limit_lb[touch[i].mat] += chain->load_limit_lb * touch[i].load_share;
+    }
+}
+
+static __attribute__((noinline)) void release_cleats(struct chain *chain,
+                                                     const struct sim_touch *touch, int count)
+{
+    for (int i = 0; i < count; i++)
+        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
+}
+
+static void chain_release(struct chain *chain, const struct sim_touch *touch, int count)
+{
+    for (int i = 0; i < count; i++) {
+        chain->thrust_lb[touch[i].mat] = 0.0;
+        chain->limit_lb[touch[i].mat] = chain->weight_limit_lb;
+    }
+    if (chain->mods)
+        release_cleats(chain, touch, count);
+}
+
+/* Force on mat n without its friction. */
+static inline __attribute__((always_inline)) double push_lb(const struct chain *chain, int n)
+{
+    return chain->tension_lb[n + 1] - chain->tension_lb[n] + chain->thrust_lb[n];
+}
+
+static struct mods_view chain_view(const struct chain *chain)
+{
+    return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
+}
+
+/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch,
+ * and after it. Puts the pull of the bands on the riveted mats and wears cleats; first and last grow so
+ * that a riveted mat which now moves is among them. */
+static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
+                        int *first, int *last)
+{
+    struct mods *mods = chain->mods;
+    struct mods_view view = chain_view(chain);
+    if (mods->cleated) {
+        mods_wear_cleats(mods, &view, h_s, *first, *last);
+        for (int i = 0; i < mods->cleats; i++) {
+            int mat = mods_cleat_mat(mods->scene, i);
+            bool loaded = false;
+            for (int k = 0; k < count; k++)
+                loaded = loaded || touch[k].mat == mat; /* has its limit anew at every step */
+            if (mat >= *first && mat <= *last && !loaded)
+                chain->limit_lb[mat] = bare_limit_lb(chain, mat);
+        }
+    }
+    if (!mods->banded)
+        return;
+    mods_pull_bands(mods, &view, touch, count);
+    for (int c = 0; c < mods->braces; c++) {
+        int mat = mods->brace_mat[c];
+        mods->saved_lb[c] = chain->thrust_lb[mat];
+        chain->thrust_lb[mat] += mods->carried_lb[c];
+        if ((mat < *first || mat > *last) && fabs(push_lb(chain, mat)) > chain->limit_lb[mat]) {
+            *first = mat - 1 < *first ? (mat > 1 ? mat - 1 : 1) : *first;
+            *last = mat + 1 > *last ? (mat < chain->mats ? mat + 1 : mat) : *last;
+        }
+    }
+}
+
+static void chain_unbrace(struct chain *chain)
+{
+    struct mods *mods = chain->mods;
+    for (int c = 0; mods->banded && c < mods->braces; c++)
+        chain->thrust_lb[mods->brace_mat[c]] = mods->saved_lb[c];
+}
+
+static double chain_opening_ft(const struct chain *chain, int joint)
+{
+    return chain->gap0_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1]);
+}
+
+/* First of the block that index i lies in. */
+static int block_of(int i)
+{
+    return i / BLOCK * BLOCK;
+}
+
+/* Tensions of `count` joints (whole blocks) from the present openings and speeds; moves the grit's
+ * reach. No joint depends on another's result. */
+LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum joint_law joints,
+                     bool damped)
+{
+    const double *u = chain->u_ft + first, *left_u = u - 1;
+    const double *v = chain->v_ft_s + first, *left_v = v - 1;
+    const double *gap0 = chain->gap0_ft + first, *hold = chain->hold_lb + first;
+    const double *give = chain->give_ft + first;
+    double *reach = chain->reach_ft + first, *tension = chain->tension_lb + first;
+    const struct joint joint = chain->joint;
+    VECTORS
+    for (size_t j = 0; j < count / BLOCK * BLOCK; j++) {
+        double g_ft = gap0[j] + (u[j] - left_u[j]);
+        double damper_lb = damped ? joint.cl_lb_s_ft * (v[j] - left_v[j]) : 0.0;
+        bool gritty = joints == JOINT_GRIT;
+        struct joint_grit grit = {gritty ? hold[j] : 0.0, gritty ? give[j] : 0.0,
+                                  gritty ? reach[j] : 0.0};
+        struct joint_pull pulled = joint_pull(joints, &joint, g_ft, damper_lb, grit);
+        tension[j] = pulled.lb;
+        if (gritty)
+            reach[j] = pulled.reach_ft;
+    }
+}
+
+/* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
+CHAIN_CLONES static void pull_joints(const struct chain *chain, int first, size_t count)
+{
+    if (chain->joints == JOINT_LINEAR && chain->damped)
+        pull(chain, first, count, JOINT_LINEAR, true);
+    else if (chain->joints == JOINT_LINEAR)
+        pull(chain, first, count, JOINT_LINEAR, false);
+    else if (chain->joints == JOINT_SLACK && chain->damped)
+        pull(chain, first, count, JOINT_SLACK, true);
+    else if (chain->joints == JOINT_SLACK)
+        pull(chain, first, count, JOINT_SLACK, false);
+    else if (chain->damped)
+        pull(chain, first, count, JOINT_GRIT, true);
+    else
+        pull(chain, first, count, JOINT_GRIT, false);
+}
+
+struct stops {
+    int64_t all;
+    int64_t thrown_back; /* of them: those whose speed is not yet right */
+};
+
+/* Friction stick: mats at rest, moving and stopping, like the joints without a branch. */
+CHAIN_CLONES static struct stops stick_mats(const struct chain *chain, double h_s, int first,
+                                            size_t count)
+{
+    const double *left = chain->tension_lb + first, *right = left + 1;
+    const double *thrust = chain->thrust_lb + first, *limit = chain->limit_lb + first;
+    double *v = chain->v_ft_s + first, *before = chain->before_ft_s + first;
+    double per_lb = h_s / chain->mass_slug;
+    int64_t all = 0, at_rest = 0;
+    VECTORS
+    for (size_t n = 0; n < count / BLOCK * BLOCK; n++) {
+        double v_ft_s = v[n];
+        double x_lb = right[n] - left[n] + thrust[n];
+        struct friction_step step = friction_step(v_ft_s, x_lb, limit[n], per_lb);
+        before[n] = v_ft_s;
+        v[n] = step.after_ft_s;
+        all += step.stops;
+        at_rest += step.stops & step.held;
+    }
+    return (struct stops){all, all - at_rest};
+}
+
+static unsigned stick(const struct chain *chain, double h_s, int first, int last)
+{
+    int block = block_of(first);
+    struct stops stops = stick_mats(chain, h_s, block, (size_t)(block_of(last) + BLOCK - block));
+    for (int n = first; stops.thrown_back > 0 && n <= last; n++) {
+        double v_ft_s = chain->before_ft_s[n];
+        double x_lb = push_lb(chain, n);
+        bool stopped = v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0);
+        if (!stopped || fabs(x_lb) <= chain->limit_lb[n])
+            continue;
+        chain->v_ft_s[n] = friction_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s,
+                                                     chain->mass_slug);
+        stops.thrown_back--;
+    }
+    return (unsigned)stops.all;
+}
+
+/* Rates under the other laws do not stop a mat. */
+static void slide(const struct chain *chain, double h_s, int first, int last)
+{
+    double *v = chain->v_ft_s;
+    double per_lb = h_s / chain->mass_slug;
+    for (int n = first; n <= last; n++) {
+        double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        v[n] += (push_lb(chain, n) -
+                 friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
+                per_lb;
+    }
+}
+
+/* Each mat under the gear again, from its speed before the kick, with the ground that holds it in
+ * Coulomb's place. */
+static void ride(const struct chain *chain, double h_s)
+{
+    struct gear *gear = chain->gear;
+    for (int i = 0; i < gear->loaded_count; i++) {
+        int n = gear->loaded[i];
+        double v_ft_s = chain->before_ft_s[n];
+        struct element_step step = {1.0, h_s, 0.0};
+        if (gear->others.count > 0)
+            step = element_step(&gear->others, (struct element_mat){v_ft_s, true}, h_s,
+                                chain->mass_slug);
+        double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
+        chain->v_ft_s[n] = gear_speed_ft_s(
+            gear, n, step.keep * v_ft_s, push_lb(chain, n) + step.push_lb, limit_lb, step.as_if_s);
+    }
+}
+
+/* With elements: every mat by itself. */
+static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
+                                                        int first, int last)
+{
+    double *v = chain->v_ft_s, mass = chain->mass_slug;
+    unsigned stops = 0;
+    const struct element_set *set = chain->gear ? &chain->gear->others : &chain->elements;
+    if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
+        stops = stick(chain, h_s, first, last);
+        ride(chain, h_s);
+        return stops;
+    }
+    for (int n = first; n <= last; n++) {
+        struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
+        double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
+        double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        chain->before_ft_s[n] = v[n];
+        if (chain->friction == SIM_STICK)
+            v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
+        else
+            v[n] = kept +
+                   (x_lb - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
+                       (step.as_if_s / mass);
+    }
+    if (chain->gear)
+        ride(chain, h_s);
+    return stops;
+}
+
+static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
+{
+    struct mods_view view = chain_view(chain);
+    if (chain->mods->jointed)
+        mods_pull_joints(chain->mods, &view, first, last);
+}
+
+/* Change the speeds of mats first..last over h_s with the forces at the present openings; exact
+ * stick: a mat at rest whose force is within its limit stays at exactly 0, one whose speed would
+ * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns how
+ * many mats stopped. */
+static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
+{
+    int block = block_of(first);
+    pull_joints(chain, block, (size_t)(block_of(last + 1) + BLOCK - block));
+    if (chain->left_free)
+        chain->tension_lb[1] = 0.0;
+    if (chain->right_free)
+        chain->tension_lb[chain->mats + 1] = 0.0;
+    if (chain->mods)
+        brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
+    if (chain->sticks)
+        return stick(chain, h_s, first, last);
+    if (chain->elements.count > 0)
+        return kick_elements(chain, h_s, first, last);
+    slide(chain, h_s, first, last);
+    return 0;
+}
+
+CHAIN_CLONES static void chain_drift(struct chain *chain, double h_s, int first, int last)
+{
+    int block = block_of(first);
+    size_t count = (size_t)(block_of(last) + BLOCK - block);
+    double *u = chain->u_ft + block;
+    const double *v = chain->v_ft_s + block;
+    VECTORS
+    for (size_t n = 0; n < count / BLOCK * BLOCK; n++)
+        u[n] += h_s * v[n];
+}
+
+/* Keep the largest tensions of the last kick, of joints first..last + 1. */
+CHAIN_CLONES static void chain_note(struct chain *chain, int first, int last)
+{
+    const double *tension = chain->tension_lb;
+    double *push = chain->push_lb, *pull_lb = chain->pull_lb;
+    VECTORS
+    for (int j = first; j <= last + 1; j++) {
+        push[j] = law_most(push[j], -tension[j]);
+        pull_lb[j] = law_most(pull_lb[j], tension[j]);
+    }
+}
+
+/* How far joint j's spring is stretched (or pressed). */
+static double stretch_ft(const struct chain *chain, int j)
+{
+    double g_ft = chain_opening_ft(chain, j);
+    if ((j == 1 && chain->left_free) || (j == chain->mats + 1 && chain->right_free))
+        return 0.0;
+    bool torn = chain->mods && mods_is_torn(chain->mods, j);
+    if (torn && g_ft > fmax(0.0, chain->joint.slack_ft))
+        return 0.0;
+    return joint_stretch_ft(chain->joints, g_ft, chain->joint.slack_ft, chain->reach_ft[j]);
+}
+
+/* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
+static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
+{
+    double kinetic = 0.0, elastic = 0.0;
+    for (int n = first; n <= last; n++)
+        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n];
+    for (int j = first; j <= last + 1; j++) {
+        double e_ft = stretch_ft(chain, j);
+        elastic += e_ft * e_ft;
+    }
+    double braced = 0.0;
+    if (chain->mods) {
+        struct mods_view view = chain_view(chain);
+        braced = mods_energy_lb_ft(chain->mods, &view);
+    }
+    return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
+}
+
+/* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit
+ * circle while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4 KL/m and 4 CL/m,
+ * with both ends of every mat joined; a steep tanh adds its own slope. Elements of the table are
+ * exact within the kick and set no limit: the factor keep on the speed and the shorter as_if_s make
+ * the left side smaller. */
+static double chain_step_limit_s(const struct chain *chain)
+{
+    int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
+    double joints = chain->mats > 1 ? 4.0 : ends;
+    struct law_bound pulled = joint_bound(&chain->joint, joints, chain->mass_slug);
+    struct law_bound rubbed = friction_bound(chain->friction,
+                                             chain->weight_limit_lb + chain->load_limit_lb,
+                                             chain->mass_slug, chain->veps_ft_s);
+    double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
+    if (chain->mods)
+        rate2 += mods_stiffness_lb_ft(chain->mods) / chain->mass_slug;
+    return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate2));
+}
+
+static void chain_describe(const struct chain *chain, const struct sim_scene *scene,
+                           struct sim_result *result)
+{
+    sim_result_leave_out(result, "vertical motion and rotation (model chain)");
+    if (chain->friction == SIM_NONE)
+        sim_result_leave_out(result, "friction (none)");
+    if (!chain->damped)
+        sim_result_leave_out(result, "joint damping (CL 0)");
+    if (chain->joints == JOINT_LINEAR)
+        sim_result_leave_out(result, "slack (0)");
+    if (chain->joints != JOINT_GRIT)
+        sim_result_leave_out(result, scene->slack_ft > 0.0
+                                         ? "grit (0 on every joint)"
+                                         : "grit (slack 0: no joint can be open)");
+    else
+        sim_result_note(result,
+                        "grit: an opened joint opens freely and needs its grit again to close");
+    if (chain->mods)
+        mods_describe(chain->mods, result);
+    if (scene->path_count > 0)
+        sim_result_note(result, "path replaces Vac, s0 and F");
+    if (scene->v0_ft_s != 0.0)
+        sim_result_note(result, "mat %d starts at %g ft/s (v0)", chain->v0_mat, scene->v0_ft_s);
+    if (scene->bump_ft.count > 0)
+        sim_result_note(result, "bump has no effect on flat mats (model chain)");
+    element_describe(&chain->elements, result);
+    int stressed = 0;
+    for (int j = 1; j <= chain->mats + 1; j++)
+        stressed += stretch_ft(chain, j) != 0.0;
+    if (stressed > 0)
+        sim_result_note(result, "%d joints start under load (gap0 below 0 or beyond slack)",
+                        stressed);
+}
+
+/* ---- runs ---- */
+
+/* of the stability limit, to begin with when the step is not given: the check is at the limit */
+#define STEP_SHARE           0.5
+/* of a mat the aircraft may cross in a step, when the step is not given */
+#define HOP_SHARE            0.25
+#define LEAST_STEPS          1000
+#define MOST_STEPS           400000000u
+#define MOST_HALVINGS        8
+#define THIRD_STEPS          1.37 /* of the coarser one of two */
+#define ENERGY_EXCESS        4.0
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
+#define ENERGY_STEPS         61   /* between energy checks; odd, so that what alternates shows */
+#define DISAGREEMENT         0.1
+/* between looks at the largest tensions: a wave takes about as long to cross a mat */
+#define NOTE_STEPS           4
+/* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
+#define QUIET_STEPS          3
+
+/* Mats that are integrated: all awake ones and one at rest on either side. */
+struct window {
+    int first;
+    int last;
+    int quiet_first; /* steps that the two mats at this end have been at rest */
+    int quiet_last;
+};
+
+/* One run over the whole time. */
+struct pass {
+    uint64_t steps;
+    uint64_t done; /* fewer when it failed, or when nothing could move any more */
+    double h_s;
+    double ms;
+    uint64_t events;
+    uint64_t awake_sum;
+    int awake_max;
+    int number; /* of this pass, for go_on */
+    bool interrupted;
+    bool failed;
+    int mat; /* where, when failed */
+    double t_s;
+    double speed_end_ft_s;
+    struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
+};
+
+/* Nothing in the window has moved for a while. */
+static bool asleep(const struct window *window)
+{
+    return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
+           window->quiet_last >= QUIET_STEPS;
+}
+
+/* Take in the mats under the wheel. A window in which all have rested for a while goes there
+ * instead of stretching. */
+static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch,
+                  int count)
+{
+    if (count > 0 && asleep(window))
+        window->first = window->last = touch[0].mat;
+    for (int i = 0; i < count; i++) {
+        if (touch[i].mat <= window->first && window->first > 1)
+            window->first = touch[i].mat > 1 ? touch[i].mat - 1 : 1;
+        if (touch[i].mat >= window->last && window->last < chain->mats)
+            window->last = touch[i].mat < chain->mats ? touch[i].mat + 1 : chain->mats;
+    }
+}
+
+/* After a kick. Growing is a must: the mat at the end moves, so the next one will feel it. Leaving
+ * a mat waits a little. */
+static void follow(struct window *window, const struct chain *chain)
+{
+    if (chain->v_ft_s[window->first] != 0.0 && window->first > 1)
+        window->first--;
+    if (chain->v_ft_s[window->last] != 0.0 && window->last < chain->mats)
+        window->last++;
+    bool first_rests = chain->v_ft_s[window->first] == 0.0 &&
+                       chain->v_ft_s[window->first + 1] == 0.0;
+    bool last_rests = chain->v_ft_s[window->last] == 0.0 && chain->v_ft_s[window->last - 1] == 0.0;
+    window->quiet_first = first_rests ? window->quiet_first + 1 : 0;
+    window->quiet_last = last_rests ? window->quiet_last + 1 : 0;
+    if (window->quiet_first >= QUIET_STEPS && window->last - window->first > 2) {
+        window->first++;
+        window->quiet_first = 0;
+    }
+    if (window->quiet_last >= QUIET_STEPS && window->last - window->first > 2) {
+        window->last--;
+        window->quiet_last = 0;
+    }
+}
+
+/* The first kick has been given to all: whoever is still at rest sleeps. */
+static void settle(struct window *window, const struct chain *chain)
+{
+    int first = 1, last = chain->mats;
+    while (first < chain->mats && chain->v_ft_s[first] == 0.0)
+        first++;
+    while (last > first && chain->v_ft_s[last] == 0.0)
+        last--;
+    if (chain->v_ft_s[first] == 0.0)
+        first = last = 2; /* nobody: anywhere */
+    window->first = first > 1 ? first - 1 : 1;
+    window->last = last < chain->mats ? last + 1 : chain->mats;
+}
+
+static int fastest(const struct chain *chain)
+{
+    int mat = 1;
+    for (int n = 1; n <= chain->mats; n++) {
+        if (!isfinite(chain->v_ft_s[n]) || !isfinite(chain->u_ft[n]))
+            return n;
+        if (fabs(chain->v_ft_s[n]) > fabs(chain->v_ft_s[mat]))
+            mat = n;
+    }
+    return mat;
+}
+
+static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                     const struct sim_options *options)
+{
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
+    struct sim_wheel wheel;
+    struct window window = {1, chain->mats, 0, 0};
+    double h = pass->h_s;
+    double begin_s = monotonic_s();
+    double put_in_lb_ft;
+    int count = 0;
+
+    chain_reset(chain, scene);
+    put_in_lb_ft = chain_energy_lb_ft(chain, 1, chain->mats);
+    sim_wheel_start(&wheel, scene);
+    if (chain->gear)
+        gear_start(chain->gear, h);
+    sim_record_take(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
+    for (uint64_t i = 0; i < pass->steps; i++) {
+        double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
+        double to_s = ((double)i + 0.5) * h;
+
+        chain_release(chain, touch, count);
+        count = chain->gear ? gear_span(chain->gear, from_s, to_s, touch)
+                            : sim_wheel_span(&wheel, from_s, to_s, touch);
+        cover(&window, chain, touch, count);
+        chain_touch(chain, touch, count);
+        if (chain->mods)
+            chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
+        pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
+        if (chain->mods)
+            chain_unbrace(chain);
+        if (prune && i == 0)
+            settle(&window, chain);
+        else if (prune)
+            follow(&window, chain);
+        /* at rest under forces that no longer change: nothing will ever move again */
+        bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
+        bool last = still || i + 1 == pass->steps;
+        pass->done = i + 1;
+        int awake = window.last - window.first + 1;
+        pass->awake_sum += (uint64_t)awake;
+        pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
+        for (int k = 0; k < count; k++)
+            put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
+        if (i % NOTE_STEPS == 0)
+            chain_note(chain, window.first, window.last);
+        chain_drift(chain, h, window.first, window.last);
+
+        double t_s = (double)(i + 1) * h;
+        if (i % ENERGY_STEPS == 0 || last) {
+            double energy_lb_ft = chain_energy_lb_ft(chain, window.first, window.last);
+            if (!(energy_lb_ft <= ENERGY_EXCESS * put_in_lb_ft)) {
+                pass->failed = true;
+                pass->mat = fastest(chain);
+                pass->t_s = t_s;
+                break;
+            }
+        }
+        if (last)
+            /* a rounding must not miss what is wanted at the end */
+            t_s = (double)pass->steps * h * (1.0 + 1e-11);
+        if (pass->record.next_s <= t_s)
+            sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+            !options->go_on(options->go_on_ctx, pass->number, (double)i / (double)pass->steps)) {
+            pass->interrupted = true;
+            pass->mat = fastest(chain);
+            pass->t_s = t_s;
+            break;
+        }
+        if (still) {
+            pass->awake_sum += (uint64_t)awake * (pass->steps - pass->done);
+            break;
+        }
+    }
+    if (chain->mods) {
+        struct mods_view view = chain_view(chain);
+        pass->mods = mods_finish(chain->mods, &view);
+    }
+    pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
+    pass->ms = 1e3 * (monotonic_s() - begin_s);
+}
+
+static void drop_pass(struct pass *pass)
+{
+    sim_record_free(&pass->record);
+    free(pass->mods);
+    *pass = (struct pass){0};
+}
+
+static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
+{
+    *pass = (struct pass){
+        .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
+    sim_record_make(&pass->record, scene, options);
+    run_pass(pass, chain, scene, options);
+    result->rhs += pass->done;
+    result->rejected += pass->done; /* until this pass is the one that answers */
+}
+
+/* What a chain has come to. `record` and `mods` are the result's from then on. */
+static void deliver(struct chain *chain, struct sim_record *record, struct mods_state **mods,
+                    struct sim_result *result)
+{
+    size_t mats = (size_t)chain->mats;
+    result->mods = *mods;
+    *mods = NULL;
+    struct sim_difference peak = sim_record_peak(record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
+    result->push_lb = xcalloc(mats + 2, sizeof *result->push_lb);
+    result->pull_lb = xcalloc(mats + 2, sizeof *result->pull_lb);
+    if (result->status == SIM_OK)
+        memcpy(chain->u_ft, record->snapshots[record->snapshot_count - 1].u_ft,
+               (mats + 1) * sizeof *chain->u_ft);
+    memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
+    for (int j = 1; j <= chain->mats + 1; j++)
+        result->gap_ft[j] = chain_opening_ft(chain, j);
+    memcpy(result->push_lb, chain->push_lb, (mats + 2) * sizeof *chain->push_lb);
+    memcpy(result->pull_lb, chain->pull_lb, (mats + 2) * sizeof *chain->pull_lb);
+    sim_record_deliver(record, result);
+}
+
+static void answer(struct chain *chain, struct pass *pass, const struct pass *other,
+                   struct sim_result *result)
+{
+    result->dt_s = pass->h_s;
+    result->checked_dt_s = other->h_s;
+    result->pass_ms = pass->ms;
+    result->steps = pass->done;
+    result->rejected -= pass->done;
+    result->events = pass->events;
+    result->mats_max = pass->awake_max;
+    result->mats_mean = (double)pass->awake_sum /
+                        (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
+        return;
+    if (pass->mods && other->mods)
+        pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
+    result->speed_end_ft_s = pass->speed_end_ft_s;
+    deliver(chain, &pass->record, &pass->mods, result);
+}
+
+/* The finer pass is the coarser one of the next pair. */
+static void take_over(struct pass *to, struct pass *from)
+{
+    drop_pass(to);
+    *to = *from;
+    *from = (struct pass){0};
+}
+
+static void run_single(struct chain *chain, const struct sim_scene *scene,
+                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
+{
+    struct pass only = {0};
+    start_pass(&only, chain, scene, options, steps, result);
+    if (only.failed || only.interrupted)
+        sim_result_end(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
+    answer(chain, &only, &only, result);
+    drop_pass(&only);
+}
+
+/* Whether a joint tears hangs on a peak of tension, which two runs can both see on one side. So a
+ * third, at a step between them, widens what is stated. */
+static bool tears(const struct sim_scene *scene)
+{
+    return scene->mods.tear_lb < HUGE_VAL;
+}
+
+/* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
+ * of the two answers. */
+static void run_pairs(struct chain *chain, const struct sim_scene *scene,
+                      const struct sim_options *options, uint64_t steps, bool coarser_answers,
+                      struct sim_result *result)
+{
+    struct pass third = {0}, coarse = {0}, fine = {0};
+    struct sim_difference apart = {0};
+    double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
+    bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
+    bool asks = tears(scene);
+    if (asks)
+        start_pass(&third, chain, scene, options, (uint64_t)ceil(THIRD_STEPS * (double)steps),
+                   result);
+    start_pass(&coarse, chain, scene, options, steps, result);
+    for (int halvings = 0;; halvings++) {
+        if (coarse.interrupted) {
+            take_over(&fine, &coarse);
+            break;
+        }
+        start_pass(&fine, chain, scene, options, 2 * coarse.steps, result);
+        if (fine.interrupted)
+            break;
+        bool near_limit = refine && coarse.h_s > 0.51 * result->dt_limit_s;
+        if (coarse.failed && !fine.failed && near_limit) {
+            take_over(&coarse, &fine);
+            continue;
+        }
+        if (coarse.failed || fine.failed) {
+            const struct pass *failed = fine.failed ? &fine : &coarse;
+            sim_result_end(result, SIM_UNSTABLE, failed->mat, failed->t_s);
+            break;
+        }
+        apart = sim_record_difference(&coarse.record, &fine.record);
+        double peak_ft = sim_record_peak(&fine.record).u_ft;
+        result->error_u_ft = apart.u_ft * (coarser_answers ? 2.0 : 1.0);
+        if (result->error_u_ft <= tolerance * peak_ft)
+            break;
+        if (!refine) {
+            sim_result_end(result, SIM_UNSTABLE, apart.mat, apart.t_s);
+            break;
+        }
+        if (halvings == MOST_HALVINGS || 4 * coarse.steps > MOST_STEPS) {
+            sim_result_end(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
+            break;
+        }
+        take_over(&coarse, &fine);
+    }
+    if (fine.interrupted) {
+        sim_result_end(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
+        coarser_answers = false;
+    } else if (asks && !third.failed && !third.interrupted && result->status == SIM_OK) {
+        double most_ft = fmax(sim_record_difference(&coarse.record, &third.record).u_ft,
+                              sim_record_difference(&fine.record, &third.record).u_ft);
+        result->error_u_ft = fmax(result->error_u_ft, 2.0 * most_ft);
+    }
+    drop_pass(&third);
+    answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result);
+    drop_pass(&coarse);
+    drop_pass(&fine);
+}
+
+enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options *options,
+                         struct sim_result *result, struct error *error)
+{
+    struct chain chain = {0};
+    struct sim_wheel wheel;
+    double end_s = sim_scene_end_s(scene);
+    double begin_s = monotonic_s();
+
+    sim_wheel_start(&wheel, scene);
+    chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
+    double hop_s =
+        /* INFINITY for an aircraft that stands */
+        scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
+    result->solver = "staggered";
+    result->mats = scene->mats;
+    result->t_end_s = end_s;
+    result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
+    chain_describe(&chain, scene, result);
+
+    bool given = options->dt_s > 0.0;
+    double h = given ? options->dt_s
+                     : fmin(STEP_SHARE * result->dt_limit_s,
+                            fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+    double steps = ceil(end_s / h * (1.0 - 1e-12));
+    bool coarser_answers = given && options->rtol == 0.0 && 2.0 * h > 0.95 * result->dt_limit_s;
+    if (h > result->dt_limit_s) {
+        result->dt_s = h;
+        sim_result_end(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+    } else if (!(steps <= MOST_STEPS)) {
+        error_set(error, MR_USAGE,
+                  "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
+                  scene->name[0] ? scene->name : "scene", end_s, h);
+    } else if (options->single) {
+        run_single(&chain, scene, options, (uint64_t)steps, result);
+    } else {
+        uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
+        run_pairs(&chain, scene, options, first, coarser_answers, result);
+    }
+    result->run_ms = 1e3 * (monotonic_s() - begin_s);
+    chain_free(&chain);
+    return error->status;
+}
