@@ -61,4 +61,97 @@ enum mr_fault_code {
 /* Text of a fault, "unknown fault" beyond the table. Static storage. */
 const char *mr_fault_text(unsigned fault);
 
+/* ---- crash ---- */
+
+/* Names and numbers of what the board tells of itself when something went wrong: the words that a
+ * processor fault leaves behind, the parts of the firmware that the watchdog watches, the
+ * self-tests. Shared by board and host. */
+
+#define MR_CRASH_STACK 16u /* words of the stack from the faulting stack pointer on */
+
+/* Words of the message `crash`, in this order; then MR_CRASH_STACK words of the stack. */
+/* clang-format off */
+#define MR_CRASH_TABLE(X)                                                          \
+    X(KIND, "kind") X(BLOCK, "block") X(TASK, "task") X(IMAGE, "image crc")        \
+    X(EXCEPTION, "exception") X(R0, "r0") X(R1, "r1") X(R2, "r2") X(R3, "r3")      \
+    X(R4, "r4") X(R5, "r5") X(R6, "r6") X(R7, "r7") X(R8, "r8") X(R9, "r9")        \
+    X(R10, "r10") X(R11, "r11") X(R12, "r12") X(SP, "sp") X(LR, "lr") X(PC, "pc")  \
+    X(XPSR, "xpsr") X(CFSR, "cfsr") X(HFSR, "hfsr") X(MMFAR, "mmfar") X(BFAR, "bfar")
+/* clang-format on */
+
+enum mr_crash_item {
+#define MR_CRASH_ENUM(NAME, text) MR_CRASH_##NAME,
+    MR_CRASH_TABLE(MR_CRASH_ENUM) MR_CRASH_STACK_FIRST,
+    MR_CRASH_ITEMS = MR_CRASH_STACK_FIRST + MR_CRASH_STACK
+};
+#undef MR_CRASH_ENUM
+
+/* The word MR_CRASH_KIND and the detail of the fault HARD_FAULT. */
+enum mr_crash_kind {
+    MR_CRASH_MEMORY = 1,
+    MR_CRASH_BUS,
+    MR_CRASH_USAGE,
+    MR_CRASH_OTHER,
+    MR_CRASH_CRYSTAL,
+    MR_CRASH_UNASKED,
+};
+
+/*        NAME         number  limit, 10 ms  what it is */
+/* clang-format off */
+#define MR_TASK_TABLE(X)                         \
+    X(LOOP,        1,   20,  "the main loop")    \
+    X(BLOCKS,      2,   30,  "taking blocks")    \
+    X(COMMANDS,    3,   30,  "commands")         \
+    X(LANDING,     4,   30,  "the landing")      \
+    X(TELEMETRY,   5,   30,  "telemetry")        \
+    X(BOX,         6,   30,  "the black box")    \
+    X(SUPERVISION, 7,   20,  "supervision")      \
+    X(UPKEEP,      8,  100,  "background tests") \
+    X(PREDICTOR,   9,   30,  "the predictor")
+/* clang-format on */
+
+enum mr_task {
+#define MR_TASK_ENUM(NAME, number, limit, text) MR_TASK_##NAME = (number),
+    MR_TASK_TABLE(MR_TASK_ENUM) MR_TASK_COUNT
+};
+#undef MR_TASK_ENUM
+
+/*        NAME         number  what it is */
+/* clang-format off */
+#define MR_SELF_TEST_TABLE(X)                          \
+    X(RAM,         0, "RAM in use")                    \
+    X(FLASH,       1, "the program's checksum")        \
+    X(REFERENCE,   2, "reference channel")             \
+    X(EXCITATION,  3, "excitation of the transducers") \
+    X(NOR,         4, "memory of the black box")       \
+    X(LAMP_ON,     5, "warning lamp, lit")             \
+    X(LAMP_OFF,    6, "warning lamp, put out")         \
+    X(RAM_START,   7, "RAM not in use, at start")      \
+    X(IMAGE,       8, "the program, whole as it was built")
+/* clang-format on */
+
+enum mr_self_test_number {
+#define MR_SELF_TEST_ENUM(NAME, number, text) MR_SELF_TEST_##NAME = (number),
+    MR_SELF_TEST_TABLE(MR_SELF_TEST_ENUM) MR_SELF_TEST_COUNT
+};
+#undef MR_SELF_TEST_ENUM
+
+enum mr_can_state {
+    MR_CAN_GOOD,
+    MR_CAN_WARNING,
+    MR_CAN_PASSIVE,
+    MR_CAN_UNPLUGGED,
+    MR_CAN_STUCK,
+    MR_CAN_OFF,
+    MR_CAN_SILENT,
+    MR_CAN_MISSING,
+};
+
+/* Texts, static storage; "unknown ..." beyond the tables. */
+const char *mr_crash_item_name(unsigned item); /* stack words: "stack" */
+const char *mr_crash_kind_text(unsigned kind); /* "usage fault" */
+const char *mr_task_text(unsigned task);
+const char *mr_self_test_text(unsigned test);
+const char *mr_can_state_text(unsigned state);
+
 #endif

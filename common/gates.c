@@ -57,15 +57,20 @@ static double dot(const struct mr_gates_fit *fit, const double *terms)
     return sum;
 }
 
-/* Standard error of a quantity whose gradient by the coefficients is `gradient`. */
-static double error_of(const struct mr_gates_fit *fit, const double *gradient)
+/* Variance of a quantity whose gradient by the n unknowns is `gradient`. */
+static double variance_of(const double covariance[TERMS][TERMS], unsigned n, const double *gradient)
 {
     double variance = 0.0;
-    for (unsigned i = 0; i <= fit->order; i++) {
-        for (unsigned k = 0; k <= fit->order; k++)
-            variance += gradient[i] * fit->covariance[i][k] * gradient[k];
+    for (unsigned i = 0; i < n; i++) {
+        for (unsigned k = 0; k < n; k++)
+            variance += gradient[i] * covariance[i][k] * gradient[k];
     }
-    return variance > 0.0 ? sqrt(variance) : 0.0;
+    return variance > 0.0 ? variance : 0.0;
+}
+
+static double error_of(const struct mr_gates_fit *fit, const double *gradient)
+{
+    return sqrt(variance_of(fit->covariance, fit->order + 1, gradient));
 }
 
 /* Cholesky factor in place (lower triangle). False when the matrix is not positive definite to
@@ -100,6 +105,19 @@ static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
         for (unsigned k = i + 1; k < n; k++)
             x[i] -= lower[k][i] * x[k];
         x[i] /= lower[i][i];
+    }
+}
+
+/* `scale` times the inverse of the matrix whose factor is given. */
+static void invert(double lower[TERMS][TERMS], unsigned n, double scale,
+                   double inverse[TERMS][TERMS])
+{
+    for (unsigned column = 0; column < n; column++) {
+        double unit[TERMS] = {0};
+        unit[column] = scale;
+        solve(lower, n, unit);
+        for (unsigned row = 0; row < n; row++)
+            inverse[row][column] = unit[row];
     }
 }
 
@@ -149,13 +167,7 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     if (count > terms &&
         squares > mr_chi_square((unsigned)count - terms, MR_ONE_IN_100) * deviation * deviation)
         deviation = fit->residual_ft * mr_gates_student((unsigned)count - terms);
-    for (unsigned column = 0; column < terms; column++) {
-        double unit[TERMS] = {0};
-        unit[column] = deviation * deviation;
-        solve(matrix, terms, unit);
-        for (unsigned row = 0; row < terms; row++)
-            fit->covariance[row][column] = unit[row];
-    }
+    invert(matrix, terms, deviation * deviation, fit->covariance);
     return MR_OK;
 }
 
@@ -553,7 +565,8 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 
 /* ---- braking ---- */
 
-#define N             MR_BRAKING_UNKNOWNS
+#define N MR_BRAKING_UNKNOWNS
+_Static_assert((int)N == (int)TERMS, "both fits share factor, solve and invert");
 #define ROUNDS        10
 #define DELAY_LEAST_S (-0.5) /* nonsense, but the search may pass there */
 #define DELAY_MOST_S  0.5
@@ -601,51 +614,9 @@ static void motion_at(const struct mr_braking *fit, double t_s, struct at *at)
                                     : 0.0;
 }
 
-static bool factor_normal(double matrix[N][N])
-{
-    for (unsigned i = 0; i < N; i++) {
-        for (unsigned k = 0; k <= i; k++) {
-            double sum = matrix[i][k];
-            for (unsigned j = 0; j < k; j++)
-                sum -= matrix[i][j] * matrix[k][j];
-            if (i != k)
-                matrix[i][k] = sum / matrix[k][k];
-            else if (sum > 1e-13 * matrix[i][i])
-                matrix[i][i] = sqrt(sum);
-            else
-                return false;
-        }
-    }
-    return true;
-}
-
-static void solve_normal(double lower[N][N], double x[N])
-{
-    for (unsigned i = 0; i < N; i++) {
-        for (unsigned k = 0; k < i; k++)
-            x[i] -= lower[i][k] * x[k];
-        x[i] /= lower[i][i];
-    }
-    for (unsigned i = N; i-- > 0;) {
-        for (unsigned k = i + 1; k < N; k++)
-            x[i] -= lower[k][i] * x[k];
-        x[i] /= lower[i][i];
-    }
-}
-
-static double variance_by(const struct mr_braking *fit, const double *gradient)
-{
-    double variance = 0.0;
-    for (unsigned i = 0; i < N; i++) {
-        for (unsigned k = 0; k < N; k++)
-            variance += gradient[i] * fit->covariance[i][k] * gradient[k];
-    }
-    return variance > 0.0 ? variance : 0.0;
-}
-
 static double standard_error(const struct mr_braking *fit, const double *gradient)
 {
-    return sqrt(variance_by(fit, gradient));
+    return sqrt(variance_of(fit->covariance, N, gradient));
 }
 
 static bool uses(const struct mr_braking *fit, size_t gate)
@@ -758,9 +729,9 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
         /* as near as it gets: gates that contradict each other, and chi-square says so */
         if (round == ROUNDS)
             break;
-        if (!factor_normal(matrix))
+        if (!factor(matrix, N))
             return MR_NUMERICS;
-        solve_normal(matrix, step);
+        solve(matrix, N, step);
         fit->touchdown_s += step[MR_BRAKING_TIME];
         fit->speed_ft_s += step[MR_BRAKING_SPEED];
         fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
@@ -775,15 +746,9 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
             break;
     }
     equations(gates, count, position_error_ft, fit, matrix, step);
-    if (!factor_normal(matrix))
+    if (!factor(matrix, N))
         return MR_NUMERICS;
-    for (unsigned column = 0; column < N; column++) {
-        double unit[N] = {0};
-        unit[column] = 1.0;
-        solve_normal(matrix, unit);
-        for (unsigned row = 0; row < N; row++)
-            fit->covariance[row][column] = unit[row];
-    }
+    invert(matrix, N, 1.0, fit->covariance);
     return MR_OK;
 }
 
@@ -811,7 +776,8 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
             continue;
         motion_at(fit, gates[g].t_s, &at);
         double residual = (gates[g].station_ft - at.station_ft) / position_error_ft;
-        double own = 1.0 - variance_by(fit, at.slope) / (position_error_ft * position_error_ft);
+        double own = 1.0 - variance_of(fit->covariance, N, at.slope) /
+                               (position_error_ft * position_error_ft);
         if (own > 1e-6 && residual * residual / own > most) {
             most = residual * residual / own;
             *worst = g;

@@ -99,3 +99,26 @@ enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text)
     image->changed = text[DIGITS] != '\0';
     return MR_OK;
 }
+
+/* ---- boards ---- */
+
+static const struct mr_board boards[] = {
+#define BOARD(number, NAME, name, part, package, chip, flash_kib, text) \
+    [number] = {#name, part, package, text, chip, flash_kib},
+#include "common/boards.def"
+};
+#define BOARDS (sizeof boards / sizeof boards[0])
+
+const struct mr_board *mr_board_of(unsigned number)
+{
+    return number < BOARDS && boards[number].name ? &boards[number] : NULL;
+}
+
+int mr_board_named(const char *name)
+{
+    for (unsigned i = 0; i < BOARDS; i++) {
+        if (boards[i].name && strcmp(boards[i].name, name) == 0)
+            return (int)i;
+    }
+    return -1;
+}

@@ -58,4 +58,26 @@ void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
 /* And back. MR_MALFORMED: not 12 hexadecimal digits, "-dirty" or not behind them, nor "unknown". */
 enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text);
 
+/* ---- boards ---- */
+
+/* Which boards there are images for: common/boards.def. */
+
+enum mr_board_number {
+#define BOARD(number, NAME, name, part, package, chip, flash_kib, text) MR_BOARD_##NAME = (number),
+#include "common/boards.def"
+};
+
+struct mr_board {
+    const char *name;           /* "zg": of make BOARD=zg and of its folder */
+    const char *part, *package; /* of its chip */
+    const char *text;
+    uint16_t chip;      /* device id */
+    uint16_t flash_kib; /* of the chip */
+};
+
+/* NULL: there is no such board. Static storage. */
+const struct mr_board *mr_board_of(unsigned number);
+/* Its number, or -1. */
+int mr_board_named(const char *name);
+
 #endif

@@ -1,7 +1,11 @@
-#include "common/predictor_parts.h"
+#include "common/predictor.h"
 
 #include <string.h>
 
+#include "common/wire.h"
+
+#define IN_PER_FT   12.0f
+#define G_FT_S2     32.174f
 #define BLOCK_S     1e-3f
 #define HMIL_PER_FT 1.2e6f
 
@@ -33,6 +37,279 @@
 #define CALM_LOOKS    10u
 #define MOST_FAILURES 3u
 
+/* Joints at rest. */
+/* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
+#define LAID_GAP_IN     0.036f
+#define SURVEY_ERROR_IN 0.005f
+/* in that time a wheel comes half a mat further; 8 double the error */
+#define FOLLOW_BLOCKS   4u
+#define FOLLOW_VISITS   3u /* what a group costs then, in joints looked at */
+
+/* What is said. */
+#define AT_WHEEL_FT 1.0f
+#define NEAR_FT     9.5f /* an end so far beyond a transducer is better known */
+#define LAST_FT     6.0f /* and an end so near to the runway's */
+
+static bool between(float x, float least, float most)
+{
+    return x >= least && x <= most;
+}
+
+static unsigned joints_of(const struct mr_predictor *p)
+{
+    return p->config.chain.mats + 1u;
+}
+
+static float thrust_lb(const struct mr_predictor *p)
+{
+    return p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
+}
+
+/* --- joints at rest, and what they resist --- */
+
+/* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
+static float spread(uint32_t i, uint32_t multiplier)
+{
+    return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
+}
+
+/* Closing resistance of a joint over their mean. */
+static float grit_share(unsigned joint)
+{
+    return 2.0f * spread(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
+}
+
+/* --- openings --- */
+
+static void lay(struct mr_predictor *p)
+{
+    float slack_ft = p->config.chain.slack_ft;
+    for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
+        /* 2^32 (sqrt 2 - 1) */
+        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread(j + 1u, 1779033704u);
+        p->gap_ft[j] = gap_ft < slack_ft ? gap_ft : slack_ft;
+    }
+}
+
+/* Ten joints as laid come to sum to `sum_ft`: all by one factor, or nearer to the slack by one. */
+static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
+{
+    float room_ft = slack_ft * (float)count - have_ft;
+    if (sum_ft < have_ft) {
+        for (unsigned j = 0; j < count; j++)
+            gap_ft[j] *= sum_ft / have_ft;
+        return;
+    }
+    float part = sum_ft - have_ft < room_ft ? (sum_ft - have_ft) / room_ft : 1.0f;
+    for (unsigned j = 0; j < count && room_ft > 0.0f; j++)
+        gap_ft[j] += part * (slack_ft - gap_ft[j]);
+}
+
+/* Joints that have been pushed come to differ by `missing_ft` in sum: those of least resistance
+ * close first, those of most are the open ones, for a few wide gaps are likelier there than many
+ * narrow ones. */
+static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_ft, float slack_ft)
+{
+    bool taken[MR_MATS_PER_SEGMENT] = {false};
+    for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
+        unsigned pick = count;
+        for (unsigned j = 0; j < count; j++) {
+            bool better = pick == count || (missing_ft < 0.0f) == (grit_share(first + j + 1u) <
+                                                                   grit_share(first + pick + 1u));
+            if (!taken[j] && better)
+                pick = j;
+        }
+        taken[pick] = true;
+        float to_ft = gap_ft[first + pick] + missing_ft;
+        to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft ? slack_ft : to_ft;
+        missing_ft -= to_ft - gap_ft[first + pick];
+        gap_ft[first + pick] = to_ft;
+    }
+}
+
+/* Joints of a segment, 0 beyond the runway. */
+static unsigned joints_in(const struct mr_predictor *p, unsigned segment)
+{
+    unsigned first = segment * MR_MATS_PER_SEGMENT;
+    unsigned left = first < joints_of(p) ? joints_of(p) - first : 0;
+    return left < MR_MATS_PER_SEGMENT ? left : MR_MATS_PER_SEGMENT;
+}
+
+static float sum_ft(const struct mr_predictor *p, unsigned segment)
+{
+    float sum = 0.0f;
+    for (unsigned j = 0; j < joints_in(p, segment); j++)
+        sum += p->gap_ft[segment * MR_MATS_PER_SEGMENT + j];
+    return sum;
+}
+
+/* Whether so many joints can have the sum, an error of the reading allowed. */
+static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
+{
+    float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
+    return joints_in(p, segment) > 0 &&
+           between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
+}
+
+void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
+{
+    float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
+        float have_ft = sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
+        p->surveyed_in[s] = can_be(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
+        if (__builtin_isnan(p->surveyed_in[s]))
+            continue;
+        if (!(off_ft > error_ft || off_ft < -error_ft))
+            continue;
+        if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
+            rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
+            continue;
+        }
+        if (p->landings == 0) { /* somebody has landed before: as few are open as can be */
+            for (unsigned j = 0; j < count; j++)
+                p->gap_ft[first + j] = 0.0f;
+            off_ft = sum_in[s] / IN_PER_FT;
+        }
+        reopen(p->gap_ft, first, count, off_ft, slack_ft);
+    }
+}
+
+void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
+{
+    float error_in = 2.0f * SURVEY_ERROR_IN + 1e-3f;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float have_in = IN_PER_FT * sum_ft(p, s),
+              most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
+        float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
+        bool holds = can_be(p, s, sum_in[s]) && between(have_in - said_in, -error_in, error_in);
+        p->surveyed_in[s] = holds ? sum_in[s] : MR_NAN;
+    }
+}
+
+/* What transducers and survey say without the model. */
+void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
+                                 float *left_in)
+{
+    float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        /* what it had moved before, the joints have taken already */
+        moved_in[i] = p->last_in[i] - p->base_in[i];
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * sum_ft(p, s) : MR_NAN;
+    const struct mr_closure_input input = {.station_ft = p->config.station_ft,
+                                           .displacement_in = moved_in,
+                                           .slack_in = slack_in,
+                                           .wheel_ft = p->wheel_ft,
+                                           .speed_ft_s = p->speed_ft_s,
+                                           .deceleration_ft_s2 = p->deceleration_ft_s2};
+    mr_closure_find(&input, zone, left_in);
+}
+
+/* The joints as the transducers alone would have them. */
+static void fold_kinematic(struct mr_predictor *p)
+{
+    struct mr_closure_zone zone;
+    float left_in[MR_SEGMENTS];
+    mr_predictor_find_kinematic(p, &zone, left_in);
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float off_ft = left_in[s] / IN_PER_FT - sum_ft(p, s);
+        if (off_ft < 0.0f)
+            reopen(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft,
+                   p->config.chain.slack_ft);
+    }
+}
+
+/* The joints as the chain has them. */
+static void fold_chain(struct mr_predictor *p)
+{
+    const struct mr_chain *chain = &p->chain;
+    float slack_ft = p->config.chain.slack_ft;
+    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+        unsigned first = (j - 1u) * chain->group, count = chain->group;
+        float have_ft = 0.0f, to_ft = mr_chain_opening_ft(chain, j);
+        if (first >= joints_of(p))
+            break;
+        if (first + count > joints_of(p))
+            count = joints_of(p) - first;
+        for (unsigned i = 0; i < count; i++)
+            have_ft += p->gap_ft[first + i];
+        if (__builtin_isnan(to_ft))
+            continue; /* as it was */
+        to_ft = to_ft < 0.0f                    ? 0.0f
+              : to_ft > slack_ft * (float)count ? slack_ft * (float)count
+                                                : to_ft;
+        reopen(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
+    }
+}
+
+/* --- resistances --- */
+
+/* What resists in a group of joints now, over the mean: the weakest closes first, so that of the
+ * weakest which is still open, as far as the group has closed. */
+static float open_share(const struct mr_predictor *p, unsigned j)
+{
+    unsigned group = p->chain.group, first = (j - 1u) * group, last = joints_of(p) - 1u;
+    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
+    if (group == 1u)
+        return grit_share(j);
+    for (unsigned i = 0; i < group; i++) {
+        share[i] = grit_share(first + i + 1u);
+        gap_ft[i] = first + i <= last ? p->gap_ft[first + i] : 0.0f;
+        most = share[i] > most ? share[i] : most;
+    }
+    for (unsigned i = 0; i < group; i++) {
+        float stronger_ft = 0.0f;
+        for (unsigned k = 0; k < group; k++)
+            stronger_ft += share[k] > share[i] ? gap_ft[k] : 0.0f;
+        if (stronger_ft < reach_ft && (best == 0.0f || share[i] < best))
+            best = share[i];
+    }
+    return best > 0.0f ? best : most;
+}
+
+/* What must be overcome for a group to count as closed: four are when the last of them is; of two,
+ * as the score has it, either stands for both. */
+static float shut_share(const struct mr_predictor *p, unsigned j)
+{
+    unsigned group = p->chain.group;
+    float most = 0.0f;
+    for (unsigned i = 1; i <= (group == 4u ? 4u : 1u); i++) {
+        float share = grit_share((j - 1u) * group + i);
+        most = share > most ? share : most;
+    }
+    return most;
+}
+
+static void set_grits(struct mr_predictor *p)
+{
+    struct mr_chain *chain = &p->chain;
+    float mean_lb = p->config.grit_lb * p->scale;
+    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+        chain->grit_lb[j] = mean_lb * open_share(p, j);
+        if (chain->group > 1u)
+            p->shut_lb[j] = mean_lb * shut_share(p, j);
+    }
+}
+
+/* Groups that move go from joint to joint. */
+static void follow_grits(struct mr_predictor *p)
+{
+    struct mr_chain *chain = &p->chain;
+    unsigned first = (chain->low - 1u) * MR_CHAIN_BAY + 1u, last = chain->high * MR_CHAIN_BAY + 1u;
+    if (chain->group == 1u || chain->low > chain->high || p->block % FOLLOW_BLOCKS != 0)
+        return;
+    unsigned followed = 0;
+    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
+        if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
+            continue;
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * open_share(p, j);
+        followed++;
+    }
+    p->visits += FOLLOW_VISITS * followed;
+    p->look_updates += FOLLOW_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
+}
+
 static unsigned group_of(enum mr_predictor_level level)
 {
     return level == MR_PREDICTOR_TWO ? 2u : level == MR_PREDICTOR_FOUR ? 4u : 1u;
@@ -55,7 +332,7 @@ static enum mr_status start_chain(struct mr_predictor *p)
     enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, NULL);
     p->due_s = 0.0f;
     if (status == MR_OK)
-        mr_predictor_set_grits(p);
+        set_grits(p);
     return status;
 }
 
@@ -140,7 +417,7 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
         if (mat)
             p->base_in[i] = modelled_in(p, i, mat);
     }
-    mr_predictor_fold_chain(p);
+    fold_chain(p);
     p->level = level;
     p->calm_looks = 0;
     p->degraded = level > p->config.level;
@@ -154,7 +431,7 @@ static void fall_back(struct mr_predictor *p)
 {
     p->fell_back = true;
     p->failures++;
-    mr_predictor_fold_kinematic(p);
+    fold_kinematic(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
     if (p->failures > MOST_FAILURES)
@@ -190,7 +467,7 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     p->level = config->level;
     p->deceleration_ft_s2 = config->deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
-    mr_predictor_lay(p);
+    lay(p);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         p->surveyed_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -385,7 +662,7 @@ static void roll(struct mr_predictor *p, const struct mr_predictor_input *input)
     }
     if (!mr_chain_settle(&p->chain))
         fall_back(p);
-    mr_predictor_follow_grits(p);
+    follow_grits(p);
     uint32_t updates = mr_chain_take_updates(&p->chain);
     p->updates += updates;
     p->look_updates += updates;
@@ -445,7 +722,7 @@ static void learn(struct mr_predictor *p)
     p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
     p->scale = p->scale < SCALE_LEAST ? SCALE_LEAST : p->scale > SCALE_MOST ? SCALE_MOST : p->scale;
     p->work_lb_in = 0.0f;
-    mr_predictor_set_grits(p);
+    set_grits(p);
     p->look_updates += p->chain.count / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
@@ -483,9 +760,9 @@ void mr_predictor_fold(struct mr_predictor *p)
     if (!p->armed)
         return;
     if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved))
-        mr_predictor_fold_kinematic(p);
+        fold_kinematic(p);
     else
-        mr_predictor_fold_chain(p);
+        fold_chain(p);
     p->armed = false;
     p->landings++;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
@@ -495,4 +772,181 @@ void mr_predictor_fold(struct mr_predictor *p)
     p->level = p->config.level;
     (void)start_chain(p);
     scan_all(p);
+}
+
+/* --- what is said --- */
+
+/* Where the wheel is when its place is under it, not behind where it is now. */
+static float place_ft(const struct mr_predictor *p, unsigned place, float group_ft)
+{
+    float at_ft = (float)(place - 1u) * group_ft;
+    return at_ft > p->wheel_ft ? at_ft : p->wheel_ft;
+}
+
+/* As it was found by the last search; what is to come also as far as the search going on has it,
+ * when that is worse. */
+static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    const struct mr_zonescan_found *found = &p->found;
+    unsigned group = p->found_group, coming = found->coming, place = found->coming_place;
+    float group_ft = p->config.chain.mat_length_ft * (float)group;
+    zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f
+                             ? thrust_lb(p)
+                             : found->compression_lb;
+    if (p->speed_ft_s > 0.0f) {
+        float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
+        zone->coming_mats = coming * group;
+        zone->coming_ft = coming ? place_ft(p, place, group_ft) : MR_NAN;
+        if (p->scan.found.coming * p->chain.group > zone->coming_mats) {
+            zone->coming_mats = p->scan.found.coming * p->chain.group;
+            zone->coming_ft = place_ft(p, p->scan.found.coming_place, ahead_ft);
+        }
+    }
+    unsigned first = found->first, end = found->first + found->groups;
+    unsigned wheel = p->wheel_ft > 0.0f && p->wheel_ft < 1e6f
+                       ? (unsigned)(p->wheel_ft / group_ft) + 2u
+                       : 0;
+    first = first < wheel ? wheel : first; /* it has rolled on since */
+    if (!found->groups || first >= end)
+        return;
+    zone->mats = (end - first) * group;
+    zone->start_ft = (float)(first - 1u) * group_ft;
+    zone->end_ft = (float)(end - 1u) * group_ft;
+    unsigned passed = (first - found->first) * group, closed = found->closed * group;
+    zone->closed_joints = closed > passed + 2u ? closed - passed : 2u;
+    zone->mean_gap_in = IN_PER_FT * found->open_ft / (float)((found->groups + 1u) * group);
+}
+
+static void describe_kinematic(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    struct mr_closure_zone found;
+    float left_in[MR_SEGMENTS];
+    mr_predictor_find_kinematic(p, &found, left_in);
+    zone->mats = zone->coming_mats = found.mats;
+    zone->start_ft = found.start_ft;
+    zone->end_ft = found.end_ft;
+    zone->closed_joints = found.mats ? found.mats + 1u : 0;
+    zone->coming_ft = found.start_ft;
+    zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSURE_OPEN_IN / (float)MR_MATS_PER_SEGMENT : 0.0f;
+}
+
+static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    float low_ft = MR_NAN, high_ft = MR_NAN;
+    unsigned surveyed = 0, segments = 0;
+    bool any = false;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        bool fitted = !__builtin_isnan(p->config.station_ft[i]);
+        if (!fitted || p->doubt[i] != MR_PREDICTOR_TRUSTED ||
+            (p->block && __builtin_isnan(p->last_in[i])))
+            continue;
+        if (!any)
+            low_ft = p->config.station_ft[i];
+        high_ft = p->config.station_ft[i];
+        any = true;
+    }
+    float segment_ft = (float)MR_MATS_PER_SEGMENT * p->config.chain.mat_length_ft;
+    for (unsigned s = (unsigned)(zone->start_ft / segment_ft);
+         s < MR_SEGMENTS && (float)s * segment_ft < zone->end_ft; s++) {
+        segments++;
+        surveyed += __builtin_isnan(p->surveyed_in[s]) ? 0u : 1u;
+    }
+    zone->basis |= !any ? MR_PREDICTOR_BLIND : 0u;
+    zone->basis |= any && zone->mats && zone->start_ft >= low_ft && zone->end_ft <= high_ft
+                     ? MR_PREDICTOR_BRACKETED
+                     : 0u;
+    zone->basis |= segments && 2u * surveyed > segments ? MR_PREDICTOR_SURVEY : 0u;
+    zone->basis |= p->degraded ? MR_PREDICTOR_DEGRADED : 0u;
+    zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
+}
+
+/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 309, over 1.96
+ * (tests/score/README.md). They hold where there is a zone of 30 mats or more at all. First four:
+ * not surveyed; then surveyed. Start: beyond the transducers, at the wheel and ahead of it; between
+ * them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond;
+ * further, none beyond; LAST_FT before the runway's end. */
+static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f,
+                                                                   1.28f, 10.97f, 0.77f, 6.89f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f,
+                                                               9.95f,  15.05f, 12.50f, 8.42f};
+
+/* By level, over those: two and four mats in one need no other, the plough and kinematic zones do
+ * (tests/score/README.md). */
+#define LEVELS (MR_PREDICTOR_KINEMATIC + 1)
+static const float coarser_start[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
+                   coarser_end[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
+
+static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
+{
+    float runway_ft = p->config.chain.mat_length_ft * (float)p->config.chain.mats;
+    bool near = false, beyond = false;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        float past_ft = zone->end_ft - p->config.station_ft[i];
+        if (__builtin_isnan(p->last_in[i])) /* nor has one that is not fitted */
+            continue;
+        near = near || (past_ft >= 0.0f && past_ft < NEAR_FT);
+        beyond = beyond || past_ft < 0.0f;
+    }
+    return zone->end_ft > runway_ft - LAST_FT ? 3u : near ? 0u : beyond ? 1u : 2u;
+}
+
+static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u,
+             between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
+    /* there, beginning and wheel are further apart */
+    bool ahead = zone->distance_ft > AT_WHEEL_FT || zone->level != MR_PREDICTOR_FULL;
+    float mat_ft = p->config.chain.mat_length_ft;
+    zone->start_class = (uint8_t)(surveyed + between + ahead);
+    zone->end_class = (uint8_t)(surveyed + class_of_end(p, zone));
+    zone->start_error_ft = mat_ft * coarser_start[zone->level] *
+                           start_error_mats[zone->start_class];
+    zone->end_error_ft = mat_ft * coarser_end[zone->level] * end_error_mats[zone->end_class];
+}
+
+static void judge(struct mr_predictor_zone *zone)
+{
+    if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS) {
+        zone->verdict = MR_PREDICTOR_WARNING;
+        zone->reason = zone->mats >= MR_PREDICTOR_WARNING_MATS ? MR_PREDICTOR_LONG_ZONE
+                                                               : MR_PREDICTOR_GROWING_ZONE;
+    } else if (zone->coming_mats >= MR_PREDICTOR_ADVISORY_MATS) {
+        zone->verdict = MR_PREDICTOR_ADVISORY;
+        zone->reason = zone->mats >= MR_PREDICTOR_ADVISORY_MATS ? MR_PREDICTOR_LONG_ZONE
+                                                                : MR_PREDICTOR_GROWING_ZONE;
+    }
+}
+
+void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    bool unmoved = __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s);
+    *zone = (struct mr_predictor_zone){.level = p->level,
+                                       .grit_scale = p->scale,
+                                       .coming_ft = MR_NAN,
+                                       .distance_ft = MR_NAN,
+                                       .lead_s = MR_NAN,
+                                       .start_error_ft = MR_NAN,
+                                       .end_error_ft = MR_NAN};
+    zone->critical_lb = p->config.mat_weight_lb * p->config.chain.mat_length_ft /
+                        (2.0f * p->config.bump_ft);
+    zone->age_blocks = p->block - p->corrected_block;
+    if (p->level == MR_PREDICTOR_KINEMATIC || (unmoved && p->moved)) {
+        zone->level = MR_PREDICTOR_KINEMATIC;
+        describe_kinematic(p, zone);
+    } else {
+        describe(p, zone);
+    }
+    zone->basis = unmoved ? MR_PREDICTOR_NO_MOTION : 0u;
+    state_basis(p, zone);
+    if (zone->mats) {
+        float distance_ft = zone->start_ft - p->wheel_ft;
+        zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
+        /* for which the score found none that would hold */
+        if (zone->level != MR_PREDICTOR_KINEMATIC)
+            state_errors(p, zone);
+        if (!unmoved)
+            zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s,
+                                             p->deceleration_ft_s2);
+    }
+    judge(zone);
 }

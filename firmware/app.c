@@ -9,11 +9,27 @@
 #include "firmware/health.h"
 #include "firmware/landinglink.h"
 #include "firmware/schedule.h"
-#include "firmware/tasks.h"
 #include "firmware/channels.h"
 
 /* supervision ticks without a block: the scans have stopped */
 #define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE)
+
+#define BLOCKS(NAME, period, phase, stalled, who, why)           \
+    _Static_assert(!(stalled) || SCHEDULE_ROUND % (period) == 0, \
+                   #NAME " does not go into a round without scans");
+#include "firmware/schedule.def"
+
+/* What goes with another row: its blocks are among those of that one. */
+#define WITHIN(NAME, OTHER)                                                     \
+    _Static_assert(SCHEDULE_##NAME##_PERIOD % SCHEDULE_##OTHER##_PERIOD == 0 && \
+                       SCHEDULE_##NAME##_PHASE % SCHEDULE_##OTHER##_PERIOD ==   \
+                           SCHEDULE_##OTHER##_PHASE,                            \
+                   #NAME " without " #OTHER)
+WITHIN(BANDS, TENSIONS);
+WITHIN(BANDS_IDLE, TENSIONS_IDLE);
+WITHIN(SAY, LOOK);
+WITHIN(ALL_FAULTS, FAULTS);
+#undef WITHIN
 
 /* A row of the histories whose block there is not. */
 static void miss_block(struct app *app, uint32_t index)
@@ -495,6 +511,24 @@ static struct mr_block *next_block(struct app *app)
     return block;
 }
 
+/* Who has the memory: the black box, and when it has nothing to do, the predictor's runway, one
+ * operation at a time. One of the runway that is under way when a landing begins is over after a
+ * page's time (3 ms at most); an erase, which is begun only while nothing is armed, after 400 ms:
+ * the box is told of it and keeps as much of its ring free as for one of its own. */
+static void share_memory(struct app *app)
+{
+    struct blackbox *box = &app->box;
+    struct runwaystore *store = &app->runwaystore;
+    runwaystore_follow(store, box->state != BLACKBOX_MISSING);
+    if (!runwaystore_busy(store, &app->predict, app->slack_in)) {
+        blackbox_poll(box, app->next_index);
+        if (blackbox_idle(box))
+            (void)runwaystore_begin(store, &app->predict, !landing_recording(&app->landing),
+                                    app->next_index);
+    }
+    box->waits = runwaystore_erasing(store);
+}
+
 bool app_poll(struct app *app)
 {
     struct mr_block *block;
@@ -510,8 +544,7 @@ bool app_poll(struct app *app)
         tasks_done(MR_TASK_BLOCKS);
     }
     tasks_begin(MR_TASK_BOX);
-    norshare_poll(&(struct norshare){&app->box, &app->runwaystore, &app->predict, app->slack_in},
-                  app->next_index, !landing_recording(&app->landing));
+    share_memory(app);
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);
     healthlink_idle(&app->healthlink);
@@ -529,12 +562,22 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
+/* A row that goes on without scans is due at this phase of the round. */
+static bool due_without_scans(uint32_t phase)
+{
+    bool due = false;
+#define BLOCKS(NAME, period, phase_, stalled, who, why) due |= (stalled) && DUE(NAME, phase);
+#define TICKS(NAME, period, phase_, who, why)
+#include "firmware/schedule.def"
+    return due;
+}
+
 /* With no scans at all the block index stands still: one round of the regular messages each second
  * instead, all but those that need a block; there is no time base. */
 static void tell_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
-        if (schedule_due_without_scans(phase))
+        if (due_without_scans(phase))
             regular_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
         if (DUE(CRASH_STALLED, phase))
             healthlink_regular(&app->healthlink, &app->telemetry, phase);

@@ -4,7 +4,7 @@
 #define MATRIG_FIRMWARE_APP_H
 
 #include "common/framing.h"
-#include "common/onboard/baseline.h"
+#include "common/onboard/predict_feed.h"
 #include "common/onboard/landing.h"
 #include "firmware/bandwatch.h"
 #include "firmware/boxlink.h"
@@ -14,7 +14,8 @@
 #include "firmware/configstore.h"
 #include "firmware/healthlink.h"
 #include "firmware/landinglink.h"
-#include "firmware/norshare.h"
+#include "firmware/configround.h"
+#include "firmware/runwaystore.h"
 #include "firmware/predict.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"

@@ -1,4 +1,4 @@
-#include "firmware/blackbox_parts.h"
+#include "firmware/blackbox.h"
 
 #include <string.h>
 
@@ -12,8 +12,43 @@
 /* a sector that looked erased at start is looked at page by page: all of them in 22 min */
 #define LOOK_MS      20u
 #define ERASE_MS     60u /* until one was timed */
+#define READ_TRIES   4u
+#define SCAN_TRIES   32u /* each page of a sector twice */
+/* pages of the ring: 8 of configuration at 4 ms each, 58 bytes per ms meanwhile, twice over */
+#define SLACK        16u
+#define SLACK_ERASE  112u /* 400 ms of the same, and those */
+#define PAGES        NOR_PAGES_PER_SECTOR
 
-uint32_t blackbox_address(unsigned sector, unsigned page)
+/* A sector that belongs to no record. */
+enum {
+    SECTOR_BAD = 0xf9, /* does not program or erase */
+    SECTOR_UNREAD = 0xfa,
+    /* dirty, and carries the mark that its record was freed: erased after the others */
+    SECTOR_LAST = 0xfb,
+    SECTOR_DIRTY = 0xfc,
+    SECTOR_FOREIGN = 0xfd, /* holds pages of more records than there are places: left alone */
+    SECTOR_BLANK = 0xfe,   /* looked erased at start */
+    SECTOR_ERASED = 0xff,  /* erased and looked at */
+};
+_Static_assert(BLACKBOX_RECORDS <= SECTOR_BAD, "a place must not look like a state");
+
+enum job {
+    JOB_NONE,
+    JOB_SCAN_HEAD,
+    JOB_SCAN_PAGE,
+    JOB_SCAN_WALK,
+    JOB_SCAN_START,
+    JOB_PROGRAM,
+    JOB_VERIFY,
+    JOB_ERASE,
+    JOB_LOOK,
+    JOB_MARK_READ,
+    JOB_MARK,
+    JOB_MARK_CHECK,
+    JOB_READ,
+};
+
+static uint32_t address_of(unsigned sector, unsigned page)
 {
     return sector * NOR_SECTOR + page * NOR_PAGE;
 }
@@ -27,7 +62,7 @@ static bool is_dirty(uint8_t state)
     return state == SECTOR_DIRTY || state == SECTOR_LAST;
 }
 
-void blackbox_set_sector(struct blackbox *box, unsigned sector, uint8_t state)
+static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 {
     uint8_t before = box->sector[sector];
     box->ready = box->ready - is_ready(before) + is_ready(state);
@@ -38,7 +73,7 @@ void blackbox_set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 
 /* The next sector from `from` on, around the memory, whose state lies in [low, high]; NOR_SECTORS:
  * none. */
-unsigned blackbox_find_sector(const struct blackbox *box, unsigned from, uint8_t low, uint8_t high)
+static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t low, uint8_t high)
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
         unsigned sector = (from + n) % NOR_SECTORS;
@@ -48,9 +83,7 @@ unsigned blackbox_find_sector(const struct blackbox *box, unsigned from, uint8_t
     return NOR_SECTORS;
 }
 
-/* --- a landing begins and ends --- */
-
-int blackbox_free_place(const struct blackbox *box)
+static int free_place(const struct blackbox *box)
 {
     for (int i = 0; i < (int)BLACKBOX_RECORDS; i++) {
         if (!box->records[i].used)
@@ -59,7 +92,7 @@ int blackbox_free_place(const struct blackbox *box)
     return -1;
 }
 
-int blackbox_find_record(const struct blackbox *box, uint16_t record)
+static int find_record(const struct blackbox *box, uint16_t record)
 {
     for (int i = 0; i < (int)BLACKBOX_RECORDS; i++) {
         if (box->records[i].used && box->records[i].record == record)
@@ -68,18 +101,437 @@ int blackbox_find_record(const struct blackbox *box, uint16_t record)
     return -1;
 }
 
+/* --- the memory's work: `buffer` takes what a job reads, `read_buffer` what JOB_READ does --- */
+
+static void begin_job(struct blackbox *box, enum job job, unsigned sector, unsigned page)
+{
+    box->job = job;
+    box->job_sector = sector;
+    box->job_page = page;
+}
+
+static void begin_read(struct blackbox *box, enum job job, unsigned sector, unsigned page)
+{
+    begin_job(box, job, sector, page);
+    nor_begin_read(address_of(sector, page), box->buffer, NOR_PAGE);
+}
+
+/* Its sectors are to be erased. */
+static void drop_record(struct blackbox *box, unsigned place)
+{
+    struct blackbox_record *record = &box->records[place];
+    for (unsigned s = 0; s < NOR_SECTORS; s++) {
+        if (box->sector[s] == place)
+            set_sector(box, s, s == record->last_sector ? SECTOR_LAST : SECTOR_DIRTY);
+    }
+    record->used = false;
+}
+
+/* --- pages put together --- */
+
+/* The ring forgets its oldest page when it is full: nothing is written. */
+static bool is_rolling(const struct blackbox *box)
+{
+    return box->state == BLACKBOX_ROLLING || box->state == BLACKBOX_SCANNING;
+}
+
+static void open_page(struct blackbox_writer *writer, uint8_t *page)
+{
+    memset(page, 0, MR_BOXPAGE);
+    page[MR_BOXPAGE_KIND] = MR_BOXPAGE_LIVE | MR_BOXPAGE_STREAM;
+    page[MR_BOXPAGE_FIRST] = MR_BOXPAGE_NO_FIRST;
+    writer->page = page;
+    writer->bit = 0;
+    writer->held = 0;
+}
+
+static void open_ring_page(struct blackbox *box)
+{
+    if (is_rolling(box) && box->put - box->got == BLACKBOX_RING)
+        box->got++;
+    if (box->put % BLACKBOX_KEY_PAGES == 0)
+        box->key_due = true;
+    box->key_valid[box->put % BLACKBOX_RING] = false;
+    open_page(&box->stream, box->ring[box->put % BLACKBOX_RING]);
+}
+
+static void begin_ring(struct blackbox *box)
+{
+    box->put = 0;
+    box->got = 0;
+    box->pack.keyed = false;
+    open_ring_page(box);
+    box->stream.page[MR_BOXPAGE_FIRST] = 0;
+}
+
+/* Room for one more record of the stream: it may need the page after the open one. */
+static bool has_room(const struct blackbox *box)
+{
+    return is_rolling(box) || box->put + 1 - box->got < BLACKBOX_RING;
+}
+
+static void close_page(struct blackbox *box, struct blackbox_writer *writer)
+{
+    if (writer == &box->stream) {
+        box->put++;
+        open_ring_page(box);
+    } else if (++box->config_put < BLACKBOX_CONFIG) {
+        open_page(writer, box->config[box->config_put]);
+    } else {
+        box->configuring = false;
+    }
+}
+
+_Static_assert(MR_BOXPAGE_PAYLOAD % 4u == 0, "no word crosses the end of a page");
+
+/* By words: `bits` holds whole ones, zeroes beyond `count`. */
+static void append(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
+                   size_t count)
+{
+    while (count) {
+        unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->bit % 32u;
+        uint32_t word = mr_get_u32(&bits);
+        count -= n;
+        writer->held |= word << held;
+        writer->bit += n;
+        if (held + n < 32)
+            continue;
+        unsigned end = writer->bit / 32u;
+        mr_put_u32(writer->page + MR_BOXPAGE_HEADER + 4u * (end - 1), writer->held);
+        if (end == MR_BOXPAGE_PAYLOAD / 4u) {
+            close_page(box, writer);
+            writer->bit = held + n - 32;
+        }
+        writer->held = word >> 1 >> (31 - held); /* by 32 when nothing was held */
+    }
+}
+
+/* The end tag, and ones to the end of the page. */
+static void flush(struct blackbox *box, struct blackbox_writer *writer)
+{
+    static const uint8_t end_tag[4] = {3};
+    append(box, writer, end_tag, MR_PACK_TAG_BITS);
+    uint8_t ones[4];
+    unsigned left = (32u - writer->bit % 32u) % 32u; /* of a word */
+    mr_put_u32(ones, (1u << left) - 1u);
+    append(box, writer, ones, left);
+    if (writer->bit) {
+        memset(writer->page + MR_BOXPAGE_HEADER + writer->bit / 8, 0xff,
+               MR_BOXPAGE_PAYLOAD - writer->bit / 8);
+        close_page(box, writer);
+    }
+}
+
+static void put_key(struct blackbox *box, const struct mr_block *block)
+{
+    uint8_t bits[MR_PACK_BYTES_MAX];
+    append(box, &box->stream, bits, mr_pack_padding(box->stream.bit % 8, bits));
+    unsigned slot = box->put % BLACKBOX_RING;
+    if (box->stream.page[MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
+        box->stream.page[MR_BOXPAGE_FIRST] = (uint8_t)(box->stream.bit / 8);
+    if (!box->key_valid[slot]) {
+        box->key_valid[slot] = true;
+        box->key_block[slot] = block->index;
+        box->key_stored[slot] = box->stored;
+    }
+    if (box->first_open) {
+        box->first_open = false;
+        box->end.first_block = block->index;
+        box->first_stored = box->stored;
+    }
+    append(box, &box->stream, bits, mr_pack_key(&box->pack, block, bits));
+    box->key_due = false;
+}
+
+void blackbox_block(struct blackbox *box, const struct mr_block *block)
+{
+    uint8_t bits[MR_PACK_BYTES_MAX];
+    if (!box->armed || (!is_rolling(box) && box->state != BLACKBOX_RECORDING))
+        return;
+    box->last_block = block->index;
+    if (!has_room(box)) {
+        health_count(MR_FAULT_BOX_LOST, 0);
+        return;
+    }
+    if (box->key_due || !mr_pack_follows(&box->pack, block))
+        put_key(box, block);
+    append(box, &box->stream, bits, mr_pack_block(&box->pack, block, bits));
+    box->stored++;
+}
+
+void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
+{
+    uint8_t bits[MR_PACK_BYTES_MAX];
+    if (!box->armed || (!is_rolling(box) && box->state != BLACKBOX_RECORDING))
+        return;
+    if (!has_room(box)) {
+        box->end.notes_lost++;
+        health_count(MR_FAULT_BOX_LOST, 1);
+        return;
+    }
+    append(box, &box->stream, bits, mr_pack_message(id, payload, length, bits));
+}
+
+void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start *start)
+{
+    if (is_rolling(box))
+        begin_ring(box);
+    box->armed = true;
+    box->reading = -1;
+    box->start = *start;
+    box->config_put = 1;
+    open_page(&box->meta, box->config[1]);
+    box->meta.page[MR_BOXPAGE_FIRST] = 0;
+    box->configuring = true;
+}
+
+void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
+{
+    uint8_t bits[MR_PACK_BYTES_MAX];
+    if (!box->configuring)
+        return;
+    size_t count = mr_pack_message(id, payload, length, bits);
+    unsigned left = (BLACKBOX_CONFIG - box->config_put) * MR_BOXPAGE_PAYLOAD * 8u - box->meta.bit;
+    if (count + MR_PACK_TAG_BITS + 32u <= left) {
+        /* the end tag, and a word that flush may close the page with */
+        append(box, &box->meta, bits, count);
+        return;
+    }
+    health_count(MR_FAULT_BOX_LOST, 1);
+    /* what is there ends as it should: a reader would go on with the stream's bits otherwise */
+    flush(box, &box->meta);
+    box->configuring = false;
+}
+
+/* What precedes the first key in the ring cannot be read: it is left out. So is what would leave no
+ * room for the blocks that come while the configuration is written, and while an erase that began
+ * before arming ends. */
+static void begin_at_key(struct blackbox *box)
+{
+    uint32_t slack = box->waits || box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE
+                                                                                 : SLACK;
+    if (box->put + slack - box->got > BLACKBOX_RING)
+        box->got = box->put + slack - BLACKBOX_RING;
+    while (box->got != box->put &&
+           box->ring[box->got % BLACKBOX_RING][MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
+        box->got++;
+    uint32_t keyed = box->got;
+    while (keyed != box->put && !box->key_valid[keyed % BLACKBOX_RING])
+        keyed++;
+    unsigned slot = keyed % BLACKBOX_RING;
+    box->first_open = !box->key_valid[slot];
+    box->key_due |= box->first_open;
+    box->end = (struct mr_boxpage_end){.first_block = box->key_block[slot]};
+    box->first_stored = box->key_stored[slot];
+}
+
+/* --- what is there at start: steps, each when its job is done --- */
+
+static void scan_next(struct blackbox *box)
+{
+    box->tries = 0;
+    box->scan_sector++;
+}
+
+static unsigned place_of(struct blackbox *box, uint16_t record)
+{
+    int place = find_record(box, record);
+    if (place >= 0)
+        return (unsigned)place;
+    place = free_place(box);
+    if (place < 0)
+        return BLACKBOX_RECORDS;
+    box->records[place] =
+        (struct blackbox_record){.used = true, .record = record, .first_seq = UINT32_MAX};
+    return (unsigned)place;
+}
+
+static void found_page(struct blackbox *box, const struct mr_boxpage_header *header)
+{
+    unsigned place = place_of(box, header->record);
+    if (place == BLACKBOX_RECORDS) {
+        set_sector(box, box->job_sector, SECTOR_FOREIGN);
+        return;
+    }
+    struct blackbox_record *record = &box->records[place];
+    set_sector(box, box->job_sector, (uint8_t)place);
+    if (header->seq - box->job_page < record->first_seq) {
+        record->first_seq = header->seq - box->job_page;
+        record->first_sector = (uint16_t)box->job_sector;
+    }
+    if (header->seq >= record->next_seq) {
+        record->next_seq = header->seq + 1;
+        record->last_sector = (uint16_t)box->job_sector;
+        box->freed[place] = header->freed && box->job_page == 0;
+    }
+}
+
+static void scan_page(struct blackbox *box)
+{
+    struct mr_boxpage_header header;
+    if (mr_boxpage_check(box->buffer, &header) == MR_OK) {
+        found_page(box, &header);
+        scan_next(box);
+    } else if (++box->tries < SCAN_TRIES) {
+        begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
+    } else { /* torn, or never ours */
+        set_sector(box, box->job_sector, SECTOR_DIRTY);
+        scan_next(box);
+    }
+}
+
+static void scan_head(struct blackbox *box)
+{
+    bool blank = true;
+    for (unsigned i = 0; i < MR_BOXPAGE_HEADER; i++)
+        blank = blank && box->buffer[i] == 0xff;
+    if (!blank) {
+        begin_read(box, JOB_SCAN_PAGE, box->job_sector, 0);
+        return;
+    }
+    set_sector(box, box->job_sector, SECTOR_BLANK);
+    scan_next(box);
+}
+
+/* How far the record came in its last sector. */
+static void scan_walk(struct blackbox *box)
+{
+    struct blackbox_record *record = &box->records[box->scan_place];
+    struct mr_boxpage_header header;
+    enum mr_status status = mr_boxpage_check(box->buffer, &header);
+    if (status == MR_OK && header.record == record->record) {
+        record->next_seq = header.seq + 1;
+        if (header.kind == MR_BOXPAGE_END) {
+            struct mr_boxpage_end end;
+            mr_boxpage_get_end(box->buffer, &end);
+            record->complete = true;
+            record->first_block = end.first_block;
+            record->blocks = end.blocks;
+            record->lost = end.lost;
+        }
+    } else if (status == MR_CRC && ++box->tries < READ_TRIES) {
+        begin_read(box, JOB_SCAN_WALK, box->job_sector, box->job_page);
+        return;
+    }
+    box->tries = 0;
+    if (status == MR_OK && box->job_page + 1 < PAGES)
+        begin_read(box, JOB_SCAN_WALK, box->job_sector, box->job_page + 1);
+    else
+        begin_read(box, JOB_SCAN_START, record->first_sector, 0);
+}
+
+static void scan_start(struct blackbox *box)
+{
+    struct mr_boxpage_header header;
+    enum mr_status status = mr_boxpage_check(box->buffer, &header);
+    if (status == MR_CRC && ++box->tries < READ_TRIES) {
+        begin_read(box, JOB_SCAN_START, box->job_sector, 0);
+        return;
+    }
+    if (status == MR_OK && header.kind == MR_BOXPAGE_START) {
+        struct mr_boxpage_start start;
+        mr_boxpage_get_start(box->buffer, &start);
+        box->records[box->scan_place].landing = start.landing;
+    }
+    box->tries = 0;
+    box->scan_place++;
+}
+
+static void scan_ends(struct blackbox *box)
+{
+    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++) {
+        const struct blackbox_record *record = &box->records[i];
+        if (record->used && record->next_seq > box->next_seq) {
+            box->next_seq = record->next_seq;
+            box->next_record = (uint16_t)(record->record + 1);
+            box->newest_sector = record->last_sector;
+        }
+    }
+    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++) {
+        if (box->records[i].used && box->freed[i])
+            drop_record(box, i);
+    }
+    box->head = (box->newest_sector + 1) % NOR_SECTORS;
+    box->look_sector = box->head;
+    box->state = BLACKBOX_ROLLING;
+}
+
+static bool begin_scan(struct blackbox *box)
+{
+    if (box->scan_sector < NOR_SECTORS) {
+        begin_job(box, JOB_SCAN_HEAD, box->scan_sector, 0);
+        nor_begin_read(address_of(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER);
+        return true;
+    }
+    while (box->scan_place < BLACKBOX_RECORDS && !box->records[box->scan_place].used)
+        box->scan_place++;
+    if (box->scan_place < BLACKBOX_RECORDS) {
+        begin_read(box, JOB_SCAN_WALK, box->records[box->scan_place].last_sector, 0);
+        return true;
+    }
+    scan_ends(box);
+    return false;
+}
+
+/* --- reading out --- */
+
+static bool begin_read_out(struct blackbox *box)
+{
+    if (box->read_over)
+        return false;
+    begin_job(box, JOB_READ, box->read_sector, box->read_cursor);
+    nor_begin_read(address_of(box->read_sector, box->read_cursor), box->read_buffer, NOR_PAGE);
+    return true;
+}
+
+static void next_read(struct blackbox *box)
+{
+    unsigned place = (unsigned)box->reading;
+    box->read_tries = 0;
+    if (++box->read_cursor < PAGES)
+        return;
+    box->read_cursor = 0;
+    if (box->read_sector == box->records[place].last_sector)
+        box->read_over = true;
+    else
+        box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place, (uint8_t)place);
+}
+
+static void read_page(struct blackbox *box)
+{
+    struct mr_boxpage_header header;
+    if (box->reading < 0)
+        return;
+    const struct blackbox_record *record = &box->records[box->reading];
+    enum mr_status status = mr_boxpage_check(box->read_buffer, &header);
+    if (status == MR_OK && header.record == record->record &&
+        header.seq - record->first_seq >= box->read_page) {
+        box->read_page = header.seq - record->first_seq;
+        box->read_ready = true;
+        box->read_part = 0;
+    } else if (status == MR_CRC && ++box->read_tries < READ_TRIES) {
+        return;
+    } else {
+        if (status == MR_CRC)
+            health_count(MR_FAULT_NOR_FAILED, 3);
+        next_read(box);
+    }
+}
+
+/* --- a landing begins and ends --- */
+
 void blackbox_trigger(struct blackbox *box, uint32_t block)
 {
-    int place = blackbox_free_place(box);
+    int place = free_place(box);
     if (box->state != BLACKBOX_ROLLING || !box->armed || place < 0)
         return;
     if (box->configuring)
-        blackbox_flush(box, &box->meta);
+        flush(box, &box->meta);
     box->configuring = false;
     box->start.trigger_block = block;
     mr_boxpage_put_start(box->config[0], &box->start);
     box->config_got = 0;
-    blackbox_begin_at_key(box);
+    begin_at_key(box);
     box->place = (unsigned)place;
     box->records[place] = (struct blackbox_record){.used = true,
                                                    .record = box->next_record++,
@@ -108,7 +560,7 @@ static void write_end(struct blackbox *box)
     if (box->state != BLACKBOX_CLOSING || box->end_written ||
         box->put + 3 - box->got >= BLACKBOX_RING)
         return;
-    blackbox_flush(box, &box->stream);
+    flush(box, &box->stream);
     box->end.blocks = box->first_open ? 0 : box->stored - box->first_stored;
     box->end.lost = box->first_open ? 0
                                     : box->last_block + 1 - box->end.first_block - box->end.blocks;
@@ -127,7 +579,7 @@ static void close_record(struct blackbox *box, bool complete)
     if (record->first_sector == NOR_SECTORS)
         record->used = false; /* not a single page found its place */
     box->state = BLACKBOX_ROLLING;
-    blackbox_begin_ring(box);
+    begin_ring(box);
 }
 
 /* --- writing --- */
@@ -137,19 +589,6 @@ static uint8_t *next_page(struct blackbox *box)
     if (box->config_got < box->config_put)
         return box->config[box->config_got];
     return box->got != box->put ? box->ring[box->got % BLACKBOX_RING] : NULL;
-}
-
-void blackbox_begin_job(struct blackbox *box, enum job job, unsigned sector, unsigned page)
-{
-    box->job = job;
-    box->job_sector = sector;
-    box->job_page = page;
-}
-
-void blackbox_begin_read(struct blackbox *box, enum job job, unsigned sector, unsigned page)
-{
-    blackbox_begin_job(box, job, sector, page);
-    nor_begin_read(blackbox_address(sector, page), box->buffer, NOR_PAGE);
 }
 
 static bool begin_program(struct blackbox *box)
@@ -162,7 +601,7 @@ static bool begin_program(struct blackbox *box)
         return false;
     }
     if (box->head_page == PAGES) {
-        unsigned sector = blackbox_find_sector(box, box->head, SECTOR_BLANK, SECTOR_ERASED);
+        unsigned sector = find_sector(box, box->head, SECTOR_BLANK, SECTOR_ERASED);
         if (sector == NOR_SECTORS) {
             /* full: what is in the ring stays there and what comes is lost */
             if (box->state == BLACKBOX_CLOSING)
@@ -173,8 +612,8 @@ static bool begin_program(struct blackbox *box)
         box->head_page = 0;
     }
     mr_boxpage_seal(page, record->next_seq, record->record);
-    blackbox_begin_job(box, JOB_PROGRAM, box->head, box->head_page);
-    nor_begin_program(blackbox_address(box->head, box->head_page), page);
+    begin_job(box, JOB_PROGRAM, box->head, box->head_page);
+    nor_begin_program(address_of(box->head, box->head_page), page);
     return true;
 }
 
@@ -182,7 +621,7 @@ static void page_holds(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->place];
     if (box->head_page == 0) {
-        blackbox_set_sector(box, box->head, (uint8_t)box->place);
+        set_sector(box, box->head, (uint8_t)box->place);
         if (record->first_sector == NOR_SECTORS)
             record->first_sector = (uint16_t)box->head;
         record->last_sector = (uint16_t)box->head;
@@ -203,7 +642,7 @@ static void page_fails(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 1);
     if (box->head_page == 0)
-        blackbox_set_sector(box, box->head, SECTOR_BAD);
+        set_sector(box, box->head, SECTOR_BAD);
     box->head = (box->head + 1) % NOR_SECTORS;
     box->head_page = PAGES;
     if (++box->failures == FAILURES_MAX) {
@@ -218,7 +657,7 @@ static void verify(struct blackbox *box)
     if (memcmp(page, box->buffer, NOR_PAGE) == 0)
         page_holds(box);
     else if (++box->tries < VERIFY_TRIES)
-        blackbox_begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
+        begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
     else
         page_fails(box);
 }
@@ -228,14 +667,14 @@ static void verify(struct blackbox *box)
 static void erase_fails(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 2);
-    blackbox_set_sector(box, box->job_sector, SECTOR_BAD);
+    set_sector(box, box->job_sector, SECTOR_BAD);
 }
 
 static void begin_erase(struct blackbox *box, unsigned sector)
 {
-    blackbox_begin_job(box, JOB_ERASE, sector, 0);
+    begin_job(box, JOB_ERASE, sector, 0);
     box->erase_begun_ms = box->now_ms;
-    nor_begin_erase(blackbox_address(sector, 0));
+    nor_begin_erase(address_of(sector, 0));
 }
 
 static void look(struct blackbox *box)
@@ -243,15 +682,15 @@ static void look(struct blackbox *box)
     bool was_dirty = is_dirty(box->sector[box->job_sector]);
     if (mr_is_blank(box->buffer, NOR_PAGE)) {
         if (box->job_page + 1 == PAGES)
-            blackbox_set_sector(box, box->job_sector, SECTOR_ERASED);
+            set_sector(box, box->job_sector, SECTOR_ERASED);
         else if (was_dirty) /* just erased: to the end; else a page now and then */
-            blackbox_begin_read(box, JOB_LOOK, box->job_sector, box->job_page + 1);
+            begin_read(box, JOB_LOOK, box->job_sector, box->job_page + 1);
         box->look_page = was_dirty ? 0 : (box->job_page + 1) % PAGES;
         return;
     }
     box->look_page = 0;
     if (!was_dirty)
-        blackbox_set_sector(box, box->job_sector, SECTOR_DIRTY);
+        set_sector(box, box->job_sector, SECTOR_DIRTY);
     else if (box->state != BLACKBOX_ROLLING || box->armed)
         return; /* it stays dirty until there is time again */
     else if (++box->tries < ERASE_TRIES)
@@ -264,10 +703,10 @@ static bool begin_idle_work(struct blackbox *box)
 {
     unsigned sector = NOR_SECTORS;
     if (box->dirty) {
-        sector = blackbox_find_sector(box, box->head, SECTOR_DIRTY, SECTOR_DIRTY);
+        sector = find_sector(box, box->head, SECTOR_DIRTY, SECTOR_DIRTY);
         if (sector == NOR_SECTORS)
-            sector = blackbox_find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST,
-                                          SECTOR_LAST);
+            sector = find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST,
+                                 SECTOR_LAST);
         if (sector == box->newest_sector)
             sector = NOR_SECTORS;
     }
@@ -281,40 +720,30 @@ static bool begin_idle_work(struct blackbox *box)
     box->looked_ms = box->now_ms;
     if (box->all_looked)
         return false;
-    sector = blackbox_find_sector(box, box->look_sector, SECTOR_BLANK, SECTOR_BLANK);
+    sector = find_sector(box, box->look_sector, SECTOR_BLANK, SECTOR_BLANK);
     box->all_looked = sector == NOR_SECTORS; /* only the scan at start finds such */
     if (box->all_looked)
         return false;
     box->look_sector = sector;
-    blackbox_begin_read(box, JOB_LOOK, sector, box->look_page);
+    begin_read(box, JOB_LOOK, sector, box->look_page);
     return true;
 }
 
 /* --- freeing --- */
-
-void blackbox_drop_record(struct blackbox *box, unsigned place)
-{
-    struct blackbox_record *record = &box->records[place];
-    for (unsigned s = 0; s < NOR_SECTORS; s++) {
-        if (box->sector[s] == place)
-            blackbox_set_sector(box, s, s == record->last_sector ? SECTOR_LAST : SECTOR_DIRTY);
-    }
-    record->used = false;
-}
 
 static void program_mark(struct blackbox *box)
 {
     uint8_t kind = box->buffer[MR_BOXPAGE_KIND] & (uint8_t)~MR_BOXPAGE_LIVE;
     memset(box->buffer, 0xff, NOR_PAGE);
     box->buffer[MR_BOXPAGE_KIND] = kind;
-    blackbox_begin_job(box, JOB_MARK, box->job_sector, 0);
-    nor_begin_program(blackbox_address(box->job_sector, 0), box->buffer);
+    begin_job(box, JOB_MARK, box->job_sector, 0);
+    nor_begin_program(address_of(box->job_sector, 0), box->buffer);
 }
 
 static void check_mark(struct blackbox *box)
 {
     if (!(box->buffer[MR_BOXPAGE_KIND] & MR_BOXPAGE_LIVE))
-        blackbox_drop_record(box, (unsigned)box->freeing);
+        drop_record(box, (unsigned)box->freeing);
     else
         health_count(MR_FAULT_NOR_FAILED, 4); /* it stays */
     box->freeing = -1;
@@ -322,21 +751,21 @@ static void check_mark(struct blackbox *box)
 
 /* --- all together --- */
 
-static bool begin_job(struct blackbox *box)
+static bool begin_next_job(struct blackbox *box)
 {
     switch (box->state) {
-    case BLACKBOX_SCANNING: return blackbox_begin_scan(box);
+    case BLACKBOX_SCANNING: return begin_scan(box);
     case BLACKBOX_RECORDING:
     case BLACKBOX_CLOSING: return begin_program(box);
     case BLACKBOX_ROLLING:
         if (box->armed)
             return false;
         if (box->freeing >= 0) {
-            blackbox_begin_read(box, JOB_MARK_READ, box->records[box->freeing].last_sector, 0);
+            begin_read(box, JOB_MARK_READ, box->records[box->freeing].last_sector, 0);
             return true;
         }
         if (box->reading >= 0)
-            return !box->read_ready && blackbox_begin_read_out(box);
+            return !box->read_ready && begin_read_out(box);
         return begin_idle_work(box);
     default: return false;
     }
@@ -347,14 +776,14 @@ static void finish_job(struct blackbox *box, bool done)
     enum job job = box->job;
     box->job = JOB_NONE;
     switch (job) {
-    case JOB_SCAN_HEAD: blackbox_scan_head(box); break;
-    case JOB_SCAN_PAGE: blackbox_scan_page(box); break;
-    case JOB_SCAN_WALK: blackbox_scan_walk(box); break;
-    case JOB_SCAN_START: blackbox_scan_start(box); break;
+    case JOB_SCAN_HEAD: scan_head(box); break;
+    case JOB_SCAN_PAGE: scan_page(box); break;
+    case JOB_SCAN_WALK: scan_walk(box); break;
+    case JOB_SCAN_START: scan_start(box); break;
     case JOB_PROGRAM:
         box->tries = 0;
         if (done)
-            blackbox_begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
+            begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
         else
             page_fails(box);
         break;
@@ -362,16 +791,16 @@ static void finish_job(struct blackbox *box, bool done)
     case JOB_ERASE:
         if (done) {
             box->erase_ms = (3 * box->erase_ms + (box->now_ms - box->erase_begun_ms) + 2) / 4;
-            blackbox_begin_read(box, JOB_LOOK, box->job_sector, 0);
+            begin_read(box, JOB_LOOK, box->job_sector, 0);
         } else {
             erase_fails(box);
         }
         break;
     case JOB_LOOK: look(box); break;
     case JOB_MARK_READ: program_mark(box); break;
-    case JOB_MARK: blackbox_begin_read(box, JOB_MARK_CHECK, box->job_sector, 0); break;
+    case JOB_MARK: begin_read(box, JOB_MARK_CHECK, box->job_sector, 0); break;
     case JOB_MARK_CHECK: check_mark(box); break;
-    case JOB_READ: blackbox_read_page(box); break;
+    case JOB_READ: read_page(box); break;
     case JOB_NONE: break;
     }
 }
@@ -386,7 +815,7 @@ void blackbox_start(struct blackbox *box)
     box->freeing = -1;
     box->reading = -1;
     box->state = BLACKBOX_SCANNING;
-    blackbox_begin_ring(box);
+    begin_ring(box);
     if (nor_poll() == NOR_MISSING) {
         health_count(MR_FAULT_NOR_MISSING, 0);
         box->state = BLACKBOX_MISSING;
@@ -417,7 +846,7 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
             return;
         }
         finish_job(box, status == NOR_IDLE);
-        if (box->job == JOB_NONE && !begin_job(box))
+        if (box->job == JOB_NONE && !begin_next_job(box))
             return;
     }
 }
@@ -434,7 +863,7 @@ enum mr_status blackbox_ready(const struct blackbox *box)
         return MR_OK;
     if (box->state != BLACKBOX_ROLLING || box->freeing >= 0)
         return MR_WAIT;
-    if (blackbox_free_place(box) < 0 || box->ready + box->dirty < BLACKBOX_RESERVE)
+    if (free_place(box) < 0 || box->ready + box->dirty < BLACKBOX_RESERVE)
         return MR_FULL;
     return box->ready < BLACKBOX_RESERVE ? MR_WAIT : MR_OK;
 }
@@ -462,7 +891,7 @@ enum mr_status blackbox_at_rest(const struct blackbox *box)
 
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
 {
-    int place = blackbox_find_record(box, record);
+    int place = find_record(box, record);
     enum mr_status status = blackbox_at_rest(box);
     if (status != MR_OK)
         return status;
@@ -477,4 +906,52 @@ enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
 const struct blackbox_record *blackbox_record(const struct blackbox *box, unsigned i)
 {
     return i < BLACKBOX_RECORDS && box->records[i].used ? &box->records[i] : NULL;
+}
+
+enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page)
+{
+    int place = find_record(box, record);
+    enum mr_status status = blackbox_at_rest(box);
+    if (status != MR_OK)
+        return status;
+    if (place < 0)
+        return MR_UNKNOWN;
+    /* Every sector holds at most PAGES of them, so page n is in the record's sector n / PAGES or
+     * behind it. */
+    box->read_sector = box->records[place].first_sector;
+    for (uint32_t n = 0; n < page / PAGES && box->read_sector != box->records[place].last_sector;
+         n++)
+        box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place, (uint8_t)place);
+    box->reading = place;
+    box->read_page = page;
+    box->read_cursor = 0;
+    box->read_tries = 0;
+    box->read_ready = false;
+    box->read_over = false;
+    return MR_OK;
+}
+
+enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page,
+                                      uint8_t *part, const uint8_t **bytes)
+{
+    if (box->reading < 0)
+        return BLACKBOX_NO_PART;
+    const struct blackbox_record *of = &box->records[box->reading];
+    *record = of->record;
+    if (box->read_over && !box->read_ready) {
+        *page = (uint16_t)(of->next_seq - of->first_seq);
+        box->reading = -1;
+        return BLACKBOX_LAST_READ;
+    }
+    if (!box->read_ready)
+        return BLACKBOX_NO_PART;
+    *page = (uint16_t)box->read_page;
+    *part = (uint8_t)box->read_part;
+    *bytes = box->read_buffer + BLACKBOX_PART * box->read_part;
+    if (++box->read_part == NOR_PAGE / BLACKBOX_PART) {
+        box->read_ready = false;
+        box->read_page++;
+        next_read(box);
+    }
+    return BLACKBOX_A_PART;
 }

@@ -20,14 +20,14 @@
  * tore is behind us. At start the first pages of all sectors are read: 0.1 s of an erased memory,
  * below 1 s of a full one.
  *
- * Pure but for the calls of nor.h. Not reentrant; everything is called from the main loop. */
+ * Pure but for the calls of board.h. Not reentrant; everything is called from the main loop. */
 #ifndef MATRIG_FIRMWARE_BLACKBOX_H
 #define MATRIG_FIRMWARE_BLACKBOX_H
 
 #include "common/blockpack.h"
 #include "common/boxpage.h"
 #include "common/catalogue.h"
-#include "firmware/nor.h"
+#include "firmware/board.h"
 
 /* pages, 32 KiB: the worst erase of 0.4 s takes 24 KiB, the worst page program 3 ms */
 #define BLACKBOX_RING      128u
@@ -69,7 +69,7 @@ struct blackbox {
     bool left_out;   /* by the configuration */
     uint32_t now_ms; /* block index */
 
-    /* a record's place in `records`, or what else it is (blackbox_parts.h) */
+    /* a record's place in `records`, or what else it is (enum in blackbox.c) */
     uint8_t sector[NOR_SECTORS];
     unsigned ready, dirty, bad; /* sectors erased, to be erased, not to be used */
     struct blackbox_record records[BLACKBOX_RECORDS];
@@ -105,7 +105,7 @@ struct blackbox {
     unsigned head_page; /* NOR_PAGES_PER_SECTOR: none open */
     unsigned failures;  /* pages in a row that did not hold */
     uint32_t erase_begun_ms, erase_ms;
-    bool waits;  /* for an erase of the runway (norshare.h) */
+    bool waits;  /* for an erase of the runway (app.c) */
     int freeing; /* place of a record; -1 */
     /* where one that looked erased is sought from, and its next page */
     unsigned look_sector, look_page;

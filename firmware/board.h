@@ -162,4 +162,88 @@ void board_scans_configure(uint32_t fitted);
 /* Begin the scans again after a stall; likewise. */
 void board_scans_restart(void);
 
+/* ---- flash ---- */
+
+/* The seam to the two flash sectors that hold the configuration: 16 KiB each, erased to ones,
+ * programmed in words.
+ *
+ * The flash has one bank: while an operation lasts, the processor stands still (a sector's erase:
+ * 0.25 to 0.5 s, a word: 16 to 100 us). So sampling stops from flash_begin to flash_end, and the
+ * blocks lost show as a jump of the index; only while idle. firmware/f407/flash.c implements it;
+ * tests link a memory that tears (fake_flash.h). */
+#define FLASH_COPIES     2u
+#define FLASH_COPY_BYTES 16384u
+
+/* What a copy's sector holds now, FLASH_COPY_BYTES. */
+const uint8_t *flash_copy(unsigned copy);
+
+/* Between these two alone: */
+void flash_begin(void);
+void flash_end(void);
+/* False: it did not work, or not in its time (1 s); what the sector holds then is not known. */
+bool flash_erase(unsigned copy);
+/* `offset` in bytes, a multiple of 4. Ones become zeroes only. */
+bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
+
+/* ---- nor ---- */
+
+/* The seam to the NOR memory of the black box: 16 MiB, pages of 256 bytes, sectors of 4 KiB that
+ * are erased to ones.
+ *
+ * One operation at a time: begin it when nor_poll says idle, then poll. Nothing waits; buffers stay
+ * the driver's until the poll says idle or failed. firmware/f407/nor.c implements it; tests link a
+ * memory that wears, tears and fails (fake_nor.h). */
+#define NOR_PAGE             256u
+#define NOR_SECTOR           4096u
+#define NOR_CHIP_SECTORS     4096u
+/* the last ones are the predictor's runway's (runwaystore.h), a sector each, */
+#define RUNWAY_COPIES        2u
+/* the rest the black box's */
+#define NOR_SECTORS          (NOR_CHIP_SECTORS - RUNWAY_COPIES)
+#define RUNWAY_FIRST_SECTOR  (NOR_CHIP_SECTORS - RUNWAY_COPIES)
+#define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
+
+enum nor_status {
+    NOR_IDLE, /* the last operation is over; whether it did what it should, only reading tells */
+    NOR_BUSY,
+    NOR_FAILED,  /* the last operation did not end in its time; the next may be tried */
+    NOR_MISSING, /* no chip, or not the one expected: stays so */
+};
+
+enum nor_status nor_poll(void);
+/* Ask the chip who it is: NOR_IDLE: the one expected; NOR_BUSY: ask later; NOR_MISSING. Nothing
+ * else is disturbed. */
+enum nor_status nor_identify(void);
+/* At most NOR_PAGE bytes. */
+void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length);
+/* A whole page; bytes of 0xff leave what is there. */
+void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE]);
+void nor_begin_erase(uint32_t address);
+
+/* ---- i2c ---- */
+
+/* The seam to the bus of the thermometer: one transfer at a time, a step at each poll; nothing
+ * waits.
+ *
+ * firmware/f407/i2c.c implements it on I2C1 (PB6 SCL, PB7 SDA); tests link a bus that fails
+ * (fake_i2c.h). */
+enum i2c_status {
+    I2C_IDLE, /* the last transfer is over, and was acknowledged */
+    I2C_BUSY,
+    I2C_NO_ANSWER, /* it was not acknowledged; the next may be tried */
+    /* a line was held, or it took too long: nine clocks and a stop were tried; likewise */
+    I2C_STUCK,
+};
+
+/* Clock and pins; before that, and after the stop, the bus costs nothing and its pins are
+ * inputs. */
+void i2c_start(void);
+void i2c_stop(void);
+/* Write `out_length` bytes (1 to 4) to a device, then, behind a repeated start, read `in_length` (0
+ * or 2). Begun when i2c_poll did not say busy; the buffers stay the driver's until it says
+ * something else again. */
+void i2c_begin(uint8_t address, const uint8_t *out, size_t out_length, uint8_t *in,
+               size_t in_length);
+enum i2c_status i2c_poll(void);
+
 #endif

@@ -6,6 +6,7 @@
 #include "common/version.h"
 #include "common/wire.h"
 #include "firmware/schedule.h"
+#include "firmware/configround.h"
 
 #define PAGE_BITS 15u /* of the argument of box-read */
 

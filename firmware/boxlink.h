@@ -2,6 +2,7 @@
 #ifndef MATRIG_FIRMWARE_BOXLINK_H
 #define MATRIG_FIRMWARE_BOXLINK_H
 
+#include "common/onboard/landing.h"
 #include "firmware/blackbox.h"
 #include "firmware/telemetry.h"
 

@@ -7,6 +7,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/channels.h"
+#include "firmware/configround.h"
 
 #define ZERO_MOVES_IN 0.004f
 #define MOVES_LB      0.75f

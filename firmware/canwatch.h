@@ -15,7 +15,7 @@
 #define MATRIG_FIRMWARE_CANWATCH_H
 
 #include "common/catalogue.h"
-#include "common/crash.h"
+#include "common/fault.h"
 #include "firmware/board.h"
 
 #define CANWATCH_OUTAGE_TICKS 2u

@@ -3,9 +3,9 @@
 #include <string.h>
 
 #include "common/block.h"
-#include "common/measure.h"
+#include "common/channels.h"
 #include "common/wire.h"
-#include "firmware/app.h"
+#include "common/onboard/predict_feed.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
 #include "firmware/schedule.h"

@@ -6,7 +6,6 @@
 #include "common/version.h"
 #include "firmware/config.h"
 #include "firmware/schedule.h"
-#include "firmware/telemetry.h"
 #include "firmware/channels.h"
 
 /* Items by number. Calibrations: two values each; tables only as far as they are in use.
@@ -131,22 +130,22 @@ static void send_item(struct telemetry *telemetry, unsigned sinks, unsigned item
 
 void configround_burst(struct telemetry *telemetry, const struct landing *landing)
 {
-    telemetry->round = (struct configround){.bursting = true};
+    telemetry->round.item = 0;
+    telemetry->round.bursting = true;
     configround_hello(telemetry, TO_LINKS, landing);
 }
 
 void configround_block(struct telemetry *telemetry, const float *slack_in, uint32_t index)
 {
-    struct configround *round = &telemetry->round;
-    if (!round->bursting && !DUE(ITEM, index))
+    unsigned item = telemetry->round.item;
+    bool bursting = telemetry->round.bursting;
+    if (bursting ? !telemetry_may_burst(telemetry) : !DUE(ITEM, index))
         return;
-    if (round->bursting && !telemetry_may_burst(telemetry))
-        return;
-    for (unsigned n = 0; !round->bursting && n < ITEMS && is_not_fitted(round->item); n++)
-        round->item = next_item(round->item);
-    send_item(telemetry, TO_LINKS, round->item, slack_in);
-    round->item = next_item(round->item);
-    round->bursting = round->bursting && round->item != 0;
+    for (unsigned n = 0; !bursting && n < ITEMS && is_not_fitted(item); n++)
+        item = next_item(item);
+    send_item(telemetry, TO_LINKS, item, slack_in);
+    telemetry->round.item = next_item(item);
+    telemetry->round.bursting = bursting && telemetry->round.item != 0;
 }
 
 void configround_store(struct telemetry *telemetry, const struct landing *landing,

@@ -4,16 +4,8 @@
 #ifndef MATRIG_FIRMWARE_CONFIGROUND_H
 #define MATRIG_FIRMWARE_CONFIGROUND_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-struct landing;
-struct telemetry;
-
-struct configround {
-    unsigned item; /* next to go out */
-    bool bursting; /* one item per block, up to the last */
-};
+#include "common/onboard/landing.h"
+#include "firmware/telemetry.h"
 
 /* Who the board is and which configuration it has, into `sinks` (enum telemetry_sink). Where the
  * configuration is stored is of today, and not told into a record. */

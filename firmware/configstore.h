@@ -19,7 +19,7 @@
 
 #include "common/catalogue.h"
 #include "firmware/config.h"
-#include "firmware/flash.h"
+#include "firmware/board.h"
 #include "firmware/telemetry.h"
 
 #define CONFIGSTORE_STAGED_WORDS    16u /* told after so many */

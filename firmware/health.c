@@ -1,5 +1,7 @@
 #include "firmware/health.h"
 
+#include "firmware/board.h"
+
 static volatile struct health_counter counters[MR_FAULT_COUNT];
 static volatile uint32_t current_block;
 
@@ -51,4 +53,84 @@ struct health_counter health_take(enum mr_fault_code fault)
                                    .detail = counter->detail,
                                    .changed = changed,
                                    .block = counter->block};
+}
+
+/* ---- tasks ---- */
+
+static const uint8_t limit_ticks[MR_TASK_COUNT] = {
+#define LIMIT(NAME, number, limit, text) [number] = (limit),
+    MR_TASK_TABLE(LIMIT)
+#undef LIMIT
+};
+
+static volatile uint8_t age_ticks[MR_TASK_COUNT];
+static volatile bool late;
+static uint32_t good_ticks;
+
+/* Not cleared at start; with its complement, for at power on RAM holds anything. */
+static volatile struct {
+    uint32_t task, complement;
+} present __attribute__((section(".noinit")));
+
+void tasks_begin(enum mr_task task)
+{
+    present.task = task;
+    present.complement = ~(uint32_t)task;
+}
+
+void tasks_done(enum mr_task task)
+{
+    age_ticks[task] = 0;
+}
+
+enum mr_task tasks_current(void)
+{
+    uint32_t task = present.task;
+    return task < MR_TASK_COUNT && present.complement == ~task ? (enum mr_task)task
+                                                               : (enum mr_task)0;
+}
+
+void tasks_start(void)
+{
+    for (unsigned task = 0; task < MR_TASK_COUNT; task++)
+        age_ticks[task] = 0;
+    late = false;
+    good_ticks = 0;
+    tasks_begin(MR_TASK_LOOP);
+}
+
+/* The first of those that are late, in the order of the table. */
+static unsigned first_late(void)
+{
+    unsigned found = 0;
+    for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
+        if (age_ticks[task] < UINT8_MAX)
+            age_ticks[task]++;
+        if (age_ticks[task] > limit_ticks[task] && !found)
+            found = task;
+    }
+    return found;
+}
+
+void tasks_tick(uint32_t pc)
+{
+    unsigned task = first_late();
+    if (task && !late) {
+        /* When the loop itself stands, it stands in the part that runs. */
+        unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
+                                                                  : task;
+        health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);
+        board_note_late((uint8_t)blamed, pc);
+    } else if (!task && late) {
+        board_note_late(0, 0);
+    }
+    late = task != 0;
+    good_ticks = late ? 0 : good_ticks + 1;
+    if (good_ticks == TASKS_GOOD_TICKS)
+        board_note_good();
+}
+
+bool tasks_well(void)
+{
+    return !late;
 }

@@ -5,9 +5,7 @@
 #include "firmware/board.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/nor.h"
 #include "firmware/schedule.h"
-#include "firmware/tasks.h"
 
 void healthlink_start(struct healthlink *link)
 {

@@ -8,7 +8,7 @@
 
 #include "common/block.h"
 #include "common/catalogue.h"
-#include "common/crash.h"
+#include "common/fault.h"
 #include "firmware/telemetry.h"
 
 /* ---- selftest ---- */

@@ -3,6 +3,7 @@
 #include "common/catalogue.h"
 #include "firmware/health.h"
 #include "firmware/schedule.h"
+#include "firmware/configround.h"
 
 #define CLOCK_ERROR 0.01 /* relative, of the internal oscillator */
 

@@ -1,6 +1,6 @@
 /* The loop: take what is ready, supervise, feed the watchdog, sleep until the next interrupt. */
 #include "firmware/app.h"
-#include "firmware/tasks.h"
+#include "firmware/health.h"
 
 static struct app app;
 

@@ -54,7 +54,7 @@ $(commit): always
 	@mkdir -p $(@D)
 	@commit=$${COMMIT:-$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown)}; \
 		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
-$(stamp): firmware/stamp/stamp.c common/boards.c common/boards.def common/crc32.c common/image.c | $(B)/.demo-packages
+$(stamp): firmware/stamp/stamp.c common/boards.def common/crc32.c common/image.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
 

@@ -10,11 +10,11 @@
  * too, NOR_FAILED with RUNWAYSTORE_DETAIL: the runway then is one that nobody has measured. Without
  * the memory it is that after each reset.
  *
- * Pure but for the calls of nor.h. */
+ * Pure but for the calls of board.h. */
 #ifndef MATRIG_FIRMWARE_RUNWAYSTORE_H
 #define MATRIG_FIRMWARE_RUNWAYSTORE_H
 
-#include "firmware/nor.h"
+#include "firmware/board.h"
 #include "firmware/predict.h"
 
 #define RUNWAYSTORE_DETAIL       6u   /* of MR_FAULT_NOR_FAILED */

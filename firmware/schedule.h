@@ -3,7 +3,6 @@
 #ifndef MATRIG_FIRMWARE_SCHEDULE_H
 #define MATRIG_FIRMWARE_SCHEDULE_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "common/onboard/landing.h"
@@ -29,8 +28,5 @@ enum schedule_constants {
      (uint32_t)SCHEDULE_##NAME##_PERIOD)
 
 #define SCHEDULE_ROUND 1000u /* phases: every period of what goes on without scans divides it */
-
-/* A row that goes on without scans is due at this phase of the round. */
-bool schedule_due_without_scans(uint32_t phase);
 
 #endif

@@ -15,7 +15,6 @@
 #include "firmware/blackbox.h"
 #include "firmware/board.h"
 #include "firmware/canwatch.h"
-#include "firmware/configround.h"
 
 /* Sinks, as bits. */
 enum telemetry_sink {
@@ -45,7 +44,10 @@ struct telemetry {
     uint32_t said[2][MR_PLACES]; /* by link, CAN and serial: times a message was meant for it */
     unsigned count_place;        /* whose count is told next */
 
-    struct configround round;
+    struct {
+        unsigned item;    /* next to go out */
+        bool bursting;    /* one item per block, up to the last */
+    } round;              /* of configround.h */
     struct blackbox *box; /* keeps what a landing's record needs */
 };
 

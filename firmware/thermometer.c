@@ -2,7 +2,7 @@
 
 #include "common/wire.h"
 #include "firmware/health.h"
-#include "firmware/i2c.h"
+#include "firmware/board.h"
 #include "firmware/schedule.h"
 
 enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, ASK, READ };

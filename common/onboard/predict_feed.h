@@ -60,4 +60,24 @@ void predict_statement(const struct mr_predictor *predictor, const struct mr_pre
 void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
                             struct predict_said *said);
 
+/* ---- baseline ---- */
+
+/* The zero of a landing's movement: while it is armed and nothing rolls, the mean of each full
+ * group of blocks; the newest one before the first edge stands. Where no switch works, there is
+ * none: what has moved is held (predict_held). Pure. */
+
+#define BASELINE_BLOCKS 256u
+
+struct baseline {
+    float sum_in[MR_TRANSDUCERS];
+    unsigned blocks;
+    float in[MR_TRANSDUCERS]; /* NaN until BASELINE_BLOCKS have passed since arming */
+};
+
+void baseline_forget(struct baseline *baseline);
+/* A block's readings; NaN: missing. Not `quiet`: the group that was being summed ends with
+ * something that may move the mat. Transducers of the bits `held` keep the zero they have. */
+void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet,
+                     uint32_t held);
+
 #endif

@@ -21,8 +21,7 @@ static void row(FILE *out, const char *section, const char *name, const char *sh
 
 void reference_bringup(FILE *out)
 {
-    reference_head(out, "Bring-up",
-                   "`host/board/bringup_limits.def` and `firmware/bringup/tasks.def`");
+    reference_head(out, "Bring-up", "`host/board/bringup_limits.def`");
     fputs(
         "What the bring-up image says ([how it is used](../howto/bring-up.md)), and what a board "
         "should say. The text is 8N1 at 115200 baud:\n\n"
@@ -44,15 +43,10 @@ void reference_bringup(FILE *out)
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
     row(out, #section, name, "`" #fact "` of the board", beyond, none, SAME, source, advice);
 #include "host/board/bringup_limits.def"
-    fputs("\n## Tasks\n\n"
-          "Cycles of each task are counted by the core's cycle counter (DWT) on prepared input. "
-          "Beside them stands what the budget assumes: instructions x 1.5, a division or root 12.5 "
-          "more. `of_budget_*` is their quotient: above 1 the chip is dearer than the budget "
+    fputs("\n`cycles_predict` is what a block of a landing costs the predictor, by the core's cycle "
+          "counter (DWT); `of_budget_predict` is that over what its budget assumes: 1.5 cycles an "
+          "instruction, a division or root 12.5 more. Above 1 the chip is dearer than the budget "
           "(`make budget`) takes it for. On the emulated board the counter counts instructions, so "
-          "`of_budget_*` is 0.66 to 0.67 there and says nothing of silicon.\n\n"
-          "| task | instructions a call | divisions, roots | what |\n|---|---|---|---|\n",
+          "it is 0.66 to 0.67 there and says nothing of silicon.\n",
           out);
-#define TASK(name, instructions, divides, text) \
-    fprintf(out, "| `%s` | %d | %d | %s |\n", #name, instructions, divides, text);
-#include "firmware/bringup/tasks.def"
 }

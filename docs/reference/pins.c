@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boards.h"
+#include "common/image.h"
 #include "docs/reference/reference.h"
 #include "firmware/boards/tables.h"
 

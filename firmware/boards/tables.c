@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boards.h"
+#include "common/image.h"
 
 static const struct board_row zg_rows[] = {
 #define BOARD_FILE "firmware/boards/zg.def"

@@ -122,9 +122,9 @@ void say_end(void)
     send(&line);
 }
 
-void say_number_of(const char *what, const char *whose, int32_t value, const char *unit)
+void say_number(const char *name, int32_t value, const char *unit)
 {
-    struct line line = begin_line(what, whose);
+    struct line line = begin_line(name, "");
     put_digits(&line, put_sign(&line, value), 1);
     end_line(&line, unit);
 }
@@ -137,11 +137,6 @@ void say_milli_of(const char *what, const char *whose, int32_t thousandths, cons
     put_char(&line, '.');
     put_digits(&line, size % 1000u, 3);
     end_line(&line, unit);
-}
-
-void say_number(const char *name, int32_t value, const char *unit)
-{
-    say_number_of(name, "", value, unit);
 }
 
 void say_milli(const char *name, int32_t thousandths, const char *unit)

@@ -27,7 +27,6 @@ void say_milli(const char *name, int32_t thousandths, const char *unit);
 void say_hex(const char *name, uint32_t value, const char *unit);
 void say_word(const char *name, const char *word, const char *unit);
 /* The same with a name of two parts; an upper-case one is said in lower case. */
-void say_number_of(const char *what, const char *whose, int32_t value, const char *unit);
 void say_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit);
 /* `name` cannot be told: there is none, or it did not answer. */
 void say_none(const char *name, const char *unit);

@@ -1,7 +1,8 @@
 /* board.h on the STM32F407: start-up in order, identity, sleep, supervision tick. */
+#include "common/crc32.h"
+#include "common/version.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
-#include "firmware/tasks.h"
 
 #define SUPERVISION_HZ 100u
 
@@ -9,6 +10,58 @@ static struct board_identity identity;
 static bool quiet;
 static volatile bool tick_passed;
 static uint32_t asleep_ticks, load_since_tick;
+
+/* ---- image ---- */
+
+/* The header of this image, and whether flash holds what was built. */
+
+extern const uint8_t program_start[], program_end[]; /* linker script */
+
+/* What is not known before linking is written by firmware/stamp/stamp.c. Only that reads this
+ * object: the board reads flash. */
+__attribute__((section(".header"), used)) static const struct {
+    uint32_t magic;
+    uint16_t format, bytes;
+    const uint8_t *start, *end;
+    uint32_t program_crc;
+    uint8_t major, minor, patch, changed;
+    uint32_t commit;
+    uint16_t commit_more, board;
+    uint32_t header_crc;
+} header = {
+    .magic = MR_IMAGE_MAGIC,
+    .format = MR_IMAGE_FORMAT,
+    .bytes = MR_IMAGE_BYTES,
+    .start = program_start,
+    .end = program_end,
+    .major = FIRMWARE_MAJOR,
+    .minor = FIRMWARE_MINOR,
+    .patch = FIRMWARE_PATCH,
+    .board = BOARD_NUMBER,
+};
+_Static_assert(sizeof header == MR_IMAGE_BYTES, "common/image.h says where what is");
+
+static uint8_t look_at_image(struct mr_image *image, uint32_t *crc)
+{
+    enum mr_status status = mr_image_get(image, (const uint8_t *)MR_IMAGE_FLASH);
+    *crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
+    if (status == MR_UNKNOWN || status == MR_VERSION)
+        return MR_IMAGE_NONE;
+    if (status != MR_OK)
+        return MR_IMAGE_HEADER;
+    return image->program_crc == *crc ? MR_IMAGE_GOOD : MR_IMAGE_PROGRAM;
+}
+
+bool board_image_check(bool *good)
+{
+    struct mr_image image;
+    uint32_t crc;
+    uint8_t state = look_at_image(&image, &crc);
+    *good = state == MR_IMAGE_GOOD;
+    return state != MR_IMAGE_NONE;
+}
+
+/* ---- start ---- */
 
 static uint8_t take_reset_cause(void)
 {
@@ -50,7 +103,7 @@ void board_start(void)
     memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.board = BOARD_NUMBER;
-    image_identify(&identity);
+    identity.image_state = look_at_image(&identity.image, &identity.image_crc);
 
     fault_set_image_crc(identity.image_crc);
     memory_set_image_crc(identity.image_crc);
@@ -152,4 +205,91 @@ uint16_t board_load_permille(void)
     if (elapsed < 1000 || asleep > elapsed)
         return 1000;
     return (uint16_t)(1000u - asleep / (elapsed / 1000u));
+}
+
+/* ---- watchdog ---- */
+
+/* Independent watchdog: 500 counts of LSI / 32. LSI is 17 to 47 kHz, so 0.34 to 0.94 s. RM0090
+ * 21.3. */
+
+#define KEY_UNLOCK   0x5555u
+#define KEY_FEED     0xaaaau
+#define KEY_START    0xccccu
+#define UPDATE_POLLS 100000u /* a register takes up to five LSI periods to change */
+
+void watchdog_start(void)
+{
+    DBGMCU_APB1_FZ |= DBGMCU_APB1_FZ_DBG_IWDG_STOP; /* or a breakpoint would end in a reset */
+    IWDG->KR = KEY_START;
+    IWDG->KR = KEY_UNLOCK;
+    IWDG->PR = 3u; /* / 32 */
+    watchdog_patience(WATCHDOG_USUAL);
+}
+
+void watchdog_patience(uint32_t counts)
+{
+    IWDG->KR = KEY_UNLOCK;
+    IWDG->RLR = counts;
+    for (unsigned polls = 0; IWDG->SR && polls < UPDATE_POLLS; polls++) {
+    }
+    IWDG->KR = KEY_FEED;
+}
+
+void watchdog_feed(void)
+{
+    IWDG->KR = KEY_FEED;
+}
+
+/* ---- boot ROM ---- */
+
+/* Into the chip's boot ROM. It expects the chip as after a reset, so the way there is a reset: a
+ * note in RAM that survives it, read before anything else. AN2606 3 (STM32F40x: vectors at
+ * 0x1FFF0000). */
+
+#define ROM_VECTORS 0x1fff0000u
+#define NOTE_VALID  0x21524f4du /* "MOR!" */
+
+/* Not cleared at start. With its complement, for at power on RAM holds anything. */
+static struct {
+    uint32_t valid;
+    uint32_t complement;
+} note __attribute__((section(".noinit")));
+
+bool board_rom_hears(void)
+{
+    return BOARD_ROM_HEARS_SERIAL;
+}
+
+void board_enter_rom(void)
+{
+    note.valid = NOTE_VALID;
+    note.complement = ~NOTE_VALID;
+    __asm volatile("dsb" ::: "memory");
+    SCB_AIRCR = 0x05fa0004u; /* system reset request */
+    for (;;) {
+    }
+}
+
+/* What a reset starts is what stands at address 0: with BOOT0 high that is the boot ROM itself. */
+static bool rom_came_first(const uint32_t *vectors)
+{
+    uintptr_t at = 4;
+    __asm volatile("" : "+r"(at)); /* or the compiler takes it for a null pointer's neighbour */
+    return *(const volatile uint32_t *)at == vectors[1];
+}
+
+void rom_if_asked(void)
+{
+    const uint32_t *vectors = (const uint32_t *)ROM_VECTORS;
+    if (note.valid != NOTE_VALID || note.complement != ~NOTE_VALID)
+        return;
+    note.valid = 0;
+    if (rom_came_first(vectors)) /* and is through: it has started us */
+        return;
+    /* Its interrupts (USB, CAN) take their vectors from address 0: VTOR is 0 after a reset. */
+    RCC->APB2ENR |= RCC_APB2ENR_SYSCFG;
+    (void)RCC->APB2ENR;
+    SYSCFG_MEMRMP = SYSCFG_MEMRMP_MEM_MODE_0;
+    __asm volatile("dsb\n\tisb" ::: "memory");
+    __asm volatile("msr msp, %0\n\tbx %1" : : "r"(vectors[0]), "r"(vectors[1]) : "memory");
 }

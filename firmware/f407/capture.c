@@ -1,13 +1,30 @@
-/* Switch edges: TIM2 channel 1 captures each at 84 MHz, DMA1 stream 5 stores it. RM0090 18.3.5,
+/* Switch edges and the camera's frame pulses: TIM2 captures each at 84 MHz, DMA1 stores it. Edges:
+ * channel 1, stream 5. Pulses, on PB3: channel 2, stream 6; what is shorter than 3 us is noise: the
+ * input filter passes it over, and delays what it passes. The camera's trigger is PE2. RM0090 18.3.5,
  * table 42. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define CAPTURES 64u
-#define STREAM   5u
+#define EDGES        64u
+#define FRAMES       32u /* at 200 a second 160 ms */
+#define EDGE_STREAM  5u
+#define FRAME_STREAM 6u
+#define FILTER_TICKS 256u
+#define STOP_POLLS   1000u
 
-static volatile uint32_t captured_tick[CAPTURES] DMA_BUFFER;
-static unsigned taken; /* index of the oldest capture not taken */
+static volatile uint32_t edge_tick[EDGES] DMA_BUFFER, frame_tick[FRAMES] DMA_BUFFER;
+static unsigned edge_taken, frame_taken; /* index of the oldest capture not taken */
+
+static void start_stream(unsigned number, unsigned channel, volatile uint32_t *ticks, uint32_t size,
+                         uint32_t priority)
+{
+    struct dma_stream_regs *stream = &DMA1->stream[number];
+    stream->PAR = (uint32_t)(uintptr_t)&TIM2->CCR[channel];
+    stream->M0AR = (uint32_t)(uintptr_t)ticks;
+    stream->NDTR = size;
+    stream->CR = DMA_CR_CHANNEL(3) | priority | DMA_CR_MSIZE_32 | DMA_CR_PSIZE_32 | DMA_CR_MINC |
+                 DMA_CR_CIRC | DMA_CR_EN;
+}
 
 bool capture_start(void)
 {
@@ -15,13 +32,7 @@ bool capture_start(void)
         health_count(MR_FAULT_TIMER_MISSING, 2);
         return false;
     }
-    struct dma_stream_regs *stream = &DMA1->stream[STREAM];
-    stream->PAR = (uint32_t)(uintptr_t)&TIM2->CCR[0];
-    stream->M0AR = (uint32_t)(uintptr_t)captured_tick;
-    stream->NDTR = CAPTURES;
-    stream->CR = DMA_CR_CHANNEL(3) | DMA_CR_PRIORITY(2) | DMA_CR_MSIZE_32 | DMA_CR_PSIZE_32 |
-                 DMA_CR_MINC | DMA_CR_CIRC | DMA_CR_EN;
-
+    start_stream(EDGE_STREAM, 0, edge_tick, EDGES, DMA_CR_PRIORITY(2));
     TIM2->PSC = 0;
     TIM2->EGR = TIM_EGR_UG;
     TIM2->CNT = 0;
@@ -33,17 +44,62 @@ bool capture_start(void)
     return true;
 }
 
-size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+/* Up to a tick, oldest first. */
+static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned size,
+                   unsigned *taken, uint32_t until_tick, uint32_t *ticks, size_t capacity)
 {
     size_t count = 0;
-    unsigned head = (CAPTURES - DMA1->stream[STREAM].NDTR) % CAPTURES;
+    unsigned head = (size - DMA1->stream[stream].NDTR) % size;
+    while (*taken != head && count < capacity && (int32_t)(captured[*taken] - until_tick) <= 0) {
+        ticks[count++] = captured[*taken];
+        *taken = (*taken + 1) % size;
+    }
+    return count;
+}
+
+size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+{
     if (TIM2->SR & TIM_SR_CC1OF) {
         TIM2->SR = ~TIM_SR_CC1OF;
         health_count(MR_FAULT_EDGE_OVERRUN, 0);
     }
-    while (taken != head && count < capacity && (int32_t)(captured_tick[taken] - until_tick) <= 0) {
-        ticks[count++] = captured_tick[taken];
-        taken = (taken + 1) % CAPTURES;
+    return take(EDGE_STREAM, edge_tick, EDGES, &edge_taken, until_tick, ticks, capacity);
+}
+
+void board_frames_capture(bool on)
+{
+    struct dma_stream_regs *stream = &DMA1->stream[FRAME_STREAM];
+    TIM2->DIER &= ~TIM_DIER_CC2DE;
+    TIM2->CCER &= ~TIM_CCER_CC2E;
+    stream->CR = 0;
+    for (unsigned polls = 0; (stream->CR & DMA_CR_EN) && polls < STOP_POLLS; polls++) {
     }
+    DMA1->IFCR[FRAME_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(FRAME_STREAM);
+    frame_taken = 0;
+    if (!on)
+        return;
+    start_stream(FRAME_STREAM, 1, frame_tick, FRAMES, DMA_CR_PRIORITY(1));
+    TIM2->CCMR1 = (TIM2->CCMR1 & 0xffu) | TIM_CCMR1_CC2_TI2 | TIM_CCMR1_IC2F_256;
+    (void)TIM2->CCR[1]; /* an old capture is none of these */
+    TIM2->DIER |= TIM_DIER_CC2DE;
+    TIM2->CCER |= TIM_CCER_CC2E; /* rising */
+}
+
+size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+{
+    size_t count = take(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, until_tick + FILTER_TICKS,
+                        ticks, capacity);
+    if (TIM2->SR & TIM_SR_CC2OF) {
+        TIM2->SR = ~TIM_SR_CC2OF;
+        health_count(MR_FAULT_EDGE_OVERRUN, 2);
+    }
+    for (size_t i = 0; i < count; i++)
+        ticks[i] -= FILTER_TICKS;
     return count;
+}
+
+uint32_t board_camera(bool high)
+{
+    pin_write(PIN_CAMERA_TRIGGER, high);
+    return TIM2->CNT;
 }

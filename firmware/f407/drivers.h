@@ -39,7 +39,7 @@ void uart_start(bool dma_works, bool raw_clock);
 void uart_rate(uint32_t baud);
 /* All that was queued has left, or is in the transmitter: two bytes at most. */
 bool uart_sent(void);
-/* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
+/* board.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
 void watchdog_start(void);
 void watchdog_feed(void);
 /* How many counts of LSI / 32 it waits from now on; feeds it. A 16 KiB sector's erase takes 0.5 s:
@@ -47,11 +47,9 @@ void watchdog_feed(void);
 #define WATCHDOG_USUAL 500u
 #define WATCHDOG_FLASH 1500u
 void watchdog_patience(uint32_t counts);
-/* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything
+/* board.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything
  * else. */
 void rom_if_asked(void);
-/* image.c: header and CRC of the image that runs. */
-void image_identify(struct board_identity *identity);
 /* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as
  * in the message hello. True: too many in a row, the board only speaks. */
 bool fault_recall(uint8_t cause);

@@ -3,7 +3,7 @@
 #define MATRIG_FIRMWARE_F407_FACTS_H
 
 #include "common/block.h"
-#include "common/boards.h"
+#include "common/image.h"
 #include "firmware/f407/regs.h"
 
 enum {

@@ -4,11 +4,10 @@
  * without what it measures with, and only speaks. PM0214 2.3.7 (frames), 2.4.4 (faults). */
 #include <string.h>
 
-#include "common/crash.h"
+#include "common/fault.h"
 #include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
-#include "firmware/tasks.h"
 
 #define QUIET_RESTARTS 5u
 #define FRAME_WORDS    8u  /* r0-r3, r12, lr, pc, xpsr */

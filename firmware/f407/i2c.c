@@ -1,4 +1,4 @@
-/* i2c.h on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a pull-up on the board.
+/* board.h's bus of the thermometer on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a pull-up on the board.
  * RM0090 27.3.3 (master mode).
  *
  * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to,
@@ -6,7 +6,7 @@
  * chip's repeated start may come too early (errata ES0182). Two bytes are read with POS, so that
  * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. */
 #include "firmware/f407/drivers.h"
-#include "firmware/i2c.h"
+#include "firmware/board.h"
 
 #define CLOCK_MHZ     42u
 #define CCR_80_KHZ    263u /* 42 MHz / (2 x 80 kHz) */

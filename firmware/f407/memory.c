@@ -8,7 +8,7 @@
  * a whole, can. Buffers of DMA are tested once, at start: what DMA does cannot be masked. */
 #include <string.h>
 
-#include "common/crash.h"
+#include "common/fault.h"
 #include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"

@@ -1,4 +1,4 @@
-/* nor.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1
+/* board.h's memory on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1
  * stream 3 receives, stream 4 sends. RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV
  * rev. F 8.2 (commands), 9.6 (times).
  *
@@ -6,7 +6,7 @@
  * is being programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each
  * stretch looks at it; during an erase, which is only while idle, the main loop looks. */
 #include "firmware/f407/drivers.h"
-#include "firmware/nor.h"
+#include "firmware/board.h"
 
 #define RX_STREAM      3u
 #define TX_STREAM      4u

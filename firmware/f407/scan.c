@@ -13,7 +13,7 @@
  * Channels that are not fitted are not in the sequences. The converter with the longer sequence
  * tells when a block is there; with as many in both it is ADC1, for the stream of ADC3 has the
  * lower number and is served first. */
-#include "common/boardtime.h"
+#include "common/block.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 

@@ -6,9 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boards.h"
-#include "common/crc32.h"
 #include "common/image.h"
+#include "common/crc32.h"
 
 /* Debug information is most of it. */
 #define FILE_MAX (32u << 20)

@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-#include "common/boards.h"
+#include "common/image.h"
 
 #define P(letter, pin)      \
     {                       \

@@ -1,6 +1,6 @@
 #include "hil/periph/options.h"
 
-#include "common/boards.h"
+#include "common/image.h"
 #include "hil/periph/board_type.h"
 
 void hil_options_default(struct hil_options *options)

@@ -14,12 +14,12 @@
  *
  * A peak is looked for in every second reading and taken from the others, both ways round: the
  * largest of many noisy means lies above the truth, but the noise of the others knows nothing of
- * it. Standard errors are those of common/measure.h. */
+ * it. Standard errors are those of common/channels.h. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_H
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
 #include "common/gates.h"
-#include "common/measure.h"
+#include "common/channels.h"
 #include "host/base/cli.h"
 #include "host/store/store.h"
 
@@ -158,7 +158,7 @@ double measured_value(const struct measured_channel *channel, size_t sample);
 /* Mean of the valid values within `half` samples of `sample`; NaN when none is. */
 double measured_smooth(const struct measured *measured, const struct measured_channel *channel,
                        size_t sample, size_t half);
-/* Standard error (common/measure.h) of the mean of `samples` samples, `value`, as measured_value
+/* Standard error (common/channels.h) of the mean of `samples` samples, `value`, as measured_value
  * has it. */
 double measured_error(const struct measured *measured, const struct measured_channel *channel,
                       double value, double samples);

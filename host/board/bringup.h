@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "common/boards.h"
+#include "common/image.h"
 #include "host/link/link.h"
 
 /* What the bring-up image says (firmware/bringup/say.h): read from a link or from text that was

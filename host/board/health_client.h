@@ -6,7 +6,6 @@
 #include <stddef.h>
 
 #include "common/catalogue.h"
-#include "common/crash.h"
 #include "common/fault.h"
 #include "common/symbols.h"
 #include "host/base/answer.h"

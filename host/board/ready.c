@@ -7,7 +7,7 @@
 
 #include "common/channels.h"
 #include "common/command.h"
-#include "common/crash.h"
+#include "common/fault.h"
 #include "common/gain.h"
 #include "common/staircase.h"
 #include "host/base/answer.h"

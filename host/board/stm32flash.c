@@ -15,7 +15,7 @@
 #define NOT_FOUND  127 /* exit code of a program that is not there */
 
 /* Vectors and code for sector 0 while the program is not whole: from any reset to the boot ROM,
- * with its stack pointer and entry from 0x1FFF0000 (AN2606), as firmware/f407/rom.c goes there.
+ * with its stack pointer and entry from 0x1FFF0000 (AN2606), as firmware/f407/board.c goes there.
  *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
 static const uint8_t detour[24] = {
     0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,

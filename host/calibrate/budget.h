@@ -4,7 +4,7 @@
  * factor.
  *
  * It has two parts. The first is the stated error of a reading, which stands beside every reading:
- * each of its contributions is mr_reading_error (common/measure.h) with all others taken away, so
+ * each of its contributions is mr_reading_error (common/channels.h) with all others taken away, so
  * that the part adds up to it. It says how well the channel repeats what its calibration said. The
  * second is what the calibration itself and the place of use leave uncertain, which the stated
  * error leaves out:
@@ -12,7 +12,7 @@
  *     certificate   the laboratory's uncertainty at this reading
  *     baseline      what a straight line leaves of the sensor's curve where a movement begins: the
  *                   stated error counts it at the reading alone, which is right for a table of
- *                   points, whose zero is a point (common/measure.h)
+ *                   points, whose zero is a point (common/channels.h)
  *     position      that of the station, as the site states it for its switches, times the
  *                   steepest movement along the mat: every joint closed by its slack. A band's
  *                   tension is the same along it
@@ -34,7 +34,7 @@
 
 #include <stdbool.h>
 
-#include "common/measure.h"
+#include "common/channels.h"
 
 enum budget_source {
     BUDGET_NOISE,

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boardtime.h"
+#include "common/block.h"
 #include "common/boxpage.h"
 #include "common/catalogue.h"
 #include "host/collect/collect_state.h"

@@ -2,7 +2,7 @@
  * boot, and film frames. */
 #include <math.h>
 
-#include "common/boardtime.h"
+#include "common/block.h"
 #include "host/collect/collect_state.h"
 
 /* How far two clocks may be apart: crystals by 200 ppm at most and a computer's that is being

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "common/boardtime.h"
+#include "common/block.h"
 
 #define RESTART_BLOCKS 1000
 /* clocks come every 100; less than RESTART_BLOCKS, or a stranger's block would be a restart */

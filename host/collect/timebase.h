@@ -1,5 +1,5 @@
 /* Board time on one link: blocks since the scans began, unwrapped from the 16 bits that most
- * messages carry, and capture ticks turned into time by common/boardtime.h. Pure. */
+ * messages carry, and capture ticks turned into time by common/block.h. Pure. */
 #ifndef MATRIG_HOST_TIMEBASE_H
 #define MATRIG_HOST_TIMEBASE_H
 
@@ -10,7 +10,7 @@ struct timebase {
     bool known; /* a whole block index has come */
     bool tick_known;
     int64_t block;   /* newest */
-    uint32_t origin; /* common/boardtime.h */
+    uint32_t origin; /* common/block.h */
 };
 
 /* Whole block index: true when it lies a second or more before the newest, so the board began

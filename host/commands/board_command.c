@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boards.h"
+#include "common/image.h"
 #include "host/base/answer.h"
 #include "host/board/health_client.h"
 #include "host/board/box_client.h"

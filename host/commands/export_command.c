@@ -55,7 +55,7 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
             unit_of(UNIT_TENSION, si)->text);
 }
 
-/* What a reading is worth (common/measure.h), for each channel: of one reading at its peak, and of
+/* What a reading is worth (common/channels.h), for each channel: of one reading at its peak, and of
  * the peak itself. */
 static void csv_errors(const struct measured *measured, const struct measured_channel **channels,
                        size_t count, bool si, FILE *out)

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boards.h"
+#include "common/image.h"
 #include "common/command.h"
 #include "host/base/answer.h"
 #include "host/board/dialogue.h"

@@ -141,7 +141,7 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
  * fresh one, or the newest one that the campaign keeps. The table of `matrig compare` and of
  * the report.
  *
- * Errors are standard errors. Measured: noise, calibration and baseline (common/measure.h) and
+ * Errors are standard errors. Measured: noise, calibration and baseline (common/channels.h) and
  * alignment, how far the simulated movement changes within the error of the wheel's time.
  * Simulated: the solver's own estimate and the spread over an ensemble. Inches, feet, seconds since
  * touchdown; NaN: not known. */

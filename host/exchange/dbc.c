@@ -5,7 +5,6 @@
 
 #include "common/canbase.h"
 #include "common/command.h"
-#include "common/crash.h"
 #include "common/fault.h"
 
 static bool is_signed(enum mr_wire_type type)

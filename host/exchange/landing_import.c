@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boardtime.h"
+#include "common/block.h"
 #include "common/channels.h"
 #include "host/analyse/measured.h"
 #include "host/base/statistics.h"

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "common/command.h"
-#include "common/crash.h"
 #include "common/fault.h"
 #include "common/quantity.h"
 #include "common/risk.h"

@@ -1,6 +1,6 @@
 #include "host/replay/image.h"
 
-#include "common/boards.h"
+#include "common/image.h"
 #include "host/base/data_dir.h"
 #include "host/board/imagefile.h"
 

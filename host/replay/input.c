@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/boardtime.h"
+#include "common/block.h"
 #include "common/closure.h"
 #include "common/command.h"
 #include "common/crc32.h"

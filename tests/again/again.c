@@ -12,7 +12,6 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "common/onboard/baseline.h"
 #include "common/onboard/predict_feed.h"
 #include "common/risk.h"
 #include "common/watch.h"

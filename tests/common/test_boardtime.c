@@ -1,6 +1,6 @@
 /* Board time against wide arithmetic: a clock of 128 bits that never wraps makes the blocks and
  * captures. */
-#include "common/boardtime.h"
+#include "common/block.h"
 #include "tests/cmocka_all.h"
 
 #define HOURS            1000u

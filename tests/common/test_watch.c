@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "common/measure.h"
+#include "common/channels.h"
 #include "common/watch.h"
 #include "tests/cmocka_all.h"
 

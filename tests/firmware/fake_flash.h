@@ -3,7 +3,7 @@
 #ifndef MATRIG_TESTS_FIRMWARE_FAKE_FLASH_H
 #define MATRIG_TESTS_FIRMWARE_FAKE_FLASH_H
 
-#include "firmware/flash.h"
+#include "firmware/board.h"
 
 struct fake_flash {
     uint8_t cell[FLASH_COPIES][FLASH_COPY_BYTES];

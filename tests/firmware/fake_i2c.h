@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "firmware/i2c.h"
+#include "firmware/board.h"
 
 enum fake_i2c_fault { FAKE_I2C_GOOD, FAKE_I2C_DEAD, FAKE_I2C_STUCK };
 

@@ -6,7 +6,7 @@
 #ifndef MATRIG_TESTS_FIRMWARE_FAKE_NOR_H
 #define MATRIG_TESTS_FIRMWARE_FAKE_NOR_H
 
-#include "firmware/nor.h"
+#include "firmware/board.h"
 
 #define FAKE_NOR_SIZE (NOR_CHIP_SECTORS * NOR_SECTOR)
 

@@ -2,10 +2,9 @@
  * what a self-test concludes. */
 #include "tests/firmware/play.h"
 
-#include "common/crash.h"
+#include "common/fault.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/tasks.h"
 #include "tests/firmware/fake_nor.h"
 
 static void tick_all_but(enum mr_task left_out, unsigned ticks)

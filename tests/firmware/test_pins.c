@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "common/block.h"
-#include "common/boards.h"
+#include "common/image.h"
 #include "firmware/boards/tables.h"
 #include "tests/cmocka_all.h"
 

@@ -1,6 +1,6 @@
 /* Each board's own image on the emulated board of that name, and on no other: chip, package, clock
  * and what is soldered to its pins. */
-#include "common/boards.h"
+#include "common/image.h"
 #include "hil/board/parts.h"
 #include "hil/board/board.h"
 #include "hil/core/bus.h"

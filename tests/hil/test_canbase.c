@@ -2,7 +2,7 @@
  * and when it moves. The firmware as it is, with its driver. */
 #include "common/canbase.h"
 #include "common/config.h"
-#include "common/crash.h"
+#include "common/fault.h"
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "hil/board/parts.h"

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "common/channels.h"
-#include "common/crash.h"
+#include "common/fault.h"
 #include "firmware/config.h"
 #include "hil/periph/board_type.h"
 #include "tests/electronics/boards.h"

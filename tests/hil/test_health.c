@@ -3,7 +3,7 @@
  * same on any machine. */
 #include <math.h>
 
-#include "common/crash.h"
+#include "common/fault.h"
 #include "hil/board/parts.h"
 #include "hil/core/elf.h"
 #include "tests/hil/ear.h"

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "common/crash.h"
+#include "common/fault.h"
 #include "host/board/ready.h"
 #include "host/board/walk.h"
 #include "host/store/store.h"

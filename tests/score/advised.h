@@ -5,7 +5,6 @@
 
 #include "common/risk.h"
 #include "host/advise/forecast.h"
-#include "host/advise/forecast.h"
 #include "tests/score/score.h"
 
 #define ADVISED_STATIONS 7 /* 40 to 100 ft */

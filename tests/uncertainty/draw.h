@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "common/config.h"
-#include "common/measure.h"
+#include "common/channels.h"
 
 /* What is drawn beside the board, which hil/rig/electronics.c draws. */
 struct draw_setting {

@@ -4,7 +4,6 @@
 
 #include <math.h>
 
-#include "common/onboard/baseline.h"
 #include "common/wire.h"
 #include "tests/cmocka_all.h"
 

@@ -1,0 +1,971 @@
+/* The bring-up image: a small program that says on the serial port what a new board is and does,
+ * with the firmware's own drivers. At power on, and whenever `report` is typed, a whole report; then
+ * commands. Two of its parts end in a reset, after which it goes on where it was.
+ * docs/howto/bring-up.md tells how it is used, docs/reference/bring-up.md what each line means.
+ *
+ * None of it waits without a bound, all feeds the watchdog; what is not there is said: the value
+ * `none`. */
+#include <string.h>
+
+#include "common/catalogue.h"
+#include "common/crc32.h"
+#include "common/fault.h"
+#include "common/predictor.h"
+#include "common/wire.h"
+#include "firmware/bringup/say.h"
+#include "firmware/config.h"
+#include "firmware/f407/drivers.h"
+
+extern const uint8_t program_start[]; /* linker script */
+extern uint32_t stack_bottom[];
+
+/* ---- chip ---- */
+
+/* Who the chip is (RM0090 38.6.1, 39), which image it runs, why it started; its option bytes
+ * (3.6.1). The F407 does not tell its package: it stands on it. */
+/* Half-words beside their complements. */
+#define OPTIONS_LOW      (*(reg32 *)0x1fffc000u)
+#define OPTIONS_HIGH     (*(reg32 *)0x1fffc008u)
+#define FLASH_SIZE_WORD  (*(reg32 *)0x1fff7a20u) /* KiB in the upper half: address ...22 */
+#define OPTCR_WDG_SW     (1u << 5)
+#define OPTCR_NRST_STOP  (1u << 6)
+#define OPTCR_NRST_STDBY (1u << 7)
+
+static const char *clock_word(uint8_t source)
+{
+    return source == BOARD_CLOCK_CRYSTAL  ? "crystal"
+         : source == BOARD_CLOCK_INTERNAL ? "internal_pll"
+                                          : "internal";
+}
+
+static const char *image_word(uint8_t state)
+{
+    return state == MR_IMAGE_GOOD ? "good" : state == MR_IMAGE_NONE ? "none" : "damaged";
+}
+
+static void hex_digits(char *out, uint32_t value)
+{
+    for (unsigned i = 0; i < 8; i++)
+        out[i] = "0123456789ABCDEF"[value >> (28u - 4u * i) & 15u];
+}
+
+static void say_identity(void)
+{
+    struct board_identity identity;
+    char digits[25] = "";
+    board_identify(&identity);
+    for (unsigned i = 0; i < 3; i++)
+        hex_digits(digits + 8u * i, identity.uid[i]);
+    say_word("uid", digits, "id");
+    say_word("board", mr_board_of(identity.board)->name, "name");
+    say_hex("image_crc", identity.image_crc, "crc");
+    say_word("image", image_word(identity.image_state), "state");
+}
+
+static void say_chip(void)
+{
+    struct board_identity identity;
+    board_identify(&identity);
+    say_hex("chip", DBGMCU_IDCODE & 0xfffu, "id");
+    say_hex("revision", DBGMCU_IDCODE >> 16, "id");
+    /* ES0182: of revision A of the F405 and F407 it does not */
+    bool broken = (DBGMCU_IDCODE & 0xfffu) == 0x413u && DBGMCU_IDCODE >> 16 == 0x1000u;
+    say_word("prefetch", broken ? "broken" : "works", "state");
+    say_hex("core", SCB_CPUID, "id");
+    say_none("package", "id");
+    say_number("flash", (int32_t)(FLASH_SIZE_WORD >> 16), "KiB");
+    say_hex("reset_cause", identity.reset_cause, "bits");
+    say_word("clock", clock_word(identity.clock_source), "source");
+}
+
+static bool agrees(uint32_t word, uint32_t register_half, uint32_t mask)
+{
+    uint32_t half = word & 0xffffu;
+    return (half ^ word >> 16) == 0xffffu && (half & mask) == (register_half & mask);
+}
+
+static void say_options(void)
+{
+    uint32_t optcr = FLASH_OPTCR;
+    bool same = agrees(OPTIONS_LOW, optcr, 0xffecu) && agrees(OPTIONS_HIGH, optcr >> 16, 0xfffu);
+    say_hex("read_protection", optcr >> 8 & 0xffu, "byte");
+    say_number("brown_out", (int32_t)(3u - (optcr >> 2 & 3u)), "level");
+    say_word("watchdog_option", optcr & OPTCR_WDG_SW ? "software" : "hardware", "start");
+    say_number("stop_resets", !(optcr & OPTCR_NRST_STOP) + !(optcr & OPTCR_NRST_STDBY), "modes");
+    /* of 512 KiB the other bits are reserved; RM0390 3.8.7 */
+    uint32_t sectors = FLASH_SIZE_WORD >> 16 > 512u ? 0xfffu : 0xffu;
+    say_hex("write_protected", ~(optcr >> 16) & sectors, "sectors");
+    say_word("options_stored", same ? "as_loaded" : "differ", "state");
+}
+
+/* ---- clocks ---- */
+
+/* Clocks against each other. The crystal is compared with the internal oscillator at start
+ * (clock.c), the internal low-speed one by the watchdog (falls.c). Here: the core's cycles, SysTick
+ * and the timers, which must be whole multiples; where the timers stand to each other; where in the
+ * scan the converters are. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
+#define INTERNAL_KHZ  16000u
+#define CRYSTAL_KHZ   8000u
+#define SPAN_US       5000u /* shorter than SysTick's 10 ms */
+#define SCAN_TICKS    10500u
+#define CONVERSION_US 1000u
+#define NEWEST_US     100000u /* for one to come */
+#define ADC1_STREAM   4u
+
+static void say_crystal(void)
+{
+    uint32_t khz = clock_crystal_khz();
+    if (!khz) {
+        say_none("crystal", "kHz");
+        say_none("internal", "kHz");
+        return;
+    }
+    /* each by the other, as if that were right */
+    say_number("crystal", (int32_t)khz, "kHz");
+    say_number("internal", (int32_t)(INTERNAL_KHZ * CRYSTAL_KHZ / khz), "kHz");
+}
+
+static uint32_t systick_since(uint32_t value)
+{
+    uint32_t now = SYST_CVR;
+    return value >= now ? value - now : value + SYST_RVR + 1u - now;
+}
+
+static void say_rates(void)
+{
+    uint32_t mask = irq_mask();
+    uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_begin();
+    pace_wait(SPAN_US);
+    uint32_t ticks = TIM2->CNT - tick, systicks = systick_since(systick),
+             cycles = pace_cycles(begun);
+    irq_restore(mask);
+    if (ticks == 0) {
+        say_none("cycles_per_tick", "ratio");
+        say_none("systick_per_tick", "ratio");
+        return;
+    }
+    say_milli("cycles_per_tick", (int32_t)((uint64_t)cycles * 1000u / ticks), "ratio");
+    say_milli("systick_per_tick", (int32_t)((uint64_t)systicks * 1000u / ticks), "ratio");
+}
+
+/* One that has just come: what has waited is left out. */
+static bool take_newest_block(struct mr_block *block)
+{
+    uint32_t begun = pace_begin();
+    while (board_block_take(block)) {
+    }
+    while (!board_block_take(block)) {
+        if (pace_passed(begun, NEWEST_US))
+            return false;
+    }
+    return true;
+}
+
+/* TIM2 minus TIM4 within a scan: TIM2 is read between two looks at TIM4. It wraps after 51 s, and
+ * that is no whole number of scans: its ticks since the start are told by a block. */
+static void say_timers(void)
+{
+    struct mr_block block;
+    bool come = take_newest_block(&block);
+    uint32_t mask = irq_mask();
+    uint32_t before = TIM4->CNT, between = TIM2->CNT, after = TIM4->CNT;
+    irq_restore(mask);
+    if (!come || between == 0) {
+        say_none("timer_offset", "ticks");
+        return;
+    }
+    uint32_t width = (after + SCAN_TICKS - before) % SCAN_TICKS;
+    uint32_t middle = (before + width / 2u) % SCAN_TICKS;
+    uint64_t ticks = (uint64_t)mr_boardtime_ticks(0, block.index, between);
+    int32_t offset = (int32_t)((ticks + SCAN_TICKS - middle) % SCAN_TICKS);
+    say_number("timer_offset",
+               offset > (int32_t)SCAN_TICKS / 2 ? offset - (int32_t)SCAN_TICKS : offset, "ticks");
+}
+
+/* TIM4's count when the stream of converter 1 has moved on. */
+static bool wait_for_conversion(uint32_t *tick)
+{
+    uint32_t begun = pace_begin(), left = DMA2->stream[ADC1_STREAM].NDTR;
+    while (DMA2->stream[ADC1_STREAM].NDTR == left) {
+        if (pace_passed(begun, CONVERSION_US))
+            return false;
+    }
+    *tick = TIM4->CNT;
+    return true;
+}
+
+static void say_conversions(void)
+{
+    uint32_t first = SCAN_TICKS, last = 0, tick;
+    uint32_t mask = irq_mask();
+    bool come = true;
+    for (unsigned n = 0; come && n < 32; n++) {
+        come = wait_for_conversion(&tick);
+        if (n == 0)
+            continue; /* may have been late */
+        first = come && tick < first ? tick : first;
+        last = come && tick > last ? tick : last;
+    }
+    irq_restore(mask);
+    if (!come) {
+        say_none("conversion_first", "ticks");
+        say_none("conversion_last", "ticks");
+        return;
+    }
+    say_number("conversion_first", (int32_t)first, "ticks");
+    say_number("conversion_last", (int32_t)last, "ticks");
+}
+
+static void say_clocks(void)
+{
+    say_crystal();
+    say_rates();
+    say_timers();
+    say_conversions();
+}
+
+/* ---- noise ---- */
+
+/* Level and noise of each input, with the flash's prefetch and without: prefetch is said to disturb
+ * the converters (AN4073). The core runs from flash meanwhile, as it does while it predicts.
+ *
+ * Noise of one conversion from the sums of 8, or 4, in block records: differences of one block to
+ * the next have twice the variance of a sum, a drift drops out. White noise is assumed; hum counts
+ * more than it should. */
+#define BLOCKS         400u
+#define SKIPPED        20u /* what the queue held */
+#define BLOCK_US       5000u
+#define BUSY_BYTES     512u
+#define REFERENCE_MV   2500u
+#define SUPPLY_MOST_MV 3700u
+
+static struct {
+    struct mr_block last;
+    uint32_t count; /* of differences */
+    uint64_t squares[MR_BLOCK_SUMS];
+    uint32_t sums[MR_BLOCK_SUMS];
+} seen;
+
+/* The next block; the core is busy until it comes. */
+static bool next_block(struct mr_block *block)
+{
+    uint32_t begun = pace_begin(), at = 0;
+    volatile uint32_t crc = 0;
+    while (!board_block_take(block)) {
+        crc = mr_crc32(crc, program_start + at, BUSY_BYTES);
+        at = (at + BUSY_BYTES) % 32768u;
+        if (pace_passed(begun, BLOCK_US))
+            return false;
+    }
+    return true;
+}
+
+static void add(const struct mr_block *block)
+{
+    bool follows = seen.last.index + 1u == block->index;
+    for (unsigned i = 0; follows && i < MR_BLOCK_SUMS; i++) {
+        int32_t difference = block->sums[i] - seen.last.sums[i];
+        seen.squares[i] += (uint64_t)((int64_t)difference * difference);
+        seen.sums[i] += block->sums[i];
+    }
+    seen.count += follows;
+    seen.last = *block;
+}
+
+static bool measure(void)
+{
+    struct mr_block block;
+    memset(&seen, 0, sizeof seen);
+    for (unsigned n = 0; n < SKIPPED; n++) {
+        if (!next_block(&block))
+            return false;
+    }
+    seen.last.index = block.index - 2u; /* none follows it */
+    for (unsigned n = 0; n < BLOCKS; n++) {
+        if (!next_block(&block))
+            return false;
+        add(&block);
+    }
+    return seen.count > BLOCKS / 2u;
+}
+
+static uint32_t root(uint64_t of)
+{
+    uint64_t r = 0;
+    for (uint64_t bit = 1ull << 31; bit; bit >>= 1) {
+        if ((r | bit) * (r | bit) <= of)
+            r |= bit;
+    }
+    return (uint32_t)r;
+}
+
+/* Thousandths of a code, of one conversion; `codes` are summed. */
+static int32_t noise_milli(unsigned sum, unsigned codes)
+{
+    return (int32_t)root(seen.squares[sum] * 1000000u / (2u * codes * seen.count));
+}
+
+static int32_t level_milli(unsigned sum, unsigned codes)
+{
+    return (int32_t)((uint64_t)seen.sums[sum] * 1000u / (codes * seen.count));
+}
+
+static void say_channel(const char *what, unsigned channel, const char *signal, bool level)
+{
+    bool transducer = channel < MR_TRANSDUCERS;
+    /* of a transducer the sums with forward excitation */
+    unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
+    unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
+    if (level)
+        say_milli_of(what, signal, level_milli(sum, codes), "codes");
+    else
+        say_milli_of(what, signal, noise_milli(sum, codes), "codes");
+}
+
+static void say_channels(const char *what, bool level)
+{
+#define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
+    say_channel(what, BOARD_##SIGNAL, #SIGNAL, level);
+#include "firmware/boards/pins.def"
+}
+
+/* The converters' supply by the reference of 2.500 V; 0: no reference is there, for the chip does
+ * not stand so much. */
+static uint32_t supply_mv(void)
+{
+    uint32_t sum = seen.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
+    uint32_t codes = MR_SCANS_PER_BLOCK * seen.count;
+    uint32_t mv = sum ? (uint32_t)((uint64_t)REFERENCE_MV * 4096u * codes / sum) : 0;
+    return mv <= SUPPLY_MOST_MV ? mv : 0;
+}
+
+/* And how far it is from what the board's should be: the staircase is read relative to the one, its
+ * wires to the other. */
+static void say_supply(void)
+{
+    uint32_t mv = supply_mv();
+    if (mv == 0) {
+        say_none("supply", "V");
+        say_none("supply_error", "ratio");
+        return;
+    }
+    say_milli("supply", (int32_t)mv, "V");
+    say_milli("supply_error", ((int32_t)mv - BOARD_SUPPLY_MV) * 1000 / BOARD_SUPPLY_MV, "ratio");
+}
+
+static void say_noise(void)
+{
+    if (!measure()) {
+        say_none("noise", "codes");
+        return;
+    }
+    say_supply();
+    say_channels("level_", true);
+    say_channels("noise_", false);
+}
+
+/* ---- cost ---- */
+
+/* Cycles of the predictor, a block of a landing braked at 8 ft/s2 in each round, beside what its
+ * budget assumes: 1.5 an instruction, a division or root 12.5 more (tests/budget.sh). Instructions of
+ * a block: mean of COST_ROUNDS, counted by the emulated board, whose cycle counter counts them. */
+#define COST_ROUNDS  600u
+#define INSTRUCTIONS 41581u
+#define DIVIDES      35u
+#define SPEED_FT_S   33.0f
+#define BRAKING      8.0f /* ft/s2 */
+#define START_FT     3.0f /* on the runway from the first round on */
+
+static void look_ahead(const struct mr_predictor_config *started, uint32_t round,
+                       struct mr_predictor_input *input)
+{
+    *input = (struct mr_predictor_input){.wheel_ft = START_FT + SPEED_FT_S * 1e-3f * (float)round,
+                                         .speed_ft_s = SPEED_FT_S - BRAKING * 1e-3f * (float)round,
+                                         .deceleration_ft_s2 = BRAKING,
+                                         .braking_known = true,
+                                         .on_runway = true};
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        float ahead_ft = started->station_ft[i] - input->wheel_ft;
+        input->displacement_in[i] = ahead_ft > 7.0f ? 0.0f : MR_NAN;
+    }
+}
+
+static void say_cost(void)
+{
+    static struct mr_predictor predictor;
+    struct mr_predictor_config started;
+    struct mr_predictor_input input;
+    const uint32_t assumed = (3u * INSTRUCTIONS + 25u * DIVIDES) / 2u;
+    uint64_t spent = 0;
+    mr_config_predictor(&config, &started);
+    started.updates_per_block = 1u << 20; /* every mat, whatever it costs */
+    if (mr_predictor_start(&predictor, &started) != MR_OK) {
+        say_none("cycles_predict", "cycles");
+        return;
+    }
+    mr_predictor_arm(&predictor);
+    for (uint32_t round = 0; round < COST_ROUNDS; round++) {
+        look_ahead(&started, round, &input);
+        watchdog_feed();
+        uint32_t mask = irq_mask(), begun = pace_begin();
+        mr_predictor_block(&predictor, &input);
+        spent += pace_cycles(begun);
+        irq_restore(mask);
+    }
+    uint32_t cycles = (uint32_t)(spent / COST_ROUNDS), updates = predictor.updates;
+    say_number("cycles_predict", (int32_t)cycles, "cycles");
+    say_milli("of_budget_predict", (int32_t)((uint64_t)cycles * 1000u / assumed), "ratio");
+    say_number("mat_updates", (int32_t)(updates / COST_ROUNDS), "in_a_block");
+    say_milli("cycles_update", (int32_t)(updates ? spent * 1000u / updates : 0), "cycles");
+}
+
+/* ---- can ---- */
+
+/* The CAN controller's frames to itself, silent: the pins stay recessive. Its driver sends and
+ * receives them, at the bit rate of the firmware; it stays so, for the bus is others'. RM0090
+ * 32.4.4 (loop back with silent mode). */
+#define FRAMES     100u
+#define MODE_POLLS 100000u
+#define FRAME_US   2000u /* a frame takes 0.13 ms */
+
+/* Init mode, a new BTR, and out of it. */
+static bool set_mode(uint32_t bits)
+{
+    CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP;
+    unsigned polls = 0;
+    while (!(CAN1->MSR & CAN_MSR_INAK) && polls < MODE_POLLS)
+        polls++;
+    if (polls == MODE_POLLS)
+        return false;
+    CAN1->BTR = (CAN1->BTR & ~(CAN_BTR_LBKM | CAN_BTR_SILM)) | bits;
+    CAN1->MCR = CAN_MCR_TXFP;
+    for (polls = 0; (CAN1->MSR & CAN_MSR_INAK) && polls < MODE_POLLS;)
+        polls++;
+    return polls < MODE_POLLS;
+}
+
+static bool comes_back(const struct board_can_frame *sent)
+{
+    struct board_can_frame got = {0};
+    uint32_t begun = pace_begin();
+    if (!board_can_send(sent))
+        return false;
+    while (!board_can_receive(&got)) {
+        if (pace_passed(begun, FRAME_US))
+            return false;
+    }
+    bool same = got.id == sent->id && got.length == sent->length;
+    for (unsigned i = 0; i < sent->length; i++)
+        same &= got.data[i] == sent->data[i];
+    return same;
+}
+
+static void say_can(void)
+{
+    struct board_can_errors errors;
+    /* alternating bits: no stuff bit among the data. Of an id that the driver's filter lets in. */
+    struct board_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
+    board_can_state(&errors);
+    board_can_move(0);
+    if (errors.missing || !set_mode(CAN_BTR_LBKM | CAN_BTR_SILM)) {
+        say_none("can_frames", "frames");
+        say_none("can_frame", "us");
+        return;
+    }
+    uint32_t good = 0, cycles = 0;
+    for (unsigned n = 0; n < FRAMES; n++) {
+        for (unsigned i = 0; i < 8; i++)
+            frame.data[i] = n & 1u ? 0x55u : 0xaau;
+        uint32_t begun = pace_begin();
+        good += comes_back(&frame);
+        cycles += pace_cycles(begun);
+    }
+    board_can_state(&errors);
+    say_number("can_frames", (int32_t)good, "frames");
+    say_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAMES * pace_hclk_mhz())), "us");
+    say_number("can_errors", errors.tec + errors.rec, "count");
+}
+
+/* ---- memory ---- */
+
+/* The black box's memory: who it is, and a sector erased, programmed and verified again and again.
+ * Of a record or the runway nothing is touched: the sector is one of the black box's
+ * that holds nothing, and holds nothing afterwards. A sector bears 100,000 erases (W25Q128JV rev. F
+ * 9.6). */
+#define LOOKS        9000u /* 9 s or more: nor.c gives up after 6 s of an erase */
+#define TICKS_PER_US 84u
+#define SEARCHED     256u /* sectors, from the last of the black box's down */
+#define NO_SECTOR    UINT32_MAX
+#define TOLD_ROUNDS  10u /* who reads wants to hear something: host/board/bringup.c, silence_s */
+
+static uint8_t page[NOR_PAGE] DMA_BUFFER, back[NOR_PAGE] DMA_BUFFER;
+
+struct outcome {
+    uint32_t rounds, wrong, failed;
+    uint32_t erase_us, erase_most_us, program_us, program_most_us; /* sums, and most */
+};
+
+/* Asleep between two looks: each block of the scan wakes, or each supervision tick. By TIM2, which
+ * goes on meanwhile, as the core's cycle counter does not. */
+static void doze(void)
+{
+    struct mr_block block;
+    watchdog_feed();
+    while (board_block_take(&block)) {
+    }
+    (void)board_sleep();
+}
+
+/* Until the operation is over; how long it took. */
+static bool ends(uint32_t *us)
+{
+    uint32_t begun = TIM2->CNT;
+    enum nor_status status = nor_poll();
+    for (unsigned n = 0; status == NOR_BUSY && n < LOOKS; n++) {
+        doze();
+        status = nor_poll();
+    }
+    *us = (TIM2->CNT - begun) / TICKS_PER_US;
+    return status == NOR_IDLE;
+}
+
+static bool read_page(uint32_t address)
+{
+    uint32_t us;
+    nor_begin_read(address, back, NOR_PAGE);
+    return ends(&us);
+}
+
+static bool is_blank(uint32_t sector)
+{
+    for (uint32_t n = 0; n < NOR_PAGES_PER_SECTOR; n++) {
+        if (!read_page(sector * NOR_SECTOR + n * NOR_PAGE))
+            return false;
+        for (unsigned i = 0; i < NOR_PAGE; i++) {
+            if (back[i] != 0xffu)
+                return false;
+        }
+    }
+    return true;
+}
+
+static uint32_t find_blank_sector(void)
+{
+    for (uint32_t sector = NOR_SECTORS - 1u; sector >= NOR_SECTORS - SEARCHED; sector--) {
+        if (is_blank(sector))
+            return sector;
+    }
+    return NO_SECTOR;
+}
+
+static bool erase(uint32_t sector, struct outcome *o)
+{
+    uint32_t us;
+    nor_begin_erase(sector * NOR_SECTOR);
+    bool done = ends(&us);
+    o->erase_us += us;
+    o->erase_most_us = us > o->erase_most_us ? us : o->erase_most_us;
+    o->failed += !done;
+    return done;
+}
+
+/* Every page another content, and every round. */
+static void fill_page(uint32_t round, uint32_t number)
+{
+    uint32_t random = round * 2654435761u + number * 40503u + 1u;
+    for (unsigned i = 0; i < NOR_PAGE; i++) {
+        random = random * 1664525u + 1013904223u;
+        page[i] = (uint8_t)(random >> 24);
+    }
+}
+
+static void write_page(uint32_t address, struct outcome *o)
+{
+    uint32_t us;
+    nor_begin_program(address, page);
+    bool done = ends(&us);
+    o->program_us += us;
+    o->program_most_us = us > o->program_most_us ? us : o->program_most_us;
+    o->failed += !done;
+    if (!read_page(address) || memcmp(page, back, NOR_PAGE) != 0)
+        o->wrong++;
+}
+
+static void test_sector(uint32_t sector, uint32_t rounds, struct outcome *o)
+{
+    for (uint32_t round = 0; round < rounds && o->failed == 0; round++) {
+        if (!erase(sector, o))
+            break;
+        o->wrong += !is_blank(sector);
+        for (uint32_t n = 0; n < NOR_PAGES_PER_SECTOR; n++) {
+            fill_page(round, n);
+            write_page(sector * NOR_SECTOR + n * NOR_PAGE, o);
+        }
+        o->rounds++;
+        if (o->rounds % TOLD_ROUNDS == 0)
+            say_number("memory_done", (int32_t)o->rounds, "rounds");
+    }
+    (void)erase(sector, o);
+    o->wrong += !is_blank(sector);
+}
+
+static void say_outcome(uint32_t sector, uint32_t wanted, const struct outcome *o)
+{
+    say_number("memory_sector", (int32_t)sector, "sector");
+    say_number("memory_rounds", (int32_t)o->rounds, "rounds");
+    say_number("memory_rounds_missing", (int32_t)(wanted - o->rounds), "rounds");
+    say_number("memory_wrong", (int32_t)o->wrong, "pages");
+    say_number("memory_failed", (int32_t)o->failed, "operations");
+    uint32_t pages = o->rounds * NOR_PAGES_PER_SECTOR;
+    say_number("memory_erase", (int32_t)(o->erase_us / (o->rounds + 1u)), "us");
+    say_number("memory_erase_most", (int32_t)o->erase_most_us, "us");
+    say_number("memory_program", (int32_t)(pages ? o->program_us / pages : 0), "us");
+    say_number("memory_program_most", (int32_t)o->program_most_us, "us");
+}
+
+/* It may still be busy with what it did before a reset. */
+static bool memory_is_there(void)
+{
+    uint32_t us;
+    return ends(&us) && nor_identify() == NOR_IDLE;
+}
+
+static void say_memory(uint32_t rounds)
+{
+    struct outcome outcome = {0};
+    uint32_t sector = NO_SECTOR;
+    if (!memory_is_there()) {
+        say_none("memory_id", "id");
+        return;
+    }
+    say_hex("memory_id", nor_jedec(), "id");
+    sector = find_blank_sector();
+    if (sector == NO_SECTOR) {
+        say_none("memory_sector", "sector");
+        return;
+    }
+    test_sector(sector, rounds, &outcome);
+    say_outcome(sector, rounds, &outcome);
+}
+
+/* ---- brown-out ---- */
+
+/* The brown-out level, which chips leave the factory without. At 168 MHz the core wants 2.7 V (data
+ * sheet, table 14 with RM0090 5.1.3), so what is wanted is the highest level that the board's own
+ * supply is above for sure: a board whose supply is below the level that is set never starts
+ * again.
+ *
+ *     level  starts at, most   (data sheet, VBOR1 to VBOR3, rising)
+ *     3      2.97 V            from 3.15 V on
+ *     2      2.63 V            from 2.80 V on
+ *
+ * The supply is measured by the reference of 2.500 V, and must be what the board's own should be: a
+ * pin without a reference reads anything. RM0090 3.6.2 (option bytes), 3.9.10. */
+#define KEY1            0x08192a3bu
+#define KEY2            0x4c5d6e7fu
+#define OPTCR_OPTLOCK   (1u << 0)
+#define OPTCR_OPTSTRT   (1u << 1)
+#define OPTCR_BOR_SHIFT 2u
+#define OPTCR_BOR       (3u << OPTCR_BOR_SHIFT)
+#define OPTCR_RDP       (0xffu << 8)
+#define RDP_LEVEL_0     (0xaau << 8)
+#define OPTION_POLLS    48000000u /* some seconds; the loop stands still with the flash */
+#define LEVEL_3_MV      3150u
+#define LEVEL_2_MV      2800u
+#define OFF_PERCENT     5u /* from what the board's supply should be */
+
+static bool is_the_boards(uint32_t mv)
+{
+    uint32_t off = mv > BOARD_SUPPLY_MV ? mv - BOARD_SUPPLY_MV : BOARD_SUPPLY_MV - mv;
+    return off * 100u <= BOARD_SUPPLY_MV * OFF_PERCENT;
+}
+
+static bool write_options(uint32_t options)
+{
+    uint32_t mask = irq_mask(); /* their handlers are in the flash that stands still */
+    watchdog_patience(WATCHDOG_FLASH);
+    if (FLASH_OPTCR & OPTCR_OPTLOCK) {
+        FLASH_OPTKEYR = KEY1;
+        FLASH_OPTKEYR = KEY2;
+    }
+    FLASH_OPTCR = options;
+    FLASH_OPTCR = options | OPTCR_OPTSTRT;
+    uint32_t polls = OPTION_POLLS;
+    while ((FLASH_SR & FLASH_SR_BSY) && --polls) {
+    }
+    FLASH_OPTCR |= OPTCR_OPTLOCK;
+    watchdog_patience(WATCHDOG_USUAL);
+    irq_restore(mask);
+    return polls > 0 && (FLASH_OPTCR & ~OPTCR_OPTLOCK) == options;
+}
+
+static void set_level(uint32_t level)
+{
+    uint32_t before = FLASH_OPTCR & ~(OPTCR_OPTLOCK | OPTCR_OPTSTRT);
+    uint32_t wanted = (before & ~OPTCR_BOR) | (3u - level) << OPTCR_BOR_SHIFT;
+    /* Anything else than level 0 of the read protection: an error here could lock the chip. */
+    if ((before & OPTCR_RDP) != RDP_LEVEL_0)
+        say_word("brown_out_set", "protected", "result");
+    else if (before == wanted)
+        say_word("brown_out_set", "was_so", "result");
+    else
+        say_word("brown_out_set", write_options(wanted) ? "written" : "failed", "result");
+}
+
+static void set_brown_out(void)
+{
+    uint32_t mv = measure() ? supply_mv() : 0;
+    if (mv)
+        say_milli("supply", (int32_t)mv, "V");
+    else
+        say_none("supply", "V");
+    uint32_t level = mv >= LEVEL_3_MV ? 3u : mv >= LEVEL_2_MV ? 2u : 0u;
+    if (mv && !is_the_boards(mv))
+        say_word("brown_out_set", "supply_not_the_boards", "result");
+    else if (level)
+        set_level(level);
+    else
+        say_word("brown_out_set", mv ? "supply_too_low" : "supply_not_known", "result");
+    say_number("brown_out", (int32_t)(3u - (FLASH_OPTCR >> OPTCR_BOR_SHIFT & 3u)), "level");
+}
+
+/* ---- falls ---- */
+
+/* What ends in a reset: a stack that overflows, and a watchdog that nobody feeds. What it was like
+ * is known afterwards from the note of the fault (fault.c), and from a count that RAM keeps. */
+#define CAUSE_SOFTWARE 4u
+#define CAUSE_WATCHDOG 8u
+#define STARVED_S      4u
+#define COUNTS         (WATCHDOG_USUAL + 1u) /* RM0090 table 107: the last one is of 0 */
+#define LSI_DIVIDER    32u
+#define CFSR_BFARVALID (1u << 15)
+#define CFSR_STKERR    (1u << 12)
+#define CFSR_IMPRECISE (1u << 10)
+
+static uint32_t starved_cycles __attribute__((section(".noinit")));
+static uint32_t starved_mhz __attribute__((section(".noinit")));
+
+static uint8_t reset_cause(void)
+{
+    struct board_identity identity;
+    board_identify(&identity);
+    return identity.reset_cause;
+}
+
+/* As a chain of calls that is too deep does: the stack is at its bottom, then comes one more. */
+static void overflow_stack(void)
+{
+    __asm volatile("mov sp, %0\n\tpush {r0-r7}\n\tdsb" : : "r"(stack_bottom) : "memory");
+    for (;;) { /* nothing stopped it; the watchdog does, and the note is missing then */
+    }
+}
+
+static const char *caught_word(const struct board_restart *restart)
+{
+    if (!(reset_cause() & CAUSE_SOFTWARE) || !restart->crash || restart->crash_age != 0)
+        return "no_fault";
+    return mr_crash_kind_text(restart->crash[MR_CRASH_KIND])[0] == 'b' ? "bus_fault"
+                                                                       : "other_fault";
+}
+
+static void say_overflow(void)
+{
+    struct board_restart restart;
+    board_restarted(&restart);
+    const uint32_t *crash = restart.crash;
+    say_word("stack_overflow", caught_word(&restart), "caught_by");
+    if (!crash || restart.crash_age != 0) {
+        say_none("stack_status", "cfsr");
+        say_none("stack_address", "address");
+        return;
+    }
+    uint32_t cfsr = crash[MR_CRASH_CFSR];
+    say_hex("stack_status", cfsr, "cfsr");
+    if (cfsr & CFSR_BFARVALID)
+        say_hex("stack_address", crash[MR_CRASH_BFAR], "address");
+    else
+        say_word("stack_address", cfsr & (CFSR_STKERR | CFSR_IMPRECISE) ? "imprecise" : "none",
+                 "address");
+}
+
+static void starve_watchdog(void)
+{
+    (void)irq_mask();
+    starved_mhz = pace_hclk_mhz();
+    starved_cycles = 0;
+    watchdog_patience(WATCHDOG_USUAL); /* and feeds it, for the last time */
+    uint32_t begun = pace_begin();
+    while (pace_cycles(begun) < STARVED_S * 1000000u * starved_mhz)
+        starved_cycles = pace_cycles(begun);
+}
+
+static void say_watchdog(void)
+{
+    uint32_t us = starved_mhz ? starved_cycles / starved_mhz : 0;
+    if (!(reset_cause() & CAUSE_WATCHDOG) || us == 0) {
+        say_none("watchdog", "ms");
+        say_none("low_speed", "kHz");
+        return;
+    }
+    say_milli("watchdog", (int32_t)us, "ms");
+    say_milli("low_speed", (int32_t)((uint64_t)COUNTS * LSI_DIVIDER * 1000000u / us), "kHz");
+}
+
+/* ---- report and commands ---- */
+
+#define REPORT_ROUNDS 3u    /* of the memory test, in a report */
+#define ROUNDS        1000u /* and of the command */
+#define WORD_BYTES    16u
+
+/* Where the report is; kept through resets, with its complement, for at power on RAM holds
+ * anything. */
+enum stage { STAGE_NONE, STAGE_STACK, STAGE_WATCHDOG };
+static struct {
+    uint32_t stage, complement;
+} kept __attribute__((section(".noinit")));
+
+static void keep_stage(enum stage stage)
+{
+    kept.stage = stage;
+    kept.complement = ~(uint32_t)stage;
+}
+
+static enum stage take_stage(void)
+{
+    enum stage stage = kept.complement == ~kept.stage && kept.stage <= STAGE_WATCHDOG
+                         ? (enum stage)kept.stage
+                         : STAGE_NONE;
+    keep_stage(STAGE_NONE);
+    return stage;
+}
+
+static void begin(const char *section)
+{
+    say_begin(section);
+    say_identity();
+}
+
+static void end_report(void)
+{
+    say_end();
+    say_text("ready: report, memory, brown-out, rom");
+}
+
+static void go_on_with_watchdog(void)
+{
+    say_overflow();
+    say_flush();
+    keep_stage(STAGE_WATCHDOG);
+    starve_watchdog();
+    say_watchdog(); /* it let us live: that is said */
+    end_report();
+}
+
+static void report(void)
+{
+    begin("report");
+    say_chip();
+    say_options();
+    say_clocks();
+    say_noise();
+    say_cost();
+    say_can();
+    say_memory(REPORT_ROUNDS);
+    say_flush();
+    keep_stage(STAGE_STACK);
+    overflow_stack();
+}
+
+static void go_on(enum stage stage)
+{
+    if (stage == STAGE_STACK) {
+        go_on_with_watchdog();
+    } else if (stage == STAGE_WATCHDOG) {
+        say_watchdog();
+        end_report();
+    } else {
+        say_text("matrig bring-up");
+        report();
+    }
+}
+
+/* Where the ROM does not listen at this port nobody would find it there. */
+static void enter_rom(void)
+{
+    if (!BOARD_ROM_HEARS_SERIAL) {
+        say_text("the boot ROM does not listen here");
+        return;
+    }
+    say_text("to the boot ROM");
+    say_flush();
+    board_enter_rom();
+}
+
+/* Words said meanwhile, by one who thought that the first was lost: each would wear the memory. */
+static void drop_words(void)
+{
+    uint8_t byte;
+    while (board_serial_receive(&byte, 1) == 1) {
+    }
+}
+
+static void obey(const char *word)
+{
+    if (strcmp(word, "report") == 0) {
+        report();
+    } else if (strcmp(word, "memory") == 0) {
+        begin("memory");
+        say_memory(ROUNDS);
+        say_end();
+        drop_words();
+    } else if (strcmp(word, "brown-out") == 0) {
+        begin("brown-out");
+        set_brown_out();
+        say_end();
+    } else if (strcmp(word, "rom") == 0) {
+        enter_rom();
+    } else if (*word) {
+        say_text("not report, memory, brown-out or rom");
+    }
+}
+
+/* A line that came, without its end; false: none yet. */
+static bool take_word(char word[WORD_BYTES])
+{
+    static char line[WORD_BYTES];
+    static size_t length;
+    uint8_t byte;
+    while (board_serial_receive(&byte, 1) == 1) {
+        if (byte == '\r' || byte == '\n') {
+            memcpy(word, line, WORD_BYTES);
+            memset(line, 0, sizeof line);
+            length = 0;
+            return true;
+        }
+        if (length < WORD_BYTES - 1u)
+            line[length++] = (char)byte;
+    }
+    return false;
+}
+
+int main(void)
+{
+    struct board_identity identity;
+    struct mr_block block;
+    char word[WORD_BYTES];
+    board_start();
+    board_note_good(); /* resets are what it is for: no row of them */
+    board_identify(&identity);
+    pace_start(identity.clock_source == BOARD_CLOCK_RAW ? 16u : 168u);
+    uart_rate(SAY_BAUD);
+    board_scans_configure(board_inputs());
+    go_on(take_stage());
+    for (;;) {
+        watchdog_feed();
+        while (board_block_take(&block)) { /* or there is no sleep */
+        }
+        (void)board_sleep();
+        if (take_word(word))
+            obey(word);
+    }
+}
