@@ -33,11 +33,11 @@ common/closure.h compression zone
 host/sim/scene/result.h bow_wave
 common/similitude.h similitude
 host/sim/models/model.h lift shear
-host/sim/elements/hinge.h TAD
+host/sim/elements/law.h TAD
 common/gates.h touchdown
 common/bands.h rivet
-host/sim/elements/joint.h grit
-host/sim/elements/joint.h slack
+host/sim/elements/law.h grit
+host/sim/elements/law.h slack
 host/sim/elements/wheel.h wheel load
 T
 finish

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/sim/elements/element.h"
-#include "host/sim/elements/friction.h"
+#include "host/sim/elements/law.h"
 #include "host/sim/models/model.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"

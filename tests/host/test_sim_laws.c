@@ -5,10 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/sim/elements/friction.h"
-#include "host/sim/elements/hinge.h"
-#include "host/sim/elements/joint.h"
-#include "host/sim/elements/soil.h"
+#include "host/sim/elements/law.h"
 #include "tests/cmocka_all.h"
 
 #define DRAWS 400000

@@ -7,7 +7,6 @@
 
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/pass.h"
-#include "host/sim/models/vector.h"
 #include "tests/cmocka_all.h"
 
 #define N    4

@@ -3,7 +3,7 @@
  * step limits, the window of mats that are integrated and the Jacobians follow. What a scene does
  * not have costs one test per evaluation of all mats.
  *
- * Laws that every scene needs (joint.h, hinge.h, soil.h, friction.h) and the modifications with
+ * Laws that every scene needs (law.h) and the modifications with
  * their memory (mods.h) are not in the table: they are inlined, or called, where engines have their
  * loops. law.h says what all of them have in common.
  *

@@ -8,7 +8,20 @@
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LAW_H
 #define MATRIG_HOST_SIM_ELEMENTS_LAW_H
 
+#include <math.h>
+#include <stdbool.h>
+
+#include "host/sim/scene/scene.h"
+
 #define LAW_INLINE static inline __attribute__((always_inline))
+
+/* A function that is compiled twice; the processor decides which is called. The results have the
+ * same bits. */
+#if defined __x86_64__ && !defined __clang__ /* clang 14 gives clones a name that nobody links to */
+#define VECTOR __attribute__((target_clones("avx2", "default")))
+#else
+#define VECTOR
+#endif
 
 /* LAW_PICKED keeps the compiler from turning the choice of a value back into a branch. */
 #if defined __GNUC__ && __GNUC__ >= 12 && !defined __clang__
@@ -32,6 +45,318 @@ LAW_INLINE double law_least(double a, double b)
 LAW_INLINE double law_most(double a, double b)
 {
     return a > b ? a : b;
+}
+
+/* ---- joint ---- */
+
+/* Joint: what two mats pull each other with along the runway. README.md, "Joint force" and "Chain
+ * and landings".
+ *
+ * At opening g (ft, positive: open), tension positive:
+ *   slack 0:   T = KL g + CL g'
+ *   slack s:   g > s    KL (g - s) + CL g'        hooked
+ *              g < 0    KL g + CL g'              pressed together
+ *              between  0, or what grit gives
+ *   grit G > 0 (with slack): a rigid-plastic stop at `reach`, the opening down to which the grit
+ *   has been compacted. Rigid is as stiff as the joint itself: compression held = -KL (g - reach) -
+ *   CL g', never below 0, never above G. When the spring's part exceeds G, reach moves towards
+ *   closed and the joint transmits G while it closes; at reach = 0 the joint is closed and can
+ *   transmit more. Up to G an open joint gives way by G/KL only (0.0004 in for 10 lb). Pulled open
+ *   again: nothing resists, and reach goes along with the opening; to close it again takes G again.
+ *   Loose grit is not carried away: it falls back into an opened joint. So a joint's state is its
+ *   opening alone, and the final gaps are all that the next landing needs; the compression that
+ *   grit still held at the end is dropped with it (G/KL).
+ *
+ * Sampled (joint_pull, joint_pull_one): the case is looked up from the opening; fixed steps,
+ * solvers/chain.h and landing.h. Located (joint_located_lb): the case is a mode, which holds
+ * while
+ * joint_margin_ft is not negative; the planar models. */
+
+/* What the joints of a scene need; the least is evaluated. */
+enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
+
+/* Parameters that all joints share. */
+struct joint {
+    double kl_lb_ft, cl_lb_s_ft, slack_ft;
+};
+
+/* One joint's grit: the tension down to which grit holds it open (minus its grit), grit/KL, and
+ * reach. */
+struct joint_grit {
+    double hold_lb, give_ft, reach_ft;
+};
+
+struct joint_pull {
+    double lb;
+    double reach_ft; /* from now on; with grit only */
+};
+
+LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
+{
+    return slack_ft <= 0.0 ? JOINT_LINEAR : gritty ? JOINT_GRIT : JOINT_SLACK;
+}
+
+/* Tension at opening g with the damper's part given. Nothing branches, so that a loop over joints
+ * takes several at a time: all cases are computed, and the one that holds is picked. */
+LAW_INLINE struct joint_pull joint_pull(enum joint_law law, const struct joint *joint, double g_ft,
+                                        double damper_lb, struct joint_grit grit)
+{
+    const double kl = joint->kl_lb_ft, slack = joint->slack_ft;
+    double pressed_lb = kl * g_ft + damper_lb;
+    if (law == JOINT_LINEAR)
+        return (struct joint_pull){pressed_lb, 0.0};
+    double bare_lb = g_ft < 0.0 ? pressed_lb : 0.0;
+    double hooked_lb = kl * (g_ft - slack) + damper_lb;
+    if (law == JOINT_SLACK)
+        return (struct joint_pull){g_ft > slack ? hooked_lb : bare_lb, 0.0};
+    double r_ft = grit.reach_ft, hold_lb = grit.hold_lb;
+    double held_lb = kl * (g_ft - r_ft);
+    double yielded_ft = LAW_PICKED(law_most(0.0, g_ft + grit.give_ft));
+    double kept_lb = LAW_PICKED(law_least(0.0, LAW_PICKED(law_most(hold_lb, held_lb + damper_lb))));
+    double yielding_lb = LAW_PICKED(yielded_ft > 0.0 ? hold_lb : bare_lb);
+    double gritty_lb = LAW_PICKED(held_lb < hold_lb ? yielding_lb : kept_lb);
+    double gritty_ft = LAW_PICKED(held_lb < hold_lb ? yielded_ft : r_ft);
+    double closing_lb = LAW_PICKED(r_ft > 0.0 ? gritty_lb : bare_lb);
+    double closing_ft = LAW_PICKED(r_ft > 0.0 ? gritty_ft : 0.0);
+    double free_lb = LAW_PICKED(g_ft >= r_ft ? 0.0 : closing_lb);
+    return (struct joint_pull){g_ft > slack ? hooked_lb : free_lb,
+                               law_least(slack, LAW_PICKED(law_most(g_ft, closing_ft)))};
+}
+
+/* The same bits for a joint by itself (tests/host/test_sim_laws.c): most joints are free, and need
+ * the first lines only. */
+LAW_INLINE struct joint_pull joint_pull_one(enum joint_law law, const struct joint *joint,
+                                            double g_ft, double damper_lb, struct joint_grit grit)
+{
+    const double kl = joint->kl_lb_ft, slack = joint->slack_ft;
+    if (law == JOINT_LINEAR)
+        return (struct joint_pull){kl * g_ft + damper_lb, 0.0};
+    if (g_ft > slack)
+        return (struct joint_pull){kl * (g_ft - slack) + damper_lb, slack};
+    double reach_ft = 0.0;
+    if (law == JOINT_GRIT) {
+        if (g_ft >= grit.reach_ft)
+            return (struct joint_pull){0.0, g_ft};
+        if (grit.reach_ft > 0.0) {
+            double held_lb = kl * (g_ft - grit.reach_ft);
+            if (!(held_lb < grit.hold_lb))
+                return (struct joint_pull){
+                    law_least(0.0, law_most(grit.hold_lb, held_lb + damper_lb)), grit.reach_ft};
+            reach_ft = law_most(0.0, g_ft + grit.give_ft);
+            if (reach_ft > 0.0)
+                return (struct joint_pull){grit.hold_lb, reach_ft};
+        }
+    }
+    return (struct joint_pull){g_ft < 0.0 ? kl * g_ft + damper_lb : 0.0, reach_ft};
+}
+
+/* How far down grit reaches in a joint that is opened by g at the start. */
+LAW_INLINE double joint_first_reach_ft(double g_ft, double slack_ft)
+{
+    return fmin(fmax(g_ft, 0.0), slack_ft);
+}
+
+/* How far the spring is stretched (or pressed), for its energy. */
+LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack_ft,
+                                   double reach_ft)
+{
+    if (law == JOINT_LINEAR)
+        return g_ft;
+    if (g_ft > slack_ft)
+        return g_ft - slack_ft;
+    return fmin(0.0, g_ft - (law == JOINT_GRIT ? reach_ft : 0.0));
+}
+
+/* Mode at opening g: -1 pressed, 0 open, 1 hooked. */
+LAW_INLINE signed char joint_mode(double g_ft, double slack_ft)
+{
+    return g_ft < 0.0 ? -1 : g_ft > slack_ft ? 1 : 0;
+}
+
+/* Whether the joint transmits anything in its mode: its slopes are KL and CL then, 0 else. */
+LAW_INLINE bool joint_transmits(bool slack, int mode)
+{
+    return !slack || mode != 0;
+}
+
+LAW_INLINE double joint_located_lb(const struct joint *joint, bool slack, int mode, double g_ft,
+                                   double rate_ft_s)
+{
+    if (slack) {
+        if (mode == 0)
+            return 0.0;
+        if (mode > 0)
+            g_ft -= joint->slack_ft;
+    }
+    return joint->kl_lb_ft * g_ft + joint->cl_lb_s_ft * rate_ft_s;
+}
+
+/* How far a mode is from its end; a joint keeps its mode until `edge` beyond. */
+LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double edge_ft)
+{
+    if (mode < 0)
+        return edge_ft - g_ft;
+    return edge_ft + (mode > 0 ? g_ft - slack_ft : fmin(g_ft, slack_ft - g_ft));
+}
+
+/* A mat among equal ones, `joined` ends of springs at it and its neighbours: 4 in a chain, fewer
+ * for a single mat. */
+LAW_INLINE struct law_bound joint_bound(const struct joint *joint, double joined, double mass_slug)
+{
+    return (struct law_bound){joined * joint->kl_lb_ft / mass_slug,
+                              joined * joint->cl_lb_s_ft / mass_slug};
+}
+
+/* ---- hinge ---- */
+
+/* Hinge: the moment between two mats that are turned against each other by d. README.md, "Joint
+ * moment". Free up to TAD; beyond, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d + CT
+ * d'. */
+
+/* Mode at turn d: the side of TAD that it is beyond, 0 within. */
+LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
+{
+    return turn_rad > tad_rad ? 1 : turn_rad < -tad_rad ? -1 : 0;
+}
+
+/* How far d is beyond what is free. */
+LAW_INLINE double hinge_wound_rad(bool jumps, int side, double turn_rad, double tad_rad)
+{
+    if (!jumps)
+        turn_rad -= tad_rad * side;
+    return turn_rad;
+}
+
+/* Its slopes are KT and CT while it is engaged. */
+LAW_INLINE double hinge_moment_lb_ft(double kt, double ct, double wound_rad, double rate_rad_s)
+{
+    return kt * wound_rad + ct * rate_rad_s;
+}
+
+LAW_INLINE double hinge_margin_rad(int side, double turn_rad, double tad_rad)
+{
+    return side ? side * turn_rad - tad_rad : tad_rad - fabs(turn_rad);
+}
+
+/* ---- soil ---- */
+
+/* Soil: what a foot of a mat at depth Y (down) stands on. README.md, "Report model" and "Consistent
+ * model". In contact KV Y + CV Y', with slopes KV and CV, else nothing. The report's foot is in
+ * contact from SOIL_TOUCH_FT above the ground on, and may be pulled; the consistent model's soil
+ * only pushes. Fastest rate: that of a mat's end on KV and CV, from the linearised model
+ * (model_fastest_rate), as the mass that a foot moves depends on the mats beside it. */
+
+#define SOIL_TOUCH_FT 1e-9 /* flat mats sit at 0 up to rounding: no lift below this */
+
+LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
+{
+    return kv * y_ft + cv * rate_ft_s;
+}
+
+/* Positive where the soil acts. */
+LAW_INLINE double soil_touch_ft(bool pushes_only, double kv, double cv, double y_ft,
+                                double rate_ft_s)
+{
+    if (!pushes_only)
+        return y_ft + SOIL_TOUCH_FT;
+    return fmin(y_ft, y_ft + cv / kv * rate_ft_s);
+}
+
+LAW_INLINE double soil_margin_ft(bool contact, double touch_ft)
+{
+    return contact ? touch_ft : -touch_ft;
+}
+
+/* ---- friction ---- */
+
+/* Friction: Coulomb friction of a mat on the ground, limit C = f N. README.md, "Friction". Along
+ * the runway, no moment.
+ *
+ * In continuous time (friction_rub_lb) a mat slides to one side or sticks. In a step of constant
+ * force the law `stick` is exact (friction_speed_ft_s). What adds to the hold of the ground, as a
+ * cleat does, adds to C. */
+
+/* Share of C that acts against a speed. `slide`: way a mat slides, law stick; `smooth`: tanh of
+ * speed over veps, law tanh. */
+LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide, double smooth)
+{
+    switch (law) {
+    case SIM_STICK: return slide;
+    case SIM_TANH: return smooth;
+    case SIM_SIGN: return v_ft_s > 0.0 ? 1.0 : v_ft_s < 0.0 ? -1.0 : 0.0;
+    case SIM_NONE: break;
+    }
+    return 0.0;
+}
+
+/* What C takes from the push on a mat that moves. */
+LAW_INLINE double friction_rub_lb(enum sim_friction law, double c_lb, double v_ft_s, int slide,
+                                  double smooth)
+{
+    switch (law) {
+    case SIM_STICK: return slide * c_lb;
+    case SIM_TANH: return c_lb * smooth;
+    case SIM_SIGN: return v_ft_s == 0.0 ? 0.0 : copysign(c_lb, v_ft_s);
+    case SIM_NONE: break;
+    }
+    return 0.0;
+}
+
+/* Slope of the force by speed. */
+LAW_INLINE double friction_slope_lb_s_ft(enum sim_friction law, double c_lb, double share,
+                                         double veps_ft_s)
+{
+    return law == SIM_TANH ? -c_lb * (1.0 - share * share) / veps_ft_s : 0.0;
+}
+
+/* How much more push a mat at rest takes before it slides. */
+LAW_INLINE double friction_margin_lb(double c_lb, double push_lb)
+{
+    return c_lb - fabs(push_lb);
+}
+
+/* Steepest slope: of tanh, as stick and sign are not sloped. */
+LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, double mass_slug,
+                                           double veps_ft_s)
+{
+    return (struct law_bound){0.0, law == SIM_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
+}
+
+/* A mat over a step of constant force with law stick, for a loop over mats: nothing branches. */
+struct friction_step {
+    double after_ft_s; /* right unless it stops and is not held: friction_thrown_back_ft_s */
+    bool stops, held;
+};
+
+LAW_INLINE struct friction_step friction_step(double v_ft_s, double x_lb, double c_lb,
+                                              double per_lb)
+{
+    double brake_lb = x_lb - copysign(c_lb, v_ft_s == 0.0 ? x_lb : v_ft_s);
+    double after_ft_s = v_ft_s + brake_lb * per_lb;
+    bool rests = !(after_ft_s * v_ft_s > 0.0); /* or turns round */
+    bool held = fabs(x_lb) <= c_lb;
+    return (struct friction_step){(rests & held) ? 0.0 : after_ft_s, rests & (v_ft_s != 0.0), held};
+}
+
+/* Speed after h of a mat that a force beyond its Coulomb limit throws back: it stops on the way and
+ * starts again. */
+LAW_INLINE double friction_thrown_back_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
+                                            double mass_slug)
+{
+    double brake_lb = x_lb - copysign(c_lb, v_ft_s);
+    double left_s = h_s + v_ft_s * mass_slug / brake_lb; /* brake and speed have opposite signs */
+    return (x_lb - copysign(c_lb, x_lb)) * (left_s / mass_slug);
+}
+
+/* Speed after h of a mat at v under force x and Coulomb limit c: at rest it stays while |x| <= c;
+ * one whose speed reaches 0 within h is tested again there. `stops` counts those. */
+LAW_INLINE double friction_speed_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
+                                      double mass_slug, unsigned *stops)
+{
+    struct friction_step step = friction_step(v_ft_s, x_lb, c_lb, h_s / mass_slug);
+    *stops += step.stops;
+    return step.stops && !step.held ? friction_thrown_back_ft_s(v_ft_s, x_lb, c_lb, h_s, mass_slug)
+                                    : step.after_ft_s;
 }
 
 #endif

@@ -6,12 +6,11 @@
 
 #include <math.h>
 
-#include "host/sim/elements/friction.h"
-#include "host/sim/elements/hinge.h"
-#include "host/sim/elements/joint.h"
-#include "host/sim/elements/soil.h"
+#include "host/sim/elements/law.h"
 #include "host/sim/models/model.h"
-#include "host/sim/models/vector.h"
+
+/* to[i] = tanh(scale * from[2 i]), i = 0..count-1, to 4e-16 absolute. */
+void vector_tanh(const double *from, double scale, double *to, int count);
 
 #define KERNEL_INLINE static inline __attribute__((always_inline))
 

@@ -5,11 +5,8 @@
 #include <string.h>
 
 #include "host/base/xmalloc.h"
-#include "host/sim/elements/friction.h"
-#include "host/sim/elements/hinge.h"
-#include "host/sim/elements/joint.h"
+#include "host/sim/elements/law.h"
 #include "host/sim/elements/mods.h"
-#include "host/sim/elements/soil.h"
 
 #define DEGREES    (180.0 / 3.14159265358979323846)
 #define START_EDGE 1e-12

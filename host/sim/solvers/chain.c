@@ -7,9 +7,8 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
-#include "host/sim/elements/friction.h"
+#include "host/sim/elements/law.h"
 #include "host/sim/elements/gear.h"
-#include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/elements/wheel.h"
 #include "host/sim/solvers/record.h"
@@ -56,14 +55,12 @@ struct chain {
 #define PADDING   8
 #define ALIGNMENT 64
 
-/* The same arithmetic four mats at a time where the processor can, two at a time where not. */
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
-#define CHAIN_CLONES __attribute__((target_clones("avx2", "default")))
-#define VECTORS      _Pragma("GCC ivdep")
+#define VECTORS _Pragma("GCC ivdep")
 #else
-#define CHAIN_CLONES
 #define VECTORS
 #endif
+
 /* Coulomb limit of a mat without the wheel. */
 static double bare_limit_lb(const struct chain *chain, int mat)
 {
@@ -179,9 +176,9 @@ static struct mods_view chain_view(const struct chain *chain)
     return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
 }
 
-/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch,
- * and after it. Puts the pull of the bands on the riveted mats and wears cleats; first and last grow so
- * that a riveted mat which now moves is among them. */
+/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch.
+ * Puts the pull of the bands on the riveted mats and wears cleats; first and last grow so that a
+ * riveted mat which now moves is among them. chain_unbrace: after it. */
 static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
                         int *first, int *last)
 {
@@ -256,7 +253,7 @@ LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum jo
 }
 
 /* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
-CHAIN_CLONES static void pull_joints(const struct chain *chain, int first, size_t count)
+VECTOR static void pull_joints(const struct chain *chain, int first, size_t count)
 {
     if (chain->joints == JOINT_LINEAR && chain->damped)
         pull(chain, first, count, JOINT_LINEAR, true);
@@ -278,8 +275,8 @@ struct stops {
 };
 
 /* Friction stick: mats at rest, moving and stopping, like the joints without a branch. */
-CHAIN_CLONES static struct stops stick_mats(const struct chain *chain, double h_s, int first,
-                                            size_t count)
+VECTOR static struct stops stick_mats(const struct chain *chain, double h_s, int first,
+                                      size_t count)
 {
     const double *left = chain->tension_lb + first, *right = left + 1;
     const double *thrust = chain->thrust_lb + first, *limit = chain->limit_lb + first;
@@ -405,7 +402,7 @@ static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
     return 0;
 }
 
-CHAIN_CLONES static void chain_drift(struct chain *chain, double h_s, int first, int last)
+VECTOR static void chain_drift(struct chain *chain, double h_s, int first, int last)
 {
     int block = block_of(first);
     size_t count = (size_t)(block_of(last) + BLOCK - block);
@@ -417,7 +414,7 @@ CHAIN_CLONES static void chain_drift(struct chain *chain, double h_s, int first,
 }
 
 /* Keep the largest tensions of the last kick, of joints first..last + 1. */
-CHAIN_CLONES static void chain_note(struct chain *chain, int first, int last)
+VECTOR static void chain_note(struct chain *chain, int first, int last)
 {
     const double *tension = chain->tension_lb;
     double *push = chain->push_lb, *pull_lb = chain->pull_lb;

@@ -1,6 +1,5 @@
 #include <math.h>
 
-#include "host/sim/models/vector.h"
 #include "host/sim/solvers/stepper.h"
 
 /* event: Dormand and Prince's method of order 8 with embedded orders 5 and 3 and dense output of

@@ -9,7 +9,7 @@
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/solvers/error_estimate.h"
-#include "host/sim/elements/soil.h"
+#include "host/sim/elements/law.h"
 
 /* ---- one run ---- */
 

@@ -4,8 +4,7 @@
 #include <stdlib.h>
 
 #include "host/base/xmalloc.h"
-#include "host/sim/elements/friction.h"
-#include "host/sim/elements/hinge.h"
+#include "host/sim/elements/law.h"
 #include "host/sim/models/kernel.h"
 
 static bool engine_settle_ends(struct planar_engine *l, double h_s);

@@ -5,7 +5,7 @@
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 
 #include "host/sim/elements/gear.h"
-#include "host/sim/elements/joint.h"
+#include "host/sim/elements/law.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/models/model.h"
 #include "host/sim/scene/result.h"
@@ -23,7 +23,7 @@ struct planar_engine {
     size_t stored; /* values from z on: all that a march leaves in this */
     double *z;     /* every mat's, all the time */
     double *accel, *u, *v, *height;
-    double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/joint.h */
+    double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/law.h */
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
     /* what modifications and the gear press nodes down with and bend joints by; NULL: nothing */
     double *brace_lb, *brace_lb_ft;

@@ -1,9 +1,289 @@
+/* The equations of both planar models (PLANAR.md, "Models"): their right-hand sides, mass matrix
+ * and Jacobians. */
 #include <math.h>
-/* Mass matrix and Jacobians of both models: derivatives of the very expressions of report.c and
- * consistent.c, mode by mode. Rows and columns are those of p (model.h). */
+#include <stdint.h>
 #include <string.h>
 
 #include "host/sim/models/kernel.h"
+
+/* ---- tanh of many speeds ---- */
+
+#define LOG2_E   1.44269504088896340736
+#define LN2_HIGH 6.93147180369123816490e-01
+#define LN2_LOW  1.90821492927058770002e-10
+/* 1.5 * 2^52: adding it leaves the nearest integer in the last bits */
+#define ROUND    6755399441055744.0
+#define COUNT    4
+
+typedef double four __attribute__((vector_size(8 * COUNT)));
+typedef int64_t four_bits __attribute__((vector_size(8 * COUNT)));
+
+/* tanh x = 1 - 2/(e^2x + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2; Taylor's series ends
+ * below 1e-17. */
+static inline __attribute__((always_inline)) four tanh_of(four x)
+{
+    const four_bits sign = (four_bits)(four){-0.0, -0.0, -0.0, -0.0};
+    four size = (four)((four_bits)x & ~sign);
+    const four_bits small = size < 20.0, most = (four_bits)(four){20.0, 20.0, 20.0, 20.0};
+    four y = 2.0 * (four)((small & (four_bits)size) | (~small & most));
+    four k = y * LOG2_E + ROUND;
+    four whole = k - ROUND;
+    four r = (y - whole * LN2_HIGH) - whole * LN2_LOW;
+    four r2 = r * r, r4 = r2 * r2;
+    four low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6)) + r4 * (1.0 / 24 + r * (1.0 / 120));
+    four high = (1.0 / 720 + r * (1.0 / 5040)) + r2 * (1.0 / 40320 + r * (1.0 / 362880)) +
+                r4 * ((1.0 / 3628800 + r * (1.0 / 39916800)) +
+                      r2 * (1.0 / 479001600 + r * (1.0 / 6227020800)));
+    four power = (four)(((four_bits)k + 1023) << 52);
+    four t = 1.0 - 2.0 / (power * (low + r4 * r2 * high) + 1.0);
+    return (four)((four_bits)t | ((four_bits)x & sign));
+}
+
+VECTOR void vector_tanh(const double *restrict from, double scale, double *restrict to, int count)
+{
+    int i = 0;
+    for (; i + COUNT <= count; i += COUNT) {
+        four x = {from[2 * i], from[2 * i + 2], from[2 * i + 4], from[2 * i + 6]};
+        x = tanh_of(scale * x);
+        memcpy(to + i, &x, sizeof x);
+    }
+    for (; i < count; i++)
+        to[i] = tanh_of((four){scale * from[2 * i]})[0];
+}
+
+/* ---- report model: from one end of the window to the other each mat's angular acceleration is
+ * local, node heights accelerate as its running sum ---- */
+
+/* A flat mat with nothing in its joints, both feet in the same mode. */
+KERNEL_INLINE bool flat_stays(const struct model *m, int n, const struct kernel_mat *mat)
+{
+    return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
+           m->lift[n] == 0 && m->contact[n] == m->contact[n + 1] && n != m->held - 1 &&
+           n != m->held;
+}
+
+KERNEL_INLINE void report_kernel(const struct model *m, double t_s, const double *z, double *accel,
+                                 const struct kernel_parts parts)
+{
+    const double *p = z, *v = z + m->size;
+    const double inverse_length = 1.0 / m->length_ft, inverse_mass = 1.0 / m->mass_slug;
+    const double inverse_inertia = 1.0 / m->inertia, h = m->half_ft;
+    const int first = m->first, last = m->last;
+    struct kernel_thrust thrust = kernel_thrust(m, t_s);
+    kernel_prepare(m, v, parts.law);
+    struct kernel_mat before = kernel_outside(m, first - 1);
+    struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
+    double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
+    double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
+    double soil_l = kernel_soil_lb(m, p, v, first);
+    double height = 0.0, up = 0.0; /* up: share of the time that the held node is up */
+
+    for (int n = first; n <= last; n++) {
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length)
+                                           : kernel_outside(m, n + 1);
+        double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
+        double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
+        double push = tension_r - tension_l;
+        if (n == thrust.mat_a)
+            push += thrust.a_lb;
+        if (n == thrust.mat_b)
+            push += thrust.b_lb;
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.law) * inverse_mass;
+
+        if (flat_stays(m, n, &mat)) { /* nothing turns it: soil_l is soil_r */
+            if (n == first)
+                accel[2 * n] = height = (m->q1_lb - 2.0 * soil_l) * inverse_mass;
+            accel[2 * n + 2] = height;
+            mat = after;
+            tension_l = tension_r;
+            moment_l = moment_r;
+            continue;
+        }
+        double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        double lift = m->lift[n];
+        if (n == m->held)
+            lift += up * (m->held_lift[1] - m->lift[n]);
+        double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
+                         h * mat.s * (tension_l + tension_r);
+        double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
+        double middle = (m->q1_lb - soil_l - soil_r) * inverse_mass;             /* of mat 1 */
+        if (n == m->held - 1) {
+            double level = n == 0 ? -middle / h : -height * inverse_length;
+            double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) *
+                           inverse_inertia;
+            up = shear != 0.0 ? (level - rise) / shear : 0.0;
+            rise = level;
+        }
+        if (n == 0 && m->held == 0)
+            rise = middle / h;
+        if (n == first) {
+            height = first == 0 ? middle - h * rise : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
+            accel[2 * n] = height;
+        }
+        height = n == m->held - 1 ? 0.0 : height + m->length_ft * rise;
+        accel[2 * n + 2] = height;
+        mat = after;
+        tension_l = tension_r;
+        moment_l = moment_r;
+        soil_l = soil_r;
+    }
+}
+
+void report_rates(const struct model *model, double t_s, const double *z,
+                  double *accel){KERNEL_DISPATCH(report_kernel, model, t_s, z, accel)}
+
+/* ---- consistent model: forces on the nodes, then one tridiagonal solve ---- */
+
+KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l,
+                             const struct kernel_mat *r, const struct kernel_parts parts)
+{
+    return parts.given ? m->given_lb[j] : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
+}
+
+KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, const double *v,
+                                       int n, double inverse_length,
+                                       const struct kernel_parts parts)
+{
+    if (parts.parted)
+        return kernel_parted_mat(m, p, v, n, inverse_length);
+    return parts.given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
+                                     : kernel_mat(p, v, n, inverse_length);
+}
+
+/* A mat beyond the window lies on the ground, tilted as that is; where tensions are given nothing
+ * else is looked at. */
+KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inverse_length,
+                                        const struct kernel_parts parts)
+{
+    struct kernel_mat mat = kernel_outside(m, n);
+    if (parts.given && m->tilt_ft && n >= 0 && n < m->mats) {
+        mat.s = m->tilt_ft[n] * inverse_length;
+        mat.c = sqrt(1.0 - mat.s * mat.s);
+    }
+    return mat;
+}
+
+/* What the ground under the right end of mat n pushes with; its own end where that is apart. */
+KERNEL_INLINE double right_soil_lb(const struct model *m, const double *p, const double *v, int n,
+                                   bool apart)
+{
+    const struct parting *parting = m->parting;
+    if (!apart)
+        return kernel_soil_lb(m, p, v, n + 1);
+    return parting->contact[n + 1]
+             ? soil_lb(m->kv, m->cv, parting->y_ft[n + 1], parting->v_ft_s[n + 1])
+             : 0.0;
+}
+
+KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const double *z,
+                                     double *accel, const struct kernel_parts parts)
+{
+    const double *p = z, *v = z + m->size;
+    const double length = m->length_ft, inverse_length = 1.0 / length,
+                 inverse_mass = 1.0 / m->mass_slug;
+    const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
+    const int first = m->first, last = m->last;
+    struct kernel_thrust thrust = kernel_thrust(m, t_s);
+    kernel_prepare(m, v, parts.law);
+    struct kernel_mat before = outside(m, first - 1, inverse_length, parts);
+    struct kernel_mat mat = inside(m, p, v, first, inverse_length, parts);
+    double tension_l = tension(m, first, &before, &mat, parts);
+    double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
+    double soil_l = kernel_soil_lb(m, p, v, first);
+    if (parts.braced)
+        moment_l += m->brace_lb_ft[first];
+    double *upper = m->mass_upper;      /* of the factored mass matrix, per mat */
+    double force = 0.0, diagonal = 0.0; /* of the node at the left end, from the mats before it */
+    double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
+
+    for (int n = first; n <= last; n++) {
+        struct kernel_mat after = n < last ? inside(m, p, v, n + 1, inverse_length, parts)
+                                           : outside(m, n + 1, inverse_length, parts);
+        double tension_r = tension(m, n + 1, &mat, &after, parts);
+        double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
+        bool apart = parts.parted && m->parting->apart[n + 1];
+        double soil_r = right_soil_lb(m, p, v, n, apart);
+        if (parts.braced) {
+            moment_r += m->brace_lb_ft[n + 1];
+            force += m->brace_lb[n];
+        }
+        double push = tension_r - tension_l;
+        if (n == thrust.mat_a)
+            push += thrust.a_lb;
+        if (n == thrust.mat_b)
+            push += thrust.b_lb;
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) *
+                           inverse_mass;
+
+        double turning = moment_r - moment_l - h * mat.s * (tension_l + tension_r);
+        double inverse_lc = inverse_length / mat.c;
+        double g = turning * inverse_lc - m->inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
+        double a = m->inertia * inverse_lc * inverse_lc;
+        double damp_l = parts.given && m->contact[n] ? parts.step_s * m->cv : 0.0;
+        bool touches_r = apart ? m->parting->contact[n + 1] : m->contact[n + 1];
+        double damp_r = parts.given && touches_r ? parts.step_s * m->cv : 0.0;
+        double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
+
+        /* eliminate the left node: nothing else will be added to it */
+        double pivot = diagonal + quarter + a + damp_l - off_before * upper_before;
+        double solved = (force - g + down - soil_l - off_before * solved_before) / pivot;
+        off_before = quarter - a;
+        upper_before = off_before / pivot;
+        if (n == first && first > 0)
+            solved = upper_before = 0.0; /* the window's outermost nodes are held */
+        solved_before = solved;
+        upper[n] = upper_before;
+        accel[2 * n] = solved;
+        diagonal = quarter + a + damp_r;
+        force = g + down - soil_r;
+
+        mat = after;
+        tension_l = tension_r;
+        moment_l = moment_r;
+        soil_l = soil_r;
+        if (apart) { /* nothing else holds that end: the next mat begins anew */
+            double pivot_r = diagonal - off_before * upper_before;
+            m->parting->accel[n + 1] =
+                n < last
+                    ? (force + m->parting->down_lb[n + 1] - off_before * solved_before) / pivot_r
+                    : 0.0;
+            force = diagonal = upper_before = off_before = solved_before = 0.0;
+            soil_l = kernel_soil_lb(m, p, v, n + 1);
+        }
+    }
+    bool apart = parts.parted && m->parting->apart[last + 1];
+    if (parts.braced)
+        force += m->brace_lb[last + 1];
+    accel[2 * last + 2] =
+        apart ? 0.0 : (force - off_before * solved_before) / (diagonal - off_before * upper_before);
+    if (last < m->mats - 1)
+        accel[2 * last + 2] = 0.0;
+    for (int n = last; n >= first; n--)
+        accel[2 * n] -= upper[n] * (parts.parted && m->parting->apart[n + 1]
+                                        ? m->parting->accel[n + 1]
+                                        : accel[2 * n + 2]);
+}
+
+void consistent_rates(const struct model *model, double t_s, const double *z, double *accel)
+{
+    KERNEL_DISPATCH(consistent_kernel, model, t_s, z, accel)
+}
+
+void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
+{
+    if (m->parting)
+        consistent_kernel(m, 0.0, z, accel,
+                          (struct kernel_parts){false, false, true, true, true, SIM_NONE, step_s});
+    else if (m->brace_lb)
+        consistent_kernel(m, 0.0, z, accel,
+                          (struct kernel_parts){false, false, true, true, false, SIM_NONE, step_s});
+    else
+        consistent_kernel(
+            m, 0.0, z, accel,
+            (struct kernel_parts){false, false, true, false, false, SIM_NONE, step_s});
+}
+
+/* ---- mass matrix and Jacobians, mode by mode; rows and columns are those of p (model.h) ---- */
 
 /* Derivatives of a quantity of joint j by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their
  * rates. */
