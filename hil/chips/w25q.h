@@ -1,17 +1,14 @@
 /* W25Q128JV serial NOR memory (Winbond data sheet rev. F): 16 MiB, a slave of SPI
  * (hil/periph/spi.h).
  *
- * Commands: write enable (06, 50, 04), status registers 1 to 3 (05 35 15, 01 31 11), page program
- * (02), erase of 4, 32, 64 KiB and all (20 52 D8 C7 60), read (03), fast read (0B), power-down and
- * release (B9 AB), identification (9F 90 AB), unique id (4B), reset (66 99). The others of the data
- * sheet (dual and quad, suspend, security registers, individual locks, SFDP) stop the run as not
- * modelled. While BUSY, all but status reads and reset are ignored.
+ * Commands: write enable (06), status (05), page program (02), erase of 4 KiB (20), read (03),
+ * power-down and release (B9 AB), identification (9F), reset (66 99). The others of the data sheet
+ * stop the run as not modelled. While BUSY, all but status reads and reset are ignored.
  *
  * Programming turns ones into zeroes and wraps inside its page of 256 bytes. Times are drawn
  * between typical and maximum (hil/periph/cells.h). Commands act when the chip is deselected on a
- * byte boundary; else they do not act. A command on a protected place is ignored and leaves WEL
- * set. The content survives resets and power cuts; an operation that a power cut (or 66 99) ends
- * early leaves its cells half changed. */
+ * byte boundary; else they do not act. The content survives resets and power cuts; an operation
+ * that a power cut (or 66 99) ends early leaves its cells half changed. */
 #ifndef MATRIG_HIL_W25Q_H
 #define MATRIG_HIL_W25Q_H
 
@@ -23,10 +20,6 @@
 #include "hil/core/state.h"
 #include "hil/periph/spi.h"
 
-/* ---- w25q_rules ---- */
-
-/* What the W25Q128JV demands of its master: its rows of hil/periph/rules.def. */
-
 struct hil_rules_device;
 
 /* What its next command is measured from. */
@@ -36,12 +29,6 @@ struct hil_w25q_past {
     uint64_t power_ps; /* when power came */
 };
 
-/* A command's first byte is there: only now is it known what its select had to keep. */
-void hil_w25q_hold_rules(struct hil_rules_device *rules, const struct hil_w25q_past *past,
-                         uint8_t command, double clock_period_ns);
-
-/* ---- w25q ---- */
-
 struct hil_core;
 struct hil_options;
 struct hil_spi_device;
@@ -50,28 +37,8 @@ struct hil_spi_device;
 #define HIL_NOR_SECTOR 4096u
 #define HIL_NOR_PAGE   256u
 
-/* What goes wrong, as bits. */
-enum hil_w25q_fault {
-    /* BUSY for ten times the maximum, then half of the bits are programmed */
-    HIL_W25Q_PROGRAM_ERROR = 1,
-    HIL_W25Q_ERASE_ERROR = 2,    /* likewise */
-    HIL_W25Q_READ_ERROR = 4,     /* of 64 bytes read one has a wrong bit, at random */
-    HIL_W25Q_PROGRAM_SILENT = 8, /* seems to work, changes nothing */
-    HIL_W25Q_ERASE_SILENT = 16,
-    HIL_W25Q_DEAD = 32, /* nothing answers: 0xff */
-};
-
-struct hil_w25q_faults {
-    unsigned kinds;
-    /* addresses concerned, [from, to); an operation that touches them is concerned */
-    uint32_t from, to;
-};
-
 struct hil_w25q {
-    uint8_t status[3];
-    uint8_t written_status[3]; /* what an ongoing status write puts there */
-    bool volatile_enabled;     /* 50h: the next status write does not last */
-    uint8_t lasting_status[3]; /* what a power cut comes back to */
+    uint8_t status;
     bool powered_down, reset_enabled;
     /* the command that is shifted in */
     bool selected;
@@ -80,7 +47,6 @@ struct hil_w25q {
     struct hil_w25q_past past;
     uint32_t count; /* bytes since the chip was selected */
     uint32_t address;
-    uint8_t parameter[2];
     uint8_t page[HIL_NOR_PAGE];
     uint8_t in_page[HIL_NOR_PAGE / 8u]; /* which bytes of it were shifted in */
     uint32_t page_count;
@@ -89,11 +55,10 @@ struct hil_w25q {
     uint32_t first, bytes; /* cells concerned */
     uint64_t begin_ps, end_ps;
     /* over all */
-    uint64_t operations; /* programs, erases and status writes begun since creation */
+    uint64_t operations; /* programs and erases begun since creation */
     uint64_t cut_at;
     unsigned cut_permille;
     uint64_t random;
-    struct hil_w25q_faults faults;
     bool dead, fails_silently; /* by the fault script: the chip; the operation in progress */
     /* sectors that are not all erased (or were not) */
     uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
@@ -127,7 +92,6 @@ struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
 void hil_w25q_power_lost(struct hil_w25q_device *dev);
 void hil_w25q_power_back(struct hil_w25q_device *dev);
 
-void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults);
 /* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of
  * its time after it began. */
 void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille);
@@ -136,36 +100,5 @@ enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address
                              size_t n);
 enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes,
                              size_t n);
-
-/* ---- w25q_commands ---- */
-
-/* Commands of the W25Q128JV that are modelled: data sheet rev. F, 8.1.2. */
-
-enum command {
-    WRITE_STATUS_1 = 0x01,
-    PAGE_PROGRAM = 0x02,
-    READ = 0x03,
-    WRITE_DISABLE = 0x04,
-    READ_STATUS_1 = 0x05,
-    WRITE_ENABLE = 0x06,
-    FAST_READ = 0x0b,
-    WRITE_STATUS_3 = 0x11,
-    READ_STATUS_3 = 0x15,
-    ERASE_4K = 0x20,
-    WRITE_STATUS_2 = 0x31,
-    READ_STATUS_2 = 0x35,
-    UNIQUE_ID = 0x4b,
-    VOLATILE_ENABLE = 0x50,
-    ERASE_32K = 0x52,
-    ERASE_ALL_60 = 0x60,
-    ENABLE_RESET = 0x66,
-    MANUFACTURER_ID = 0x90,
-    RESET = 0x99,
-    JEDEC_ID = 0x9f,
-    RELEASE = 0xab,
-    POWER_DOWN = 0xb9,
-    ERASE_ALL = 0xc7,
-    ERASE_64K = 0xd8,
-};
 
 #endif

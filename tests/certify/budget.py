@@ -43,7 +43,7 @@ def dearest(board, options, from_s, to_s, out):
     counts, until_s = [], from_s
     while until_s <= to_s:
         path = out + "/profile.txt"
-        subprocess.run([board, *options, "--for", "%.3f" % until_s, "--profile", path, "--force"], check=True, stderr=subprocess.DEVNULL)
+        subprocess.run([board, *options, "--for", "%.3f" % until_s, "--profile", path], check=True, stderr=subprocess.DEVNULL)
         counts.append(profile(path, functions))
         until_s += STEP_S
     behind = round(1.0 / STEP_S)
