@@ -17,7 +17,7 @@ void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
 
 static void init(struct hil_events *events)
 {
-    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         events->at_cycle[i] = HIL_NEVER;
         events->at_ps[i] = HIL_NEVER;
     }
@@ -33,19 +33,19 @@ void hil_event_create(struct hil_core *core)
 /* Least of the times with their slots below them, so that of those at the same time the first slot
  * wins; in chains that do not wait for one another. */
 #define SLOT_BITS 5u
-#define CHAINS    4u
-_Static_assert(HIL_EVENT_COUNT % CHAINS == 0 && HIL_EVENT_COUNT <= 1u << SLOT_BITS,
-               "slots in whole steps");
+_Static_assert(HIL_EVENT_SLOTS <= 1u << SLOT_BITS, "slots in their bits");
 
 static void find_next(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
-    uint64_t least[CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
+    uint64_t least[HIL_EVENT_CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
 #pragma GCC unroll 28
-    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         /* cycles of a hundred years take 59 bits */
         uint64_t key = events->at_cycle[i] << SLOT_BITS | i;
-        least[i % CHAINS] = key < least[i % CHAINS] ? key : least[i % CHAINS];
+        least[i % HIL_EVENT_CHAINS] = key < least[i % HIL_EVENT_CHAINS]
+                                        ? key
+                                        : least[i % HIL_EVENT_CHAINS];
     }
     least[0] = least[1] < least[0] ? least[1] : least[0];
     least[2] = least[3] < least[2] ? least[3] : least[2];
@@ -88,7 +88,7 @@ void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t 
 void hil_event_rebase(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
-    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         if (events->at_ps[i] != HIL_NEVER)
             events->at_cycle[i] = hil_clock_cycle(&core->state.clock, events->at_ps[i]);
     }
@@ -130,7 +130,7 @@ void hil_hclk_stand_still(struct hil_core *core)
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
     uint64_t next_ps = HIL_NEVER; /* the end of the run is always there */
-    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         if (events->at_ps[i] < next_ps)
             next_ps = events->at_ps[i];
     }

@@ -157,7 +157,6 @@ enum hil_event_slot {
     HIL_EVENT_TIM2,
     HIL_EVENT_SPI,
     HIL_EVENT_I2C,
-    HIL_EVENT_DMA_MEMORY,
     HIL_EVENT_CAN,
     HIL_EVENT_CAN_OTHER, /* the other node has waited */
     HIL_EVENT_USART_TX,
@@ -167,10 +166,13 @@ enum hil_event_slot {
     HIL_EVENT_TARGET, /* end of the current run_until: last */
     HIL_EVENT_COUNT
 };
+#define HIL_EVENT_CHAINS 4u /* in which the next is looked for; the queue is whole steps of them */
+#define HIL_EVENT_SLOTS \
+    ((HIL_EVENT_COUNT + HIL_EVENT_CHAINS - 1u) / HIL_EVENT_CHAINS * HIL_EVENT_CHAINS)
 
 struct hil_events {
-    uint64_t at_cycle[HIL_EVENT_COUNT];
-    uint64_t at_ps[HIL_EVENT_COUNT]; /* HIL_NEVER: the slot is in cycles */
+    uint64_t at_cycle[HIL_EVENT_SLOTS];
+    uint64_t at_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is in cycles */
     uint64_t next_cycle;             /* earliest of at_cycle */
     unsigned next_slot;              /* the first of the slots that are due then */
 };

@@ -1,12 +1,11 @@
-/* Acceptance filters of bxCAN (RM0090 32.7.4): 14 banks of CAN1, mask or list, one of 32 or two of
- * 16 bits. */
+/* Acceptance filters of bxCAN (RM0090 32.7.4): 14 banks of CAN1, mask or list of 32 bits. */
 #include "hil/periph/can.h"
 
 #define FMR_FINIT 1u
 
 struct best {
     bool any;
-    unsigned rank; /* lower wins: 32-bit before 16-bit, list before mask */
+    unsigned rank; /* lower wins: list before mask */
     unsigned fifo;
     unsigned match;
 };
@@ -15,14 +14,6 @@ static uint32_t image32(const struct hil_can_frame *f)
 {
     uint32_t id = f->extended ? f->id << 3 | 4u : f->id << 21;
     return id | (uint32_t)f->remote << 1;
-}
-
-/* Standard identifier, RTR, IDE, and the upper three bits of the extension. */
-static uint32_t image16(const struct hil_can_frame *f)
-{
-    if (!f->extended)
-        return (f->id & 0x7ffu) << 5 | (uint32_t)f->remote << 4;
-    return (f->id >> 18 & 0x7ffu) << 5 | (uint32_t)f->remote << 4 | 8u | (f->id >> 15 & 7u);
 }
 
 static void offer(struct best *best, bool matches, unsigned rank, unsigned fifo, unsigned match)
@@ -39,33 +30,20 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
     struct best best = {0};
     if (can->fmr & FMR_FINIT) /* nothing is received while filters are written */
         return false;
-    uint32_t wide = image32(frame), narrow = image16(frame);
+    uint32_t wide = image32(frame);
     for (unsigned i = 0; i < banks && i < HIL_CAN_BANKS; i++) {
         unsigned to = can->ffa1r >> i & 1u;
         bool list = (can->fm1r >> i & 1u) != 0;
         bool active = (can->fa1r >> i & 1u) != 0;
         uint32_t a = can->filter[i][0], b = can->filter[i][1];
         unsigned n = number[to];
-        if (can->fs1r >> i & 1u) {
-            if (list) {
-                offer(&best, active && (wide & ~1u) == (a & ~1u), 0, to, n);
-                offer(&best, active && (wide & ~1u) == (b & ~1u), 0, to, n + 1);
-                number[to] += 2;
-            } else {
-                offer(&best, active && ((wide ^ a) & b & ~1u) == 0, 1, to, n);
-                number[to] += 1;
-            }
-        } else if (list) {
-            offer(&best, active && narrow == (a & 0xffffu), 2, to, n);
-            offer(&best, active && narrow == a >> 16, 2, to, n + 1);
-            offer(&best, active && narrow == (b & 0xffffu), 2, to, n + 2);
-            offer(&best, active && narrow == b >> 16, 2, to, n + 3);
-            number[to] += 4;
+        if (list) {
+            offer(&best, active && (wide & ~1u) == (a & ~1u), 0, to, n);
+            offer(&best, active && (wide & ~1u) == (b & ~1u), 0, to, n + 1);
         } else {
-            offer(&best, active && ((narrow ^ a) & (a >> 16) & 0xffffu) == 0, 3, to, n);
-            offer(&best, active && ((narrow ^ b) & (b >> 16) & 0xffffu) == 0, 3, to, n + 1);
-            number[to] += 2;
+            offer(&best, active && ((wide ^ a) & b & ~1u) == 0, 1, to, n);
         }
+        number[to] += list ? 2 : 1;
     }
     *fifo = best.fifo;
     *match = best.match;

@@ -117,6 +117,8 @@ static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t v
             "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
     if (offset >= BANKS && !initialising && (c->fa1r >> (offset - BANKS) / 8u & 1u))
         hil_bus_refuse(dev->core, "the bank of an active filter: silicon ignores it");
+    if (offset == FA1R && (value & ~c->fs1r))
+        hil_bus_refuse(dev->core, "a filter of 16 bits");
     *filter_register(c, offset) = value;
 }
 

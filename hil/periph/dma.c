@@ -4,27 +4,25 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/access.h"
 
-#define LIFCR              0x08u
-#define STREAMS            0x10u /* the first of eight */
-#define STREAM_BYTES       0x18u
-#define CR                 0x00u
-#define FCR                0x14u
-#define CR_EN              1u
-#define CR_CIRC            0x100u
-#define CR_PINC            0x200u
-#define CR_MINC            0x400u
-#define FCR_DMDIS          4u
-#define FCR_RESET          0x21u
+#define LIFCR        0x08u
+#define STREAMS      0x10u /* the first of eight */
+#define STREAM_BYTES 0x18u
+#define CR           0x00u
+#define FCR          0x14u
+#define CR_EN        1u
+#define CR_CIRC      0x100u
+#define CR_PINC      0x200u
+#define CR_MINC      0x400u
+#define FCR_DMDIS    4u
+#define FCR_RESET    0x21u
 /* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF never rise here. */
-#define FLAG_TE            8u
-#define FLAG_HT            16u
-#define FLAG_TC            32u
-#define FLAG_ALL           0x3du
-#define MEMORY_ITEM_CYCLES 6u /* measured order of magnitude: two bus accesses and arbitration */
+#define FLAG_TE      8u
+#define FLAG_HT      16u
+#define FLAG_TC      32u
+#define FLAG_ALL     0x3du
 
 static unsigned flag_shift(unsigned stream)
 {
@@ -184,40 +182,6 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
     account(dev, controller, stream, 1);
 }
 
-/* Memory to memory takes its time, then happens at once. */
-static void memory_start(struct hil_dma_device *dev, const struct hil_dma_stream *s)
-{
-    hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY,
-                        hil_now(dev->core) + (uint64_t)s->ndtr * MEMORY_ITEM_CYCLES);
-}
-
-void hil_dma_memory_event(void *device, uint64_t at)
-{
-    struct hil_dma_device *dev = device;
-    struct hil_dma *dma = &dev->state[1];
-    (void)at;
-    for (unsigned i = 0; i < 8; i++) {
-        struct hil_dma_stream *s = &dma->stream[i];
-        if (!(s->cr & CR_EN) || (s->cr >> 6 & 3u) != 2u)
-            continue;
-        if (hil_memory_stalls(dev->core, s->par))
-            dma->waits_for_flash = true;
-        if (dma->waits_for_flash)
-            return; /* hil_dma_flash_ready starts it again */
-        uint32_t n = s->ndtr * item_bytes(s);
-        const uint8_t *from = reach(dev, s->par, (s->cr & CR_PINC) ? n : item_bytes(s), false);
-        uint8_t *to = reach(dev, s->m0ar, (s->cr & CR_MINC) ? n : item_bytes(s), true);
-        if (!from || !to) {
-            transfer_error(dev, 1, i, from ? s->m0ar : s->par);
-            continue;
-        }
-        for (uint32_t item = 0; item < s->ndtr; item++)
-            memmove(to + ((s->cr & CR_MINC) ? item * item_bytes(s) : 0),
-                    from + ((s->cr & CR_PINC) ? item * item_bytes(s) : 0), item_bytes(s));
-        account(dev, 1, i, s->ndtr);
-    }
-}
-
 static void tell_enabled(const struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
@@ -231,17 +195,11 @@ void hil_dma_flash_ready(void *device)
 {
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = dev->state;
-    if (dma[1].waits_for_flash) {
-        dma[1].waits_for_flash = false;
-        for (unsigned i = 0; i < 8; i++) {
-            if ((dma[1].stream[i].cr & CR_EN) && (dma[1].stream[i].cr >> 6 & 3u) == 2u)
-                memory_start(dev, &dma[1].stream[i]);
-        }
-        tell_enabled(dev, 1);
-    }
-    if (dma[0].waits_for_flash) {
-        dma[0].waits_for_flash = false;
-        tell_enabled(dev, 0);
+    for (unsigned unit = 2; unit-- > 0;) {
+        if (!dma[unit].waits_for_flash)
+            continue;
+        dma[unit].waits_for_flash = false;
+        tell_enabled(dev, unit);
     }
 }
 
@@ -254,8 +212,6 @@ void hil_dma_reset(void *device, unsigned unit)
         dma->stream[i].fcr = FCR_RESET;
         update_irq(dev, unit, i);
     }
-    if (unit == 1)
-        hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY, HIL_NEVER);
 }
 
 /* What the emulator knows of the streams' data is as of the last event; bring it up to now before
@@ -285,11 +241,11 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
     uint32_t direction = s->cr >> 6 & 3u;
-    if (direction == 3 || (direction == 2 && unit == 0))
-        hil_bus_refuse(dev->core, "a direction that this controller does not have");
-    if (direction != 2 && (s->fcr & FCR_DMDIS))
+    if (direction > 1)
+        hil_bus_refuse(dev->core, "memory to memory");
+    if (s->fcr & FCR_DMDIS)
         hil_bus_refuse(dev->core, "FIFO mode between peripheral and memory");
-    if (direction != 2 && (s->cr & CR_PINC))
+    if (s->cr & CR_PINC)
         hil_bus_refuse(dev->core, "peripheral address increment");
     if (flags(dma, stream) || s->ndtr == 0) { /* as silicon: it does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
@@ -298,10 +254,7 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
     }
     s->cr |= CR_EN;
     s->reload = s->ndtr;
-    if (direction == 2)
-        memory_start(dev, s);
-    else
-        tell_enabled(dev, unit);
+    tell_enabled(dev, unit);
 }
 
 static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t value)

@@ -1,5 +1,4 @@
-/* DMA1 and DMA2 (RM0090 10), direct mode between a peripheral and SRAM, and memory to memory on
- * DMA2.
+/* DMA1 and DMA2 (RM0090 10), direct mode between a peripheral and memory.
  *
  * Peripherals that have data or room call hil_dma_write_items / hil_dma_read_items with as many
  * items as moved at that moment; half-transfer and transfer-complete flags rise then. A peripheral
@@ -51,11 +50,10 @@ struct hil_dma_device {
     struct hil_dma_client client[2][HIL_DMA_CLIENTS];
 };
 
-/* For the bus and the event queue; `device` is a struct hil_dma_device. */
+/* For the bus; `device` is a struct hil_dma_device. */
 void hil_dma_reset(void *device, unsigned unit);
 uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset);
 void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
-void hil_dma_memory_event(void *device, uint64_t at);
 
 /* Flash can be read again; `device` is a struct hil_dma_device. */
 void hil_dma_flash_ready(void *device);

@@ -39,7 +39,7 @@
 #define CR_LOCK        (1u << 31)
 #define OPTCR_LOCK     (1u << 0)
 #define OPTCR_STRT     (1u << 1)
-#define OPTCR_WDG_SW   (1u << 5)
+#define OPTIONS_FIXED  0x0fff0020u /* nWRP, WDG_SW: not modelled but as factory new */
 #define OPTCR_BITS     0x0fffffecu
 #define OPTIONS_ERASED 0x0fffffecu /* protection byte 0xff: level 1 */
 #define ROW_BYTES      16u
@@ -65,14 +65,6 @@ static const struct duration erase_128k_time = {{2000000, 1300000, 1000000},
                                                 {4000000, 2600000, 2000000}};
 static const struct duration erase_all_time = {{16000000, 11000000, 8000000},
                                                {32000000, 22000000, 16000000}};
-
-static unsigned sector_of(uint32_t offset)
-{
-    unsigned sector = HIL_FLASH_SECTORS - 1;
-    while (offset < sector_starts[sector])
-        sector--;
-    return sector;
-}
 
 uint32_t hil_flash_sector_start(unsigned sector)
 {
@@ -267,15 +259,11 @@ void hil_flash_reset(struct hil_flash_device *dev)
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
     dev->core->state.bank.boot_rom = hil_flash_boots_rom(dev);
-    if (!(flash->options & OPTCR_WDG_SW))
+    if ((flash->options & OPTIONS_FIXED) != OPTIONS_FIXED)
         hil_core_stop(dev->core, MR_UNMODELLED,
-                      "unmodelled option: hardware watchdog (WDG_SW is 0)");
+                      "unmodelled option bytes 0x%08x: hardware watchdog or write protection",
+                      (unsigned)flash->options);
     update_irq(dev);
-}
-
-static bool is_write_protected(const struct hil_flash_device *dev, unsigned sector)
-{
-    return !(dev->state->options >> (16u + sector) & 1u);
 }
 
 static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size, uint32_t value)
@@ -289,8 +277,6 @@ static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size
         refuse(dev, SR_PGAERR, "store across a row of 128 bits", address);
     } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
         refuse(dev, SR_PGPERR, "store of another width than PSIZE", address);
-    } else if (is_write_protected(dev, sector_of(offset))) {
-        refuse(dev, SR_WRPERR, "store to a write-protected sector", address);
     } else {
         flash->address = offset;
         flash->value = value;
@@ -323,14 +309,6 @@ static void erase(struct hil_flash_device *dev)
                  sector_starts[sector] >= dev->options->type->flash_kib * 1024u)) {
         hil_bus_refuse(dev->core, "a sector number that this flash does not have");
         return;
-    }
-    for (unsigned i = all ? 0 : sector; i < (all ? HIL_FLASH_SECTORS : sector + 1); i++) {
-        if (is_write_protected(dev, i)) {
-            refuse(dev, SR_WRPERR, "erase of a write-protected sector",
-                   HIL_FLASH_BASE + sector_starts[i]);
-            flash->cr &= ~CR_STRT;
-            return;
-        }
     }
     flash->address = all ? 0 : sector_starts[sector];
     flash->size = all ? HIL_FLASH_SIZE : sector_starts[sector + 1] - sector_starts[sector];
@@ -372,6 +350,10 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
         return;
     if (level_of(flash->options) == 2) { /* for ever (3.7.3) */
         refuse(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
+        return;
+    }
+    if ((value & OPTIONS_FIXED) != OPTIONS_FIXED) {
+        hil_bus_refuse(dev->core, "write protection and hardware watchdog by option bytes");
         return;
     }
     bool regression = level_of(flash->options) == 1 && level_of(value) == 0;

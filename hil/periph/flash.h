@@ -12,8 +12,8 @@
  * reset or a power cut ends early leaves cells half changed (hil/periph/cells.h); option bytes cut
  * off read as erased: protection level 1, nothing write-protected (RM0090 3.7.1).
  *
- * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), the hardware
- * watchdog option, programming the one-time area, stop-mode options (there is no stop mode). The
+ * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), write
+ * protection and the hardware watchdog by option bytes, programming the one-time area, stop-mode options (there is no stop mode). The
  * block on flash that silicon has at level 1 for code in RAM after booting from system memory is
  * not modelled: the boot ROM itself refuses. */
 #ifndef MATRIG_HIL_FLASH_H

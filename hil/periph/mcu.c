@@ -132,7 +132,6 @@ static void attach_to_events(struct hil_mcu *mcu)
         {HIL_EVENT_TIM2, hil_tim2_event, &mcu->tim},
         {HIL_EVENT_SPI, hil_spi_event, &mcu->spi},
         {HIL_EVENT_I2C, hil_i2c_event, &mcu->i2c},
-        {HIL_EVENT_DMA_MEMORY, hil_dma_memory_event, &mcu->dma},
         {HIL_EVENT_CAN, hil_can_event, &mcu->can},
         {HIL_EVENT_CAN_OTHER, hil_can_other_event, &mcu->can},
         {HIL_EVENT_USART_TX, hil_usart_tx_event, &mcu->usart},

@@ -9,7 +9,7 @@
 
 #include "hil/periph/can_frame.h"
 #include "hil/periph/cells.h"
-#include "hil/periph/serial_line.h"
+#include "hil/periph/wire.h"
 
 struct hil_board_type;
 struct hil_figures;

@@ -1,5 +1,7 @@
 #include "hil/periph/usart.h"
 
+#include <string.h>
+
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/core/nvic.h"
@@ -10,7 +12,6 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
-#include "hil/periph/serial_line.h"
 
 #define SR         0x00u
 #define DR         0x04u
@@ -35,6 +36,7 @@
 #define CR3_DMAR   64u
 #define CR3_ONEBIT 0x800u
 #define CR3_DMAT   128u
+#define GARBLED    0u /* what arrives where the ends do not agree */
 
 /* USART1 and USART6: RM0090 table 1 (addresses), 43 (requests), 61 (interrupts). */
 static const struct numbers {
@@ -89,9 +91,25 @@ static enum hil_parity host_parity(const struct hil_usart_device *dev)
     return dev->options->host_parity_follows ? parity(dev->state) : dev->options->host_parity;
 }
 
+static unsigned bits_with(enum hil_parity parity)
+{
+    return parity == HIL_PARITY_NONE ? 10u : 11u;
+}
+
+/* Bits of the frame of a byte as they go over the line, first in bit 0: start, data, parity,
+ * stop. */
+static uint32_t frame_levels(uint8_t byte, enum hil_parity parity)
+{
+    uint32_t bits = (uint32_t)byte << 1;
+    bool odd_ones = (__builtin_popcount(byte) & 1) != 0;
+    if (parity == HIL_PARITY_NONE)
+        return bits | 1u << 9;
+    return bits | (uint32_t)(odd_ones != (parity == HIL_PARITY_ODD)) << 9 | 1u << 10;
+}
+
 static uint64_t frame_bits(const struct hil_usart_device *dev)
 {
-    return hil_frame_bits(parity(dev->state));
+    return bits_with(parity(dev->state));
 }
 
 /* Does the other end speak as is programmed: the parity, and a rate near enough (3 %, the tolerance
@@ -104,17 +122,6 @@ static bool line_fits(const struct hil_usart_device *dev)
     double rate = (double)dev->core->state.clock.hclk_hz / (double)bit;
     double ratio = rate / dev->options->host_baud;
     return ratio > 0.97 && ratio < 1.03 && host_parity(dev) == parity(dev->state);
-}
-
-static struct hil_serial_format own_format(const struct hil_usart_device *dev)
-{
-    return (struct hil_serial_format){
-        (double)bit_cycles(dev) / dev->core->state.clock.hclk_hz * 1e12, parity(dev->state)};
-}
-
-static struct hil_serial_format host_format(const struct hil_usart_device *dev)
-{
-    return (struct hil_serial_format){1e12 / dev->options->host_baud, host_parity(dev)};
 }
 
 static bool sends(const struct hil_usart *u)
@@ -150,15 +157,10 @@ static void flush(struct hil_usart_device *dev, uint64_t at)
         dev->core->state.counters.serial_bytes_out += u->out_count;
         dev->wire.serial_out(dev->wire.who, at_ps, u->out, u->out_count);
     } else {
-        struct hil_serial_format own = own_format(dev), host = host_format(dev);
-        struct hil_heard_byte heard[HIL_HEARD_MAX];
         dev->core->state.counters.serial_wrong_rate += u->out_count;
-        for (uint32_t i = 0; connected && i < u->out_count; i++) {
-            unsigned n = hil_serial_hear(u->out[i], i + 1 < u->out_count ? u->out[i + 1] : -1, &own,
-                                         &host, heard);
-            for (unsigned k = 0; k < n; k++)
-                dev->wire.serial_out(dev->wire.who, at_ps, &heard[k].value, 1);
-        }
+        memset(u->out, GARBLED, u->out_count);
+        if (connected)
+            dev->wire.serial_out(dev->wire.who, at_ps, u->out, u->out_count);
     }
     u->out_count = 0;
 }
@@ -252,7 +254,7 @@ void hil_usart_dma_enabled(void *device)
 
 static uint64_t host_frame_ps(const struct hil_usart_device *dev)
 {
-    return hil_frame_bits(host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
+    return bits_with(host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
 }
 
 static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t errors)
@@ -276,24 +278,17 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
 static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = dev->state;
-    struct hil_heard_byte heard[HIL_HEARD_MAX];
     if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) ||
         !is_connected(dev, dev->options->type->serial_in) || !u->brr)
         return;
-    if (line_fits(dev)) {
-        uint32_t levels = parity(u) == HIL_PARITY_NONE
-                            ? 0
-                            : hil_frame_levels(byte, parity(u)) >> 1 & 0x100u;
-        receive_frame(dev, (uint16_t)(levels | byte), errors);
+    if (!line_fits(dev)) {
+        receive_frame(dev, GARBLED, errors | SR_FE);
         return;
     }
-    struct hil_serial_format own = own_format(dev), host = host_format(dev);
-    unsigned n = hil_serial_hear(byte, u->queue_count ? u->queue[u->queue_head] : -1, &host, &own,
-                                 heard);
-    for (unsigned i = 0; i < n; i++)
-        receive_frame(dev, (uint16_t)((heard[i].parity_bit ? 0x100u : 0) | heard[i].value),
-                      errors | (heard[i].framing_error ? SR_FE : 0) |
-                          (heard[i].parity_error ? SR_PE : 0));
+    uint32_t parity_bit = parity(u) == HIL_PARITY_NONE
+                            ? 0
+                            : frame_levels(byte, parity(u)) >> 1 & 0x100u;
+    receive_frame(dev, (uint16_t)(parity_bit | byte), errors);
 }
 
 bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
@@ -308,7 +303,7 @@ bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
     if (!u->queue_count || end_ps == HIL_NEVER || now_ps >= end_ps || now_ps + frame_ps < end_ps)
         return true;
     uint64_t bit = (now_ps + frame_ps - end_ps) * dev->options->host_baud / HIL_SECOND_PS;
-    return (hil_frame_levels(u->queue[u->queue_head], host_parity(dev)) >> bit & 1u) != 0;
+    return (frame_levels(u->queue[u->queue_head], host_parity(dev)) >> bit & 1u) != 0;
 }
 
 /* A byte comes to the end of the line, as the faults of the line leave it. */

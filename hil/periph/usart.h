@@ -2,7 +2,7 @@
  * call.
  *
  * Bytes leave back to back at the programmed rate. Where the rates differ by more than 3 %, or the
- * parity, each byte is heard as hil/periph/serial_line.h says, and what leaves is counted; what
+ * parity, each byte arrives as 0 with a framing error, and what leaves is counted; what
  * leaves while PA9 is not USART1_TX is lost. Bytes that arrive are spaced at the other end's rate,
  * and PA10 shows their bits. */
 #ifndef MATRIG_HIL_USART_H

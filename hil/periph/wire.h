@@ -10,6 +10,7 @@
 
 struct hil_can_frame;
 
+enum hil_parity { HIL_PARITY_NONE, HIL_PARITY_EVEN, HIL_PARITY_ODD };
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
 enum hil_line_fault {
     HIL_DROP,

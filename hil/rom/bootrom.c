@@ -9,8 +9,8 @@
  * with SysTick; the original promises 1200 to 115200 Baud, this one also works somewhat above.
  *
  * Different from ST's: CAN2, USB and USART3 are not listened to; flash is programmed x32 where
- * alignment allows, else x8, with no way to choose; option bytes cannot be written by Write
- * Memory. */
+ * alignment allows, else x8, with no way to choose; there are no commands for write protection, and
+ * option bytes cannot be written by Write Memory. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -321,8 +321,8 @@ static bool get_address(uint32_t *address)
     return get() == sum && !line_error;
 }
 
-static const uint8_t get_reply[] = {11,   VERSION, 0x00, 0x01, 0x02, 0x11, 0x21,
-                                    0x31, 0x44,    0x63, 0x73, 0x82, 0x92};
+static const uint8_t get_reply[] = {9,    VERSION, 0x00, 0x01, 0x02, 0x11,
+                                    0x21, 0x31,    0x44, 0x82, 0x92};
 static const uint8_t version_reply[] = {VERSION, 0, 0};
 static const uint8_t id_reply[] = {1, 0x04, 0x13};
 
@@ -429,27 +429,6 @@ static void command_erase(void)
     answer(good);
 }
 
-static void command_write_protect(void)
-{
-    uint8_t n, sum;
-    uint32_t protect = 0;
-    bool good = true;
-    answer(true);
-    line_error = false;
-    n = sum = get();
-    for (unsigned i = 0; i <= n; i++) {
-        uint8_t sector = get();
-        sum ^= sector;
-        good = good && sector < SECTORS;
-        protect |= good ? 1u << (16u + sector) : 0;
-    }
-    good = get() == sum && !line_error && good;
-    if (good)
-        options_program(protect, 0);
-    if (answer(good))
-        system_reset();
-}
-
 static void change_options(uint32_t clear, uint32_t set)
 {
     answer(true);
@@ -493,8 +472,6 @@ static void obey(uint8_t command)
     case 0x21: command_go(); break;
     case 0x31: command_write(); break;
     case 0x44: command_erase(); break;
-    case 0x63: command_write_protect(); break;
-    case 0x73: change_options(0, 0xfffu << 16); break;        /* write unprotect */
     case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* readout protect */
     case 0x92: command_readout_unprotect(); break;
     default: answer(false); break;

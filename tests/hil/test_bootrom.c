@@ -155,7 +155,7 @@ TEST(test_identity)
 {
     struct host *host = chip_ready(NULL);
     assert_int_equal(command(host, 0x00), ACK);
-    expect(host, "\x0b\x31\x00\x01\x02\x11\x21\x31\x44\x63\x73\x82\x92\x79", 14);
+    expect(host, "\x09\x31\x00\x01\x02\x11\x21\x31\x44\x82\x92\x79", 12);
     assert_int_equal(command(host, 0x01), ACK);
     expect(host, "\x31\x00\x00\x79", 4);
     assert_int_equal(command(host, 0x02), ACK);
@@ -287,7 +287,7 @@ TEST(test_readout_protection)
     wait_ps(host, HIL_MS_PS);
     assert_int_equal(hil_board_counters(host->board)->resets, 1);
     sync_host(host); /* after the reset it measures anew */
-    static const uint8_t refused[] = {0x11, 0x21, 0x31, 0x44, 0x63, 0x73, 0x82};
+    static const uint8_t refused[] = {0x11, 0x21, 0x31, 0x44, 0x82};
     for (unsigned i = 0; i < sizeof refused; i++)
         assert_int_equal(command(host, refused[i]), NACK);
     assert_int_equal(command(host, 0x02), ACK);
@@ -300,29 +300,6 @@ TEST(test_readout_protection)
     sync_host(host);
     assert_int_equal(read_memory(host, FLASH, back, 4), ACK);
     assert_memory_equal(back, "\xff\xff\xff\xff", 4);
-    done(host);
-}
-
-/* A write-protected sector is neither programmed nor erased, without an error (AN3155 notes), until
- * unprotected. */
-TEST(test_write_protection)
-{
-    struct host *host = chip_ready(NULL);
-    assert_int_equal(write_memory(host, SECTOR_1, program, 4), ACK);
-    assert_int_equal(command(host, 0x63), ACK);
-    assert_int_equal(checked(host, (const uint8_t *)"\x00\x01", 2, 1000), ACK);
-    wait_ps(host, HIL_MS_PS);
-    sync_host(host);
-    assert_int_equal(write_memory(host, SECTOR_1 + 4, program, 4), ACK);
-    assert_int_equal(erase(host, (const uint8_t *)"\x00\x00\x00\x01", 4), ACK);
-    assert_int_equal(bench_word(host->board, SECTOR_1), 0x20018000);
-    assert_int_equal(bench_word(host->board, SECTOR_1 + 4), 0xffffffff);
-    assert_int_equal(command(host, 0x73), ACK);
-    assert_int_equal(next_within(host, 1000), ACK);
-    wait_ps(host, HIL_MS_PS);
-    sync_host(host);
-    assert_int_equal(erase(host, (const uint8_t *)"\x00\x00\x00\x01", 4), ACK);
-    assert_int_equal(bench_word(host->board, SECTOR_1), 0xffffffff);
     done(host);
 }
 

@@ -186,15 +186,15 @@ TEST(test_bus_off)
     hil_board_destroy(board);
 }
 
-/* Filters: 32-bit list before mask, numbers counted per FIFO over all banks. Bank 0: 16-bit masks
- * to FIFO 0 (2 filters), bank 1: 32-bit list to FIFO 1 (2), bank 2: 32-bit mask to FIFO 0 (1). */
+/* Filters: list before mask, numbers counted per FIFO over all banks. Bank 0: a mask to FIFO 0 (1
+ * filter), bank 1: a list to FIFO 1 (2), bank 2: a mask to FIFO 0 (1). */
 TEST(test_filters)
 {
-    struct hil_can can = {.fmr = 14u << 8, .fs1r = 6, .fm1r = 2, .ffa1r = 2, .fa1r = 7};
+    struct hil_can can = {.fmr = 14u << 8, .fs1r = 7, .fm1r = 2, .ffa1r = 2, .fa1r = 7};
     struct hil_can_frame frame = {.id = 0x123};
     unsigned fifo, match;
-    can.filter[0][0] = 0xffffu << 16 | 0x100u << 5; /* exactly 0x100 */
-    can.filter[0][1] = 0xe000u << 16 | 0x600u << 5; /* 0x600 to 0x6ff */
+    can.filter[0][0] = 0x600u << 21;
+    can.filter[0][1] = 0x700u << 21; /* 0x600 to 0x6ff */
     can.filter[1][0] = 0x123u << 21;
     can.filter[1][1] = 0x1abcdefu << 3 | 4u; /* extended */
     can.filter[2][0] = 0x120u << 21;
@@ -208,10 +208,10 @@ TEST(test_filters)
     frame.id = 0x124;
     assert_true(hil_can_filter(&can, &frame, &fifo, &match));
     assert_int_equal(fifo, 0);
-    assert_int_equal(match, 2);
+    assert_int_equal(match, 1);
     frame.id = 0x6aa;
     assert_true(hil_can_filter(&can, &frame, &fifo, &match));
-    assert_int_equal(match, 1);
+    assert_int_equal(match, 0);
     frame = (struct hil_can_frame){.id = 0x1abcdef, .extended = true};
     assert_true(hil_can_filter(&can, &frame, &fifo, &match));
     assert_int_equal(fifo, 1);

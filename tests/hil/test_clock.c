@@ -27,20 +27,6 @@ TEST(test_start)
     hil_board_destroy(board);
 }
 
-/* DMA2 copies memory within its reach, and answers a copy to the CCM with a transfer error. */
-TEST(test_memory_to_memory)
-{
-    struct hil_board *board = started(NULL, 0);
-    bench_run(board, 5 * HIL_MS_PS);
-    assert_int_equal(bench_result(board, 6), 0x30); /* HTIF, TCIF */
-    for (unsigned i = 0; i < 8; i++)
-        assert_int_equal(bench_result(board, 8 + i), bench_word(board, 0x08000000u + 4u * i));
-    assert_int_not_equal(bench_result(board, 8), 0);
-    assert_int_equal(bench_result(board, 7), 0x08); /* TEIF */
-    assert_int_equal(bench_word(board, 0x10000000u), 0);
-    hil_board_destroy(board);
-}
-
 /* Without a crystal the wait gives up, and the board is still at 16 MHz, with the error of its
  * oscillator. */
 TEST(test_no_crystal)

@@ -145,42 +145,26 @@ TEST(test_no_stall_in_ram)
     hil_board_destroy(board);
 }
 
-/* A copy by DMA out of flash waits for the erase too. */
-TEST(test_dma_waits)
-{
-    static const uint32_t words[4] = {0x01020304, 0x05060708, 0x090a0b0c, 0x0d0e0f10};
-    struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 5, 1, 0);
-    assert_int_equal(hil_board_poke(board, 0x08008000, words, sizeof words), MR_OK);
-    bench_run(board, 200 * HIL_MS_PS);
-    uint32_t copied = bench_result(board, 8);
-    assert_int_equal(bench_word(board, copied), 0);
-    finish(board, HIL_SECOND_PS);
-    for (unsigned i = 0; i < 4; i++)
-        assert_int_equal(bench_word(board, copied + 4 * i), words[i]);
-    hil_board_destroy(board);
-}
-
-/* Option bytes: factory values, write protection of sector 1, kept through a power cut. */
+/* Option bytes: factory values; a brown-out level, kept through a power cut; write protection is
+ * refused. */
 TEST(test_options)
 {
-    struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 6, 0x0ffdaaec, 0);
+    struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 6, 0x0fffaae8, 0);
     finish(board, HIL_SECOND_PS);
     assert_int_equal(bench_result(board, 1), 0x0fffaaed);
     assert_int_equal(bench_result(board, 2), 0x5513aaec); /* value below, complement above */
     assert_int_equal(bench_result(board, 3), 0xf0000fff);
-    for (unsigned i = 5; i < 8; i++)
-        /* WRPERR: sector erase, store, mass erase */
-        assert_int_equal(bench_result(board, i), 0x10);
     hil_supply_cut(&board->supply);
     bench_run(board, hil_board_now_ps(board) + 70 * HIL_NS_PS);
     assert_int_equal(hil_board_counters(board)->power_cuts, 1);
     /* RAM is noise now, and main has not looked yet */
     assert_int_not_equal(bench_result(board, 43), 0x600d);
     bench_control(board, 0, 6);
-    bench_control(board, 1, 0);
-    finish(board, hil_board_now_ps(board) + HIL_SECOND_PS);
-    assert_int_equal(bench_result(board, 1), 0x0ffdaaed);
-    assert_int_equal(bench_result(board, 5), 0x10);
+    bench_control(board, 1, 0x0ffdaaec);
+    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_SECOND_PS),
+                     MR_UNMODELLED);
+    assert_int_equal(bench_result(board, 1), 0x0fffaae9);
+    assert_non_null(strstr(hil_board_reason(board), "write protection"));
     hil_board_destroy(board);
 }
 

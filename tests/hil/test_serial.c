@@ -46,16 +46,14 @@ TEST(test_send)
     hil_board_destroy(board);
 }
 
-/* Twice the divider: half the rate, so that the other end sees each bit twice. Byte 1 is low twice,
- * high twice, low: after the start bit it reads 0, 1, 1, 0 ...; byte 2 likewise a bit later. The
- * first byte has no stop bit left (0). */
+/* Twice the divider: half the rate. */
 TEST(test_wrong_rate)
 {
     struct heard heard;
     struct hil_board *board = talking(84, 0, &heard);
-    assert_in_range(heard.count, 100, 256);
-    assert_int_equal(heard.bytes[0], 0x06);
-    assert_int_equal(heard.bytes[1], 0x18);
+    assert_int_equal(heard.count, 100);
+    for (unsigned i = 0; i < 100; i++)
+        assert_int_not_equal(heard.bytes[i], i + 1);
     assert_int_equal(hil_board_counters(board)->serial_wrong_rate, 100);
     assert_int_equal(hil_board_counters(board)->serial_bytes_out, 0);
     hil_board_destroy(board);

@@ -15,7 +15,6 @@
 #define SECTOR_2 0x08008000u
 
 static uint32_t ram_code[64];
-static uint32_t copied[4];
 
 void systick(void)
 {
@@ -163,18 +162,8 @@ static void erase_from_ram(void)
     for (unsigned i = 0; i < 64; i++)
         ram_code[i] = from[i];
     unlock();
-    if (control[1]) { /* DMA2 stream 0, flash to SRAM, while the bank is busy */
-        REG(0x40023830u) |= 1u << 22;
-        REG(0x40026414u) = 4;
-        REG(0x40026418u) = SECTOR_2;
-        REG(0x4002641cu) = (uint32_t)(uintptr_t)copied;
-        results[8] = (uint32_t)(uintptr_t)copied;
-    }
-    results[5] = control[1];
     void (*run)(volatile uint32_t *,
                 uint32_t) = (void (*)(volatile uint32_t *, uint32_t))((uintptr_t)ram_code | 1u);
-    if (control[1])
-        REG(0x40026410u) = 2u << 13 | 2u << 11 | 1u << 10 | 1u << 9 | 2u << 6 | 1u;
     run(results, control[2]);
 }
 
@@ -191,18 +180,6 @@ static void options(void)
         wait();
         results[4] = OPTCR;
     }
-    unlock();
-    CR = PSIZE(2) | 1u << 3 | 1u << 1 | STRT;
-    wait();
-    results[5] = SR;
-    SR = 0xf3;
-    CR = PSIZE(2) | 1u;
-    REG(SECTOR_1) = 0;
-    wait();
-    results[6] = SR;
-    SR = 0xf3;
-    CR = PSIZE(2) | 1u << 2 | STRT;
-    results[7] = SR;
 }
 
 static void words(void)
