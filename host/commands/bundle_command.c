@@ -10,7 +10,7 @@
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
 #include "host/board/imagefile.h"
-#include "host/replay/image.h"
+#include "host/replay/board.h"
 #include "host/store/store.h"
 
 struct request {

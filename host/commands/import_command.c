@@ -4,9 +4,7 @@
 
 #include "host/base/answer.h"
 #include "host/commands/commands.h"
-#include "host/exchange/readings.h"
 #include "host/exchange/import.h"
-#include "host/exchange/landing_import.h"
 #include "host/link/link.h"
 #include "host/store/store_same.h"
 
@@ -186,9 +184,12 @@ static enum mr_status describe(const struct textfile *file, const struct import_
     snprintf(row->sha256, sizeof row->sha256, "%s", file->sha256);
     row->bytes = (int64_t)file->length;
     if (map) {
-        enum mr_status status = mapping_load(map, mapping, error);
-        if (status != MR_OK)
-            return status;
+        struct textfile text;
+        if (textfile_open(map, &text, error) == MR_OK)
+            mapping_parse(text.text, text.length, map, mapping, error);
+        textfile_close(&text);
+        if (error->status != MR_OK)
+            return error->status;
     }
     bool csv = mapping->text && !mapping->signals;
     row->mapping = mapping->text;

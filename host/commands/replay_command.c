@@ -12,7 +12,6 @@
 #include "host/base/process.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
-#include "host/replay/image.h"
 #include "host/replay/input.h"
 #include "host/base/command.h"
 #include "host/base/xmalloc.h"

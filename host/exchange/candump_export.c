@@ -1,4 +1,4 @@
-#include "host/exchange/candump_export.h"
+#include "host/exchange/export.h"
 
 #include <math.h>
 #include <string.h>

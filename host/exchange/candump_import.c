@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "host/collect/collect.h"
-#include "host/exchange/readings.h"
+#include "host/exchange/import.h"
 
 /* Another process may want to write: it waits 5 s. */
 #define COMMIT_US     200000u

@@ -1,4 +1,4 @@
-#include "host/exchange/dbc.h"
+#include "host/exchange/export.h"
 
 #include <stdbool.h>
 #include <string.h>

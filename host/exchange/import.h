@@ -1,11 +1,39 @@
-/* matrig import: files of other programs into the campaign. What each kind of file needs, and what
- * came of it. */
+/* matrig import: files of other programs into the campaign. Candump logs of our own boards, and
+ * readings of other instruments by a mapping: a table of numbers as other programs write it, or the
+ * signals of CAN frames in a candump log. A line that is none is passed over and counted; the
+ * verdict names the first. */
 #ifndef MATRIG_HOST_EXCHANGE_IMPORT_H
 #define MATRIG_HOST_EXCHANGE_IMPORT_H
 
 #include "host/base/cli.h"
-#include "host/exchange/textfile.h"
+#include "host/exchange/mapping.h"
+#include "host/link/candump.h"
 #include "host/store/store_import.h"
+
+/* A whole file as text, with its SHA-256. */
+struct textfile {
+    char *text; /* no final zero */
+    size_t length;
+    char sha256[65];
+};
+
+/* MR_IO: cannot be read. Release with textfile_close, also after an error. */
+enum mr_status textfile_open(const char *path, struct textfile *file, struct error *error);
+void textfile_close(struct textfile *file);
+
+/* What became of a file that was read: what is good of it is kept, whatever the verdict. */
+struct verdict {
+    enum mr_status status; /* MR_OK complete, MR_TRUNCATED, MR_MALFORMED */
+    size_t line, column;   /* from 1: of the first thing wrong */
+    size_t bad_lines;      /* passed over */
+    const char *what;      /* is wrong there; static storage */
+};
+/* The first one holds. */
+void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
+                 const char *what);
+/* "complete", "truncated at line 7, column 12: ...", "malformed at line ...; 3 lines were passed
+ * over". */
+void verdict_text(const struct verdict *verdict, char *out, size_t size);
 
 #define IMPORT_RUNS_MAX 1000u
 
@@ -38,5 +66,47 @@ enum mr_status import_candump_check(const struct textfile *file,
 enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
+
+/* Fills the series of the mapping's channels. A line that is no row is passed over; the verdict
+ * names the first. MR_MALFORMED: a column is not there, no row is good, or more than one in ten is
+ * not. `rows`: taken. */
+enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
+                        size_t *rows, struct verdict *verdict, struct error *error);
+
+/* A candump log in memory, frame by frame. */
+struct candump_log {
+    const char *text, *end;
+    const char *at;
+    size_t line;           /* the last one taken, from 1 */
+    const char *interface; /* NULL: any; else frames of others are counted alone */
+    size_t interface_length;
+    size_t elsewhere; /* frames of other interfaces */
+    struct verdict verdict;
+};
+
+void candump_log_start(struct candump_log *log, const char *text, size_t length,
+                       const char *interface);
+/* False: the end; the verdict stands then. The line's interface lies in the text. */
+bool candump_log_next(struct candump_log *log, struct candump_line *line);
+
+/* Frames of other instruments: the mapping's series from a candump log, times in s since its first
+ * frame. MR_MALFORMED: none of them is in it. */
+enum mr_status import_read_signals(const struct textfile *file,
+                                   const struct import_request *request, struct mapping *mapping,
+                                   struct import_result *result, struct error *error);
+
+/* The series of the mapping as one landing of a session of its own, in the transaction that is
+ * open. By 1 ms blocks: faster samples as their mean over a block, slower ones by straight lines
+ * between them; a gap stays one. With request->like the gear, switches, survey and configuration
+ * are that landing's, and time is its time. MR_MALFORMED: nothing to put in a landing, or more than
+ * an hour; MR_USAGE. */
+enum mr_status import_landing(struct store *store, struct mapping *mapping,
+                              const struct import_request *request, struct import_result *result,
+                              struct error *error);
+
+/* One channel by blocks, its time in us of the board: reading[i] is that of block first + i; NaN:
+ * missing. `usual_us`: between samples. Pure, for tests. */
+void import_resample(const struct series *series, double base_us, double usual_us, double gap_us,
+                     int64_t first, size_t blocks, float *reading);
 
 #endif

@@ -1,4 +1,4 @@
-#include "host/exchange/landing_import.h"
+#include "host/exchange/import.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -91,10 +91,8 @@ struct mapping {
     char *text; /* as JSON, what the campaign keeps */
 };
 
-/* MR_IO, MR_MALFORMED: names the key. The caller releases it with mapping_free, also after an
- * error. */
-enum mr_status mapping_load(const char *path, struct mapping *mapping, struct error *error);
-/* The same from text; `path` for errors. */
+/* `path`: for errors. MR_MALFORMED: says where. The caller releases it with mapping_free, also
+ * after an error. */
 enum mr_status mapping_parse(const char *text, size_t length, const char *path,
                              struct mapping *mapping, struct error *error);
 void mapping_free(struct mapping *mapping);

@@ -1,4 +1,4 @@
-#include "host/exchange/mdf4_export.h"
+#include "host/exchange/export.h"
 
 #include <math.h>
 #include <md5.h>
@@ -9,7 +9,6 @@
 #include "host/analyse/summary.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
-#include "host/exchange/dbc.h"
 
 /* MDF4: measurement data as ASAM's MDF 4.10 has it, put together in memory and written in one
  * piece.

@@ -1,14 +1,75 @@
-#include "host/exchange/readings.h"
+#include "host/exchange/import.h"
 
+#include <errno.h>
 #include <math.h>
+#include <sha2.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/decimal.h"
 #include "host/base/xmalloc.h"
-#include "host/exchange/import.h"
-#include "host/exchange/mapping.h"
+
+/* ---- files ---- */
+
+enum mr_status textfile_open(const char *path, struct textfile *file, struct error *error)
+{
+    size_t room = 0, count;
+    char *text = NULL;
+    *file = (struct textfile){0};
+    FILE *stream = fopen(path, "r");
+    if (!stream)
+        return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
+                         path);
+    do {
+        room = room ? 2 * room : 65536;
+        text = xrealloc(text, room);
+        count = fread(text + file->length, 1, room - file->length, stream);
+        file->length += count;
+    } while (file->length == room);
+    file->text = text;
+    bool failed = ferror(stream) != 0; /* a folder, too */
+    fclose(stream);
+    if (failed)
+        return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(errno),
+                         path);
+    SHA2_CTX sha;
+    SHA256Init(&sha);
+    SHA256Update(&sha, (const uint8_t *)file->text, file->length);
+    SHA256End(&sha, file->sha256);
+    return MR_OK;
+}
+
+void textfile_close(struct textfile *file)
+{
+    free(file->text);
+    file->text = NULL;
+}
+
+void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
+                 const char *what)
+{
+    if (verdict->status != MR_OK)
+        return;
+    verdict->status = status;
+    verdict->line = line;
+    verdict->column = column;
+    verdict->what = what;
+}
+
+void verdict_text(const struct verdict *verdict, char *out, size_t size)
+{
+    if (verdict->status == MR_OK) {
+        snprintf(out, size, "complete");
+        return;
+    }
+    int n = snprintf(out, size, "%s at line %zu, column %zu: %s",
+                     verdict->status == MR_TRUNCATED ? "truncated" : "malformed", verdict->line,
+                     verdict->column, verdict->what);
+    if (verdict->bad_lines && n > 0 && (size_t)n < size)
+        snprintf(out + n, size - (size_t)n, "; %zu %s passed over", verdict->bad_lines,
+                 verdict->bad_lines == 1 ? "line was" : "lines were");
+}
 
 /* ---- a candump log ---- */
 
@@ -63,87 +124,19 @@ bool candump_log_next(struct candump_log *log, struct candump_line *line)
     return false;
 }
 
-/* ---- strays ---- */
+/* ---- times ---- */
 
-/* Rows of a table, or frames of a log, whose time lies far from that of the others: one wrong digit
- * of a time makes a record that is hours long. Rows without a pause of STRAY_PAUSE_S are a group; a
- * group is stray when it is small beside the largest. */
-#define STRAY_PAUSE_S     60.0
-#define STRAY_TIME_MOST_S 1e12 /* beyond the year 30000: no clock shows it */
+#define JUMP_MOST_S 60.0
+#define TIME_MOST_S 1e12 /* beyond the year 30000: no clock shows it */
 
-struct stray {
-    struct stray_group {
-        double first_s, last_s;
-        double before_s;   /* the last but one; first_s when there is one row alone */
-        size_t line, rows; /* line: of the first row */
-    } * group;
-    size_t groups;
-};
-#define FEW_ROWS 2u
-#define SHARE    100u /* more than a hundredth of the largest group is a part of the record */
-
-static void stray_add(struct stray *stray, double time_s, size_t line)
+/* NULL: the time goes on from the last one, NaN: none yet. A longer pause is no part of a landing:
+ * one wrong digit of a time must not cost all that follow. */
+static const char *wrong_time(double time_s, double last_s)
 {
-    struct stray_group *last = stray->groups ? &stray->group[stray->groups - 1] : NULL;
-    if (last && time_s - last->last_s <= STRAY_PAUSE_S) {
-        last->before_s = last->last_s;
-        last->last_s = time_s;
-        last->rows++;
-        return;
-    }
-    xlist_grow(&stray->group, stray->groups, sizeof *stray->group);
-    stray->group[stray->groups++] = (struct stray_group){time_s, time_s, time_s, line, 1};
-}
-
-static void stray_take_back(struct stray *stray)
-{
-    struct stray_group *last = stray->groups ? &stray->group[stray->groups - 1] : NULL;
-    if (!last)
-        return;
-    last->last_s = last->before_s;
-    if (--last->rows == 0)
-        stray->groups--;
-}
-
-static void cut_group(struct series *series, const struct stray_group *group)
-{
-    size_t from = 0, to;
-    while (from < series->count && series->time_s[from] < group->first_s)
-        from++;
-    for (to = from; to < series->count && series->time_s[to] <= group->last_s; to++)
-        continue;
-    size_t rest = series->count - to;
-    if (to == from)
-        return;
-    memmove(series->time_s + from, series->time_s + to, rest * sizeof *series->time_s);
-    memmove(series->value + from, series->value + to, rest * sizeof *series->value);
-    series->count = from + rest;
-}
-
-static size_t stray_cut(const struct stray *stray, struct mapping_channel *channel, size_t channels,
-                        struct verdict *verdict)
-{
-    size_t most = 0, rows = 0;
-    for (size_t g = 0; g < stray->groups; g++)
-        most = stray->group[g].rows > most ? stray->group[g].rows : most;
-    for (size_t g = 0; g < stray->groups; g++) {
-        const struct stray_group *group = &stray->group[g];
-        if (group->rows == most || (group->rows > FEW_ROWS && group->rows > most / SHARE))
-            continue;
-        for (size_t c = 0; c < channels; c++)
-            cut_group(&channel[c].series, group);
-        rows += group->rows;
-        verdict_set(verdict, MR_MALFORMED, group->line, 1,
-                    "the time is more than a minute from the others");
-    }
-    verdict->bad_lines += rows;
-    return rows;
-}
-
-static void stray_free(struct stray *stray)
-{
-    free(stray->group);
-    *stray = (struct stray){0};
+    return !(fabs(time_s) <= TIME_MOST_S) ? "a time that no clock shows"
+         : time_s <= last_s               ? "the time does not go on"
+         : time_s - last_s > JUMP_MOST_S  ? "the time jumps by more than a minute"
+                                          : NULL;
 }
 
 /* ---- a table ---- */
@@ -163,11 +156,9 @@ struct table {
     struct verdict *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
-    size_t fields, columns;  /* of this line; of the header, else of the first row */
-    double last_s, before_s; /* of the last row taken, and of the one before it */
-    size_t last_line;
+    size_t fields, columns; /* of this line; of the header, else of the first row */
+    double last_s;          /* of the last row taken; NaN: none */
     size_t rows;
-    struct stray stray;
     struct {
         /* the last header lines that read as rows: the first of them, and how many */
         size_t line, count;
@@ -339,24 +330,6 @@ static bool bad(struct table *t, const char *line, const char *at, bool whole, c
     return false;
 }
 
-/* The row before was wrong if this one goes on from the one before that: one bad time must not cost
- * all that follow. */
-static bool take_back(struct table *t, double time_s)
-{
-    if (!(time_s > t->before_s) || t->rows == 0)
-        return false;
-    for (size_t c = 0; c < t->mapping->channels; c++) {
-        struct series *series = &t->mapping->channel[c].series;
-        series->count -= series->count && series->time_s[series->count - 1] == t->last_s;
-    }
-    stray_take_back(&t->stray);
-    t->verdict->bad_lines++;
-    t->rows--;
-    verdict_set(t->verdict, MR_MALFORMED, t->last_line, 1, "the time jumps");
-    t->last_s = t->before_s;
-    return true;
-}
-
 /* All numbers of the line before any is taken: a bad line gives none. */
 static bool check_row(struct table *t, const char *line, size_t length, bool whole, double *time_s)
 {
@@ -377,10 +350,9 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
         return bad(t, line, t->field[m->time_place - 1].at, whole, "no time");
     *time_s = value * m->time_unit_s;
-    if (fabs(*time_s) > STRAY_TIME_MOST_S)
-        return bad(t, line, t->field[m->time_place - 1].at, whole, "a time that no clock shows");
-    if (!(*time_s > t->last_s) && !take_back(t, *time_s))
-        return bad(t, line, t->field[m->time_place - 1].at, whole, "the time does not go on");
+    const char *wrong = wrong_time(*time_s, t->last_s);
+    if (wrong)
+        return bad(t, line, t->field[m->time_place - 1].at, whole, wrong);
     for (size_t c = 0; c < m->channels; c++) {
         unsigned place = m->channel[c].place;
         if (place > t->fields || !take_number(m, t->field[place - 1], &value))
@@ -406,12 +378,9 @@ static void judge_header(struct table *t, double first_s, double second_s)
 static void take_row(struct table *t, double time_s)
 {
     struct mapping *m = t->mapping;
-    stray_add(&t->stray, time_s, t->line);
     if (t->rows == 1)
         judge_header(t, t->last_s, time_s);
-    t->before_s = t->last_s;
     t->last_s = time_s;
-    t->last_line = t->line;
     t->rows++;
     for (size_t c = 0; c < m->channels; c++) {
         struct mapping_channel *channel = &m->channel[c];
@@ -430,8 +399,7 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
                       .path = path,
                       .mapping = mapping,
                       .verdict = verdict,
-                      .last_s = -(double)INFINITY,
-                      .before_s = -(double)INFINITY};
+                      .last_s = (double)NAN};
     const char *line;
     double time_s = (double)NAN;
     bool whole;
@@ -440,9 +408,6 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
         if (check_row(&t, line, length, whole, &time_s))
             take_row(&t, time_s);
     }
-    if (status == MR_OK)
-        t.rows -= stray_cut(&t.stray, mapping->channel, mapping->channels, verdict);
-    stray_free(&t.stray);
     *rows = t.rows;
     if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
         return error_set(error, MR_MALFORMED,
@@ -455,93 +420,47 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
 
 /* ---- frames of other instruments ---- */
 
-struct signals {
-    struct candump_log log;
-    struct mapping *mapping;
-    struct stray stray[MAPPING_CHANNELS];
-    size_t last_line[MAPPING_CHANNELS]; /* of the last sample of each */
-};
-
-static void bad_line(struct signals *s, size_t line, const char *what)
+/* True: a sample more. Of two samples of one time the first counts. */
+static bool take_sample(struct candump_log *log, struct mapping_channel *channel, double time_s,
+                        double read)
 {
-    s->log.verdict.bad_lines++;
-    verdict_set(&s->log.verdict, MR_MALFORMED, line, 1, what);
-}
-
-/* A log is in order; of two samples of one time the first counts. The sample before was wrong if
- * this one goes on from the one before that: one bad stamp must not cost all that follow. */
-static bool goes_on(struct signals *s, size_t c, double time_s)
-{
-    struct series *series = &s->mapping->channel[c].series;
-    size_t count = series->count;
-    if (count == 0 || time_s > series->time_s[count - 1])
-        return true;
-    if (time_s == series->time_s[count - 1] || (count > 1 && time_s <= series->time_s[count - 2])) {
-        bad_line(s, s->log.line, "the time does not go on");
-        return false;
-    }
-    bad_line(s, s->last_line[c], "the time jumps");
-    stray_take_back(&s->stray[c]);
-    series->count--;
-    return true;
-}
-
-/* True: a sample more. */
-static bool take_sample(struct signals *s, size_t c, double time_s, double read)
-{
-    struct mapping_channel *channel = &s->mapping->channel[c];
+    struct series *series = &channel->series;
     double value = mapping_value(channel, read);
-    if (!(fabs(value) <= MAPPING_VALUE_MOST)) {
-        bad_line(s, s->log.line, "a value that no instrument reads");
-        return false;
+    const char *wrong = wrong_time(time_s,
+                                   series->count ? series->time_s[series->count - 1] : (double)NAN);
+    if (!wrong && !(fabs(value) <= MAPPING_VALUE_MOST))
+        wrong = "a value that no instrument reads";
+    if (!wrong) {
+        series_add(series, time_s, value);
+        return true;
     }
-    if (!goes_on(s, c, time_s))
-        return false;
-    s->last_line[c] = s->log.line;
-    stray_add(&s->stray[c], time_s, s->log.line);
-    series_add(&channel->series, time_s, value);
-    return true;
-}
-
-static bool take_signals(struct signals *s, const struct link_frame *frame, double time_s)
-{
-    bool taken = false;
-    double value;
-    for (size_t c = 0; c < s->mapping->channels; c++)
-        taken |= signal_value(&s->mapping->channel[c].signal, frame, &value) &&
-                 take_sample(s, c, time_s, value);
-    return taken;
-}
-
-static void cut_strays(struct signals *s)
-{
-    for (size_t c = 0; c < s->mapping->channels; c++) {
-        stray_cut(&s->stray[c], &s->mapping->channel[c], 1, &s->log.verdict);
-        stray_free(&s->stray[c]);
-    }
+    log->verdict.bad_lines++;
+    verdict_set(&log->verdict, MR_MALFORMED, log->line, 1, wrong);
+    return false;
 }
 
 enum mr_status import_read_signals(const struct textfile *file,
                                    const struct import_request *request, struct mapping *mapping,
                                    struct import_result *result, struct error *error)
 {
-    struct signals s = {.mapping = mapping};
+    struct candump_log log;
     struct candump_line line;
     uint64_t first_us = 0;
     size_t frames = 0;
-    candump_log_start(&s.log, file->text, file->length, request->interface);
-    while (candump_log_next(&s.log, &line)) {
+    double value;
+    candump_log_start(&log, file->text, file->length, request->interface);
+    while (candump_log_next(&log, &line)) {
+        bool taken = false;
         first_us = frames++ ? first_us : line.frame.host_us;
         double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
                         mapping->time_unit_s;
-        if (fabs(time_s) > STRAY_TIME_MOST_S)
-            bad_line(&s, s.log.line, "a time that no clock shows");
-        else
-            result->rows += take_signals(&s, &line.frame, time_s);
+        for (size_t c = 0; c < mapping->channels; c++)
+            taken |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
+                     take_sample(&log, &mapping->channel[c], time_s, value);
+        result->rows += taken;
     }
-    cut_strays(&s);
-    result->verdict = s.log.verdict;
-    result->elsewhere = s.log.elsewhere;
+    result->verdict = log.verdict;
+    result->elsewhere = log.elsewhere;
     if (result->rows == 0)
         return error_set(
             error, MR_MALFORMED,

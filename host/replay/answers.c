@@ -16,12 +16,6 @@ struct loading {
     struct error *error;
 };
 
-static enum mr_status no_memory(const struct loading *loading)
-{
-    return error_set(loading->error, MR_FULL, "no memory: reading %s; close other programs",
-                     loading->path);
-}
-
 static void take_board(struct answers *answers, uint32_t id, const uint8_t *data, size_t length)
 {
     struct mr_config_state state;
@@ -41,8 +35,7 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
         return MR_OK; /* somebody else's, or a command */
-    if (!list_grow(&answers->message[loading->link], *count, sizeof(struct answer)))
-        return no_memory(loading);
+    xlist_grow(&answers->message[loading->link], *count, sizeof(struct answer));
     struct answer *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct answer){.info = info,
                               .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
@@ -91,9 +84,7 @@ static enum mr_status load_blocks(struct store *store, struct loading *loading)
     if (status != MR_OK || count == 0)
         return status;
     loading->room = (size_t)count;
-    loading->answers->block = calloc(loading->room, sizeof *loading->answers->block);
-    if (!loading->answers->block)
-        return no_memory(loading);
+    loading->answers->block = xcalloc(loading->room, sizeof *loading->answers->block);
     return store_blocks_each(store, loading->run, take_block, loading, loading->error);
 }
 

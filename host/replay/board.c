@@ -8,7 +8,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "common/image.h"
+#include "host/base/data_dir.h"
 #include "host/base/process.h"
+#include "host/base/xmalloc.h"
+#include "host/board/imagefile.h"
 #include "host/collect/collect.h"
 
 /* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines
@@ -132,9 +136,8 @@ static enum mr_status collect(struct collector *collector, struct link *const li
                               struct error *error)
 {
     bool open[LINK_KINDS] = {true, true};
-    uint8_t *bytes = malloc(BYTES_PER_TURN);
-    enum mr_status status =
-        bytes ? MR_OK : error_set(error, MR_FULL, "no memory: replay; close other programs");
+    uint8_t *bytes = xmalloc(BYTES_PER_TURN);
+    enum mr_status status = MR_OK;
     while (status == MR_OK && (open[LINK_CAN] || open[LINK_SERIAL])) {
         bool can = open[LINK_CAN] &&
                    (!open[LINK_SERIAL] || collector_block(collector, LINK_CAN) <=
@@ -228,4 +231,44 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     *answers = store;
     free(landings);
     return MR_OK;
+}
+
+/* ---- its image ---- */
+
+void replay_image_of(const struct answers *recorded, char *path, size_t size)
+{
+    const struct mr_board *board = mr_board_of(recorded->board);
+    if (board)
+        data_dir_find_firmware(board->name, path, size);
+    else
+        data_dir_find(DATA_FIRMWARE, path, size);
+}
+
+void replay_image_find(struct store *store, int64_t run, char *path, size_t size)
+{
+    struct answers recorded;
+    answers_load_board(store, run, &recorded);
+    replay_image_of(&recorded, path, size);
+}
+
+static const char *name_of(unsigned number)
+{
+    const struct mr_board *board = mr_board_of(number);
+    return board ? board->name : "one that this matrig does not know";
+}
+
+enum mr_status replay_image_check(const char *path, const struct answers *recorded,
+                                  struct error *error)
+{
+    struct imagefile image = {0};
+    struct error refused = {0};
+    enum mr_status status = MR_OK;
+    if (imagefile_read(path, &image, &refused) == MR_OK && image.stamped && recorded->board_told &&
+        image.header.board != recorded->board)
+        status = error_set(error, MR_VERSION,
+                           "the landing was recorded by board %s, and the image is for %s: %s; "
+                           "leave --elf out, or give an image of that board",
+                           name_of(recorded->board), name_of(image.header.board), path);
+    imagefile_free(&image);
+    return status;
 }

@@ -7,7 +7,7 @@
 #include "common/command.h"
 #include "common/fault.h"
 #include "common/catalogue.h"
-#include "host/replay/diff_field.h"
+#include "host/base/units.h"
 
 #define DIGITS 15 /* as they were read */
 
@@ -19,6 +19,116 @@
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 
+/* ---- how each field of the catalogue is compared ---- */
+
+enum field_rule {
+    FIELD_PLAIN,        /* equal, or within the tolerance of its unit */
+    FIELD_BLOCK,        /* a block index: less the shift */
+    FIELD_BLOCK16,      /* its low 16 bits */
+    FIELD_TICK,         /* a tick of TIM2 */
+    FIELD_QUEUED,       /* frames since reset, dropped ones included: since the landing's first */
+    FIELD_FAULTS,       /* of the mask, the faults that follow from the record */
+    FIELD_IMAGE,        /* names the image: compared when it is the same */
+    FIELD_CIRCUMSTANCE, /* does not follow from the record */
+};
+
+/* Faults that follow from blocks and edges. */
+#define RECORD_FAULTS         (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
+#define FIELD_TOLERANCES_TEXT 200
+
+/* The rows of the catalogue; what is not there is compared by the name that times have everywhere,
+ * or as it stands. */
+static const struct {
+    uint16_t id; /* 0: of every message */
+    const char *field;
+    enum field_rule rule;
+} rules[] = {
+#define REPLAY(name, NAME, field, rule) {MR_ID_##NAME, #field, FIELD_##rule},
+#include "common/catalogue.def"
+    {0, "block16", FIELD_BLOCK16},
+    {0, "at_block16", FIELD_BLOCK16},
+    {0, "block", FIELD_BLOCK},
+    {0, "tick", FIELD_TICK},
+};
+
+/* A row of a field that is not there would say nothing. */
+#define REPLAY(name, NAME, field, rule) \
+    _Static_assert(offsetof(struct mr_##name, field) < sizeof(struct mr_##name), #field);
+#include "common/catalogue.def"
+
+/* An image that computes a little otherwise: ten times the resolution of the message, or what the
+ * estimate's own error allows. Counts, states, names of switches and ticks must be equal whatever
+ * the image. */
+static const struct {
+    const char *unit;
+    double tolerance;
+} tolerances[] = {
+    {"in", 0.002}, {"lb", 0.2},    {"ft", 0.05}, {"ft/s", 0.02}, {"ft/s2", 0.1},
+    {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
+};
+
+/* The whole message is none that follows from the record. */
+static bool field_circumstance(uint16_t id)
+{
+#define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
+    return false
+#include "common/catalogue.def"
+        ;
+}
+
+/* It is told in turn, when the bus has room. */
+static bool field_in_turn(uint16_t id)
+{
+#define IN_TURN(name, NAME) || id == MR_ID_##NAME
+    return false
+#include "common/catalogue.def"
+        ;
+}
+
+static enum field_rule field_rule(const struct mr_message_info *info,
+                                  const struct mr_field_info *field)
+{
+    for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
+        if ((rules[i].id == 0 || rules[i].id == info->id) &&
+            strcmp(rules[i].field, field->name) == 0)
+            return rules[i].rule;
+    }
+    return FIELD_PLAIN;
+}
+
+/* How far apart values in a unit may be when another image ran; 0: equal. */
+static double field_tolerance(const char *unit)
+{
+    for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
+        if (strcmp(tolerances[i].unit, unit) == 0)
+            return tolerances[i].tolerance;
+    }
+    return 0.0;
+}
+
+/* One line that states them all; with `si` lengths, speeds and forces in SI units. */
+static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
+{
+    size_t used = 0;
+    for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
+        double value = tolerances[i].tolerance;
+        const char *unit = tolerances[i].unit;
+        for (int kind = 0; si && kind < UNIT_KINDS; kind++) {
+            const struct unit *shown = unit_of((enum unit_kind)kind, true);
+            if (strcmp(unit_given((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
+                continue;
+            value *= shown->factor;
+            unit = shown->text;
+        }
+        used += (size_t)snprintf(out + used, FIELD_TOLERANCES_TEXT - used, "%.2g %s, ", value,
+                                 unit);
+    }
+    snprintf(out + used - 2, FIELD_TOLERANCES_TEXT + 2 - used,
+             "; counts, states, switches and ticks equal");
+}
+
+/* ---- two lists of messages ---- */
+
 struct comparing {
     const struct answers *recorded, *replayed;
     const struct diff_options *options;
@@ -28,8 +138,7 @@ struct comparing {
     int64_t first_block, end_block;
     double queued_recorded, queued_replayed; /* of the first message; NaN: none yet */
     bool links_faultless;
-    int64_t
-        late_blocks; /* so much apart is what is told in turn; 0: nothing, as on a bus with room */
+    int64_t late_blocks; /* see struct diff */
     /* the record ends before its landing does: one link may have gone on without the other */
     bool broken_off;
 };
@@ -110,8 +219,8 @@ static bool footing(struct comparing *c, const struct mr_field_info *field, cons
         *replayed = queued(c->replayed, c->row->link, b) - c->queued_replayed;
         return c->options->exact && c->links_faultless && c->late_blocks == 0;
     case FIELD_FAULTS:
-        *recorded = (uint32_t)*recorded & field_record_faults();
-        *replayed = (uint32_t)*replayed & field_record_faults();
+        *recorded = (uint32_t)*recorded & RECORD_FAULTS;
+        *replayed = (uint32_t)*replayed & RECORD_FAULTS;
         return true;
     case FIELD_IMAGE:
         return c->options->exact &&
@@ -147,7 +256,7 @@ static bool follows_from_record(const struct answer *answer, int64_t first_block
     if (answer->info->id != MR_ID_FAULT)
         return true;
     double code = value_of(answer, "code");
-    return code < MR_FAULT_COUNT && (field_record_faults() >> (unsigned)code & 1u);
+    return code < MR_FAULT_COUNT && (RECORD_FAULTS >> (unsigned)code & 1u);
 }
 
 /* Blocks before its own that a message is the mean of. */
@@ -197,7 +306,7 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
         return; /* what was said of the last block may not have got out */
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the end itself may be that much earlier or later */
-    if (field_in_turn(answer->info) && c->late_blocks > c->end_block - block)
+    if (field_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
         return; /* the other's turn comes after the end */
     if (!recorded && c->options->lossy[c->row->link]) {
         c->diff->not_recorded++;
@@ -231,9 +340,9 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
 {
     struct walk old, new;
     begin_walks(c, link, &old, &new);
-    int64_t slack = has_own_block(info) && c->options->exact ? 0
-                  : field_in_turn(info) && c->late_blocks    ? c->late_blocks
-                                                             : PLACE_SLACK_BLOCKS;
+    int64_t slack = has_own_block(info) && c->options->exact  ? 0
+                  : field_in_turn(info->id) && c->late_blocks ? c->late_blocks
+                                                              : PLACE_SLACK_BLOCKS;
     c->queued_recorded = c->queued_replayed = (double)NAN;
     for (;;) {
         const struct answer *a = next(&old, info), *b = next(&new, info);
@@ -296,7 +405,7 @@ static int64_t late_blocks(const struct comparing *c)
     int64_t most = 0;
     const struct mr_message_info *info = mr_catalogue(&count);
     for (size_t i = 0; i < count; i++) {
-        for (int link = 0; link < LINK_KINDS && field_in_turn(&info[i]); link++) {
+        for (int link = 0; link < LINK_KINDS && field_in_turn(info[i].id); link++) {
             int64_t late = c->options->lossy[link] ? 0 : late_by(c, link, &info[i]);
             most = late > most ? late : most;
         }
@@ -412,7 +521,7 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
         for (size_t i = 0; recorded->messages[link] && i < count; i++) {
-            if (field_circumstance(&info[i]) || is_slow_log(info[i].id)) {
+            if (field_circumstance(info[i].id) || is_slow_log(info[i].id)) {
                 diff->circumstances += count_of(recorded, link, &info[i]);
                 continue;
             }
@@ -490,9 +599,9 @@ static void uncompared(struct answer *answer, const char *name, int64_t messages
 
 void diff_answer(const struct diff *diff, struct answer *answer)
 {
-    char text[300], tolerances[FIELD_TOLERANCES_TEXT];
-    field_tolerances_text(answer_in_si(answer), tolerances);
-    answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : tolerances);
+    char text[300], within[FIELD_TOLERANCES_TEXT];
+    field_tolerances_text(answer_in_si(answer), within);
+    answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : within);
     difference_answer(diff->found ? &diff->first : NULL, answer);
     if (diff->found) {
         difference_text(&diff->first, text, sizeof text);

@@ -44,7 +44,7 @@ struct diff {
     int64_t before_record; /* rest on blocks before the first record */
     /* of blocks after the last record: CAN tells of them first, or the record breaks off */
     int64_t after_record;
-    /* recorded messages that no record foretells (field_circumstance) */
+    /* recorded messages that no record foretells (CIRCUMSTANCE of the catalogue) */
     int64_t circumstances;
     int64_t not_recorded; /* messages of the replay that a lossy log may have missed */
     bool found;

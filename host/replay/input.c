@@ -23,7 +23,6 @@
 #define FIRST_COMMAND      40
 /* the runway in each */
 #define COMMANDS_PER_BLOCK 4u
-#define HOLES_NAMED        3
 #define CLOCK_INTERNAL     1 /* of the message hello */
 #define RUNWAY_TAG         10000u
 #define CHART_TAG          20000u
@@ -49,20 +48,17 @@ __attribute__((format(printf, 2, 3))) static void put(struct writer *writer, con
 /* ---- can it be replayed? ---- */
 
 struct holes {
-    char text[200];
-    size_t length;
-    int count;
-    int64_t blocks;
+    int64_t from, to; /* the first */
+    int64_t blocks;   /* of all; 0: none */
 };
 
 static void add_hole(struct holes *holes, int64_t from, int64_t to)
 {
+    if (!holes->blocks) {
+        holes->from = from;
+        holes->to = to;
+    }
     holes->blocks += to - from + 1;
-    if (holes->count++ < HOLES_NAMED)
-        holes->length += (size_t)snprintf(
-            holes->text + holes->length, sizeof holes->text - holes->length,
-            "%sblocks %lld to %lld (%.3f s to %.3f s)", holes->count > 1 ? ", " : "",
-            (long long)from, (long long)to, (double)from / 1e3, (double)(to + 1) / 1e3);
 }
 
 static enum mr_status check_whole(const struct answers *recorded, const char *path,
@@ -92,12 +88,13 @@ static enum mr_status check_whole(const struct answers *recorded, const char *pa
             add_hole(&holes, (int64_t)recorded->block[i - 1].index + 1,
                      (int64_t)recorded->block[i].index - 1);
     }
-    if (holes.count)
-        return error_set(error, MR_TRUNCATED,
-                         "cannot be replayed, %lld blocks are lost: RUN %lld of %s, %s%s; what the "
-                         "board made of them is not known",
-                         (long long)holes.blocks, (long long)landing->id, path, holes.text,
-                         holes.count > HOLES_NAMED ? " and more" : "");
+    if (holes.blocks)
+        return error_set(
+            error, MR_TRUNCATED,
+            "cannot be replayed, %lld blocks are lost: RUN %lld of %s, first blocks "
+            "%lld to %lld (%.3f s to %.3f s); what the board made of them is not known",
+            (long long)holes.blocks, (long long)landing->id, path, (long long)holes.from,
+            (long long)holes.to, (double)holes.from / 1e3, (double)(holes.to + 1) / 1e3);
     return MR_OK;
 }
 

@@ -132,7 +132,7 @@ assert n > 7900, n
 PYTHON
 }
 damage_in_a_table_is_named() {
-    sed -e '1000s/,/,x/4' -e '2000s/^/1/' "$tmp/run1.csv" >"$tmp/bad.csv"
+    sed -e '1000s/,/,x/4' -e '2000s/^/x/' "$tmp/run1.csv" >"$tmp/bad.csv"
     fails_with 4 'malformed at line 1000, column [0-9]+: no number; 2 lines were passed over' build/matrig --quiet import "$db" "$tmp/bad.csv" --map tests/exchange/exported.json --like 1 || return 1
     local lost=$(grep -c '^[0-9-].*L' "$tmp/run1.csv") # and their two blocks are missing, no more
     [ "$(m export "$db" "$(cell 'SELECT max(id) FROM landings')" --format csv | grep -c '^[0-9-].*L')" = $((lost + 2)) ] || return 1
@@ -163,7 +163,7 @@ silly_input() {
         fails_with "$1" "$2" build/matrig import "$tmp/none.db" "$table" --map "$bad" && [ ! -e "$tmp/none.db" ]
     }
     map_fails 4 'no JSON: .*line 1, column' '{"time": }' &&
-        map_fails 4 'chanels: .*no such key' '{"time": {"column": 1}, "chanels": [], "channels": [{"column": 2, "channel": "d1", "unit": "in"}]}' &&
+        map_fails 4 'the mapping: .*chanels' '{"time": {"column": 1}, "chanels": [], "channels": [{"column": 2, "channel": "d1", "unit": "in"}]}' &&
         map_fails 4 'channels\[0\]\.channel: .*give d1 to d8' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d9", "unit": "in"}]}' &&
         map_fails 4 'channels\[0\]\.unit: .*give in, mm' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "lb"}]}' &&
         map_fails 4 "no column 'y': .*gear.csv line 1" '{"time": {"column": 1}, "channels": [{"column": "y", "channel": "d1", "unit": "in"}]}' &&

@@ -127,7 +127,7 @@ without_serial() {
 }
 with_a_hole() {
     broken hole 'delete from blocks where landing = 5 and idx between 1200 and 1209' &&
-        fails_with 4 '10 blocks are lost: RUN 5 of .*, blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
+        fails_with 4 '10 blocks are lost: RUN 5 of .*, first blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
 }
 changed_record() { # one sum of one block is another: the board says so, and so does what it makes of it
     broken changed "update blocks set record = cast(substr(record, 1, 11) || x'0102' || substr(record, 14) as blob) where landing = 5 and idx = 1302" &&

@@ -9,7 +9,7 @@
 
 #include "common/catalogue.h"
 #include "common/wire.h"
-#include "host/exchange/readings.h"
+#include "host/exchange/import.h"
 
 /* characters of the shortest line there is: (0.0) c 123#, and a newline, less some */
 #define LINE_LEAST 20u

@@ -4,8 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/exchange/readings.h"
-#include "host/exchange/landing_import.h"
+#include "host/exchange/import.h"
 #include "tests/fuzz/fuzz.h"
 
 #define LANDING_S 0.3
@@ -26,7 +25,7 @@ static void import(const uint8_t *data, size_t size, struct mapping *mapping)
 {
     const struct cli cli = {.quiet = true};
     const struct import_request request = {.cli = &cli, .path = "table"};
-    const struct textfile file = {.text = (const char *)data, .length = size};
+    const struct textfile file = {.text = (char *)(uintptr_t)data, .length = size};
     struct import_result result = {0};
     struct error error = {0};
     enum mr_status status = mapping->signals

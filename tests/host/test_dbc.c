@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/exchange/dbc.h"
+#include "host/exchange/export.h"
 #include "tests/host/scratch.h"
 
 static char *text;

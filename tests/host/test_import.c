@@ -4,8 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/exchange/readings.h"
-#include "host/exchange/landing_import.h"
+#include "host/exchange/import.h"
 #include "tests/host/scratch.h"
 
 static double signal_of(const struct import_signal *signal, const uint8_t *data, unsigned length)
