@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-#define PARALLEL_MOST 16u
+#define PARALLEL_MOST 256u
 
 /* Pieces `from`, `from + every` ... of the context's. */
 typedef void parallel_work(void *context, size_t from, size_t every);

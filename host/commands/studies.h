@@ -8,15 +8,14 @@
 
 #include "host/base/cli.h"
 
-#define STUDY_JOBS_MAX  256
 #define FIT_RUNS_MAX    20
 #define FIT_LEAST_DRAWS 60
 #define SWEEP_FILES_MAX 4000
 
 struct study_request {
     const char *path, *plot;
-    const char *ground;  /* NULL: as the file says */
-    int64_t jobs, seeds; /* 0: one per core; the file's */
+    const char *ground; /* NULL: as the file says */
+    int64_t seeds;      /* 0: the file's */
 };
 
 struct error_request {

@@ -1,11 +1,12 @@
 #include "host/landing_series/play.h"
 
 #include <math.h>
-#include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
 #include "common/splitmix.h"
+#include "host/base/parallel_for.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
@@ -26,7 +27,7 @@ struct draw draw_from(uint64_t seed, unsigned stream)
     return (struct draw){mr_splitmix64(&state)};
 }
 
-double draw_uniform(struct draw *draw)
+static double draw_uniform(struct draw *draw)
 {
     return mr_splitmix64_uniform(&draw->state);
 }
@@ -228,48 +229,29 @@ void flatten(const struct flat_runway *r)
 
 struct work {
     const struct landing_series *series;
-    bool all;
     struct series_run *runs;
-    pthread_mutex_t lock;
-    size_t next, done;
+    atomic_size_t done;
     void (*progress)(void *ctx, size_t done, size_t of);
     void *ctx;
 };
 
-static void *work_on(void *argument)
+static void play_some(void *context, size_t from, size_t every)
 {
-    struct work *work = argument;
-    for (;;) {
-        pthread_mutex_lock(&work->lock);
-        size_t mine = work->next < work->series->seeds ? work->next++ : SIZE_MAX;
-        pthread_mutex_unlock(&work->lock);
-        if (mine == SIZE_MAX)
-            return NULL;
-        series_play(work->series, work->series->first_seed + mine, work->all, &work->runs[mine]);
-        pthread_mutex_lock(&work->lock);
-        work->done++;
-        if (work->progress)
-            work->progress(work->ctx, work->done, work->series->seeds);
-        pthread_mutex_unlock(&work->lock);
+    struct work *work = context;
+    for (size_t i = from; i < work->series->seeds; i += every) {
+        series_play(work->series, work->series->first_seed + i, &work->runs[i]);
+        size_t done = atomic_fetch_add(&work->done, 1) + 1;
+        if (from == 0 && work->progress)
+            work->progress(work->ctx, done, work->series->seeds);
     }
 }
 
-void series_ensemble(const struct landing_series *series, int jobs, bool all,
+void series_ensemble(const struct landing_series *series, unsigned jobs,
                      void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
                      struct series_run *runs)
 {
-    struct work work = {
-        .series = series, .all = all, .runs = runs, .progress = progress, .ctx = ctx};
-    size_t threads = (size_t)jobs < series->seeds ? (size_t)jobs : series->seeds, started = 0;
-    pthread_t *thread = xcalloc(threads + 1, sizeof *thread);
-    pthread_mutex_init(&work.lock, NULL);
-    while (started + 1 < threads && pthread_create(&thread[started], NULL, work_on, &work) == 0)
-        started++;
-    work_on(&work); /* this thread is one of them, and enough alone */
-    for (size_t i = 0; i < started; i++)
-        pthread_join(thread[i], NULL);
-    pthread_mutex_destroy(&work.lock);
-    free(thread);
+    struct work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};
+    parallel_for(jobs < series->seeds ? jobs : (unsigned)series->seeds, play_some, &work);
 }
 
 /* ---- play ---- */
@@ -403,14 +385,12 @@ static void drop_scene(struct sim_scene *scene)
 
 static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
                                  enum sim_model model, const struct sim_path_row *rows,
-                                 size_t count, bool all, struct sim_result *result,
-                                 struct error *error)
+                                 size_t count, struct sim_result *result, struct error *error)
 {
     const struct landing_series *c = r->series;
     const struct sim_options options = {
         .dt_s = model == SIM_CHAIN ? c->chain_dt_s : c->planar_dt_s,
         .single = true,
-        .no_prune = all,
         .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
     };
     struct sim_scene scene = {0};
@@ -659,7 +639,7 @@ static void settle(struct runway *r, const struct sim_scene *scene, const struct
 }
 
 static enum mr_status land(struct runway *r, const struct series_landing *landing,
-                           const struct draw_path *path, bool all, struct series_outcome *out,
+                           const struct draw_path *path, struct series_outcome *out,
                            struct error *error)
 {
     const struct landing_series *c = r->series;
@@ -667,7 +647,7 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
     struct sim_result chain = {0}, planar = {0};
     const struct sim_result *moved = &chain;
     if (c->engine != SERIES_PLANAR &&
-        run_engine(r, landing, SIM_CHAIN, path->rows, path->count, all, &chain, error) == MR_OK) {
+        run_engine(r, landing, SIM_CHAIN, path->rows, path->count, &chain, error) == MR_OK) {
         out->ms_chain = chain.run_ms;
         out->mats_chain = chain.mats_mean;
         out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
@@ -675,8 +655,7 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
     bool ask = c->engine == SERIES_PLANAR ||
                (c->engine == SERIES_AUTO && (out->skip_ratio > c->skip_share || tips(scene)));
     if (error->status == MR_OK && ask &&
-        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) ==
-            MR_OK) {
+        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, &planar, error) == MR_OK) {
         note_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
         if (planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0))
             moved = &planar;
@@ -700,7 +679,7 @@ static void move_back(struct runway *r, const struct sim_scene *scene,
 
 /* Pushed back over the bare mat the wheels drag it upfield. */
 static enum mr_status push_back(struct runway *r, const struct series_landing *landing,
-                                double stop_ft, double touchdown_ft, bool all, struct error *error)
+                                double stop_ft, double touchdown_ft, struct error *error)
 {
     const struct landing_series *c = r->series;
     double way_ft = stop_ft - touchdown_ft,
@@ -711,7 +690,7 @@ static enum mr_status push_back(struct runway *r, const struct series_landing *l
                                         {ramp_s + way_ft / c->back_ft_s, touchdown_ft, force_lb},
                                         {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
     struct sim_result result = {0};
-    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK)
+    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, &result, error) == MR_OK)
         move_back(r, &landing->scene, &result);
     sim_result_free(&result);
     return error->status;
@@ -723,8 +702,7 @@ static void clear(struct runway *r)
     free(r->storage);
 }
 
-void series_play(const struct landing_series *series, uint64_t seed, bool all,
-                 struct series_run *run)
+void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run)
 {
     struct runway runway = {0};
     struct draw_path path = {0};
@@ -741,7 +719,7 @@ void series_play(const struct landing_series *series, uint64_t seed, bool all,
             break;
         out->stop_ft = path.stop_ft;
         out->deceleration_ft_s2 = path.mean_ft_s2;
-        if (land(&runway, landing, &path, all, out, &run->error) != MR_OK)
+        if (land(&runway, landing, &path, out, &run->error) != MR_OK)
             break;
         run->ms += out->ms_chain + out->ms_planar;
         run->played = i + 1;
@@ -749,7 +727,7 @@ void series_play(const struct landing_series *series, uint64_t seed, bool all,
             run->buckled = (int)i + 1;
             run->buckle_ft = out->buckle_ft;
         } else if (landing->back == SERIES_BARE) {
-            push_back(&runway, landing, path.stop_ft, path.touchdown_ft, all, &run->error);
+            push_back(&runway, landing, path.stop_ft, path.touchdown_ft, &run->error);
         }
     }
     draw_path_free(&path);

@@ -61,15 +61,13 @@ struct series_run {
     struct error error; /* why this runway could not be played to its end */
 };
 
-/* Play the runway of a seed. The result depends on series and seed alone. `all`: integrate every
- * mat (for comparison). */
-void series_play(const struct landing_series *series, uint64_t seed, bool all,
-                 struct series_run *run);
+/* Play the runway of a seed. The result depends on series and seed alone. */
+void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run);
 void series_run_free(struct series_run *run);
 
-/* Play all seeds on `jobs` threads. `progress` is called after each, one call at a time; NULL: not.
+/* Play all seeds on `jobs` threads. `progress` is called now and then, by one of them; NULL: not.
  * A runway that fails keeps its error; the others are played. */
-void series_ensemble(const struct landing_series *series, int jobs, bool all,
+void series_ensemble(const struct landing_series *series, unsigned jobs,
                      void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
                      struct series_run *runs);
 
@@ -84,8 +82,6 @@ struct draw {
 
 struct draw draw_from(uint64_t seed, unsigned stream);
 
-/* Uniform in [0, 1), and in a range. */
-double draw_uniform(struct draw *draw);
 double draw_between(struct draw *draw, struct series_range range);
 
 /* The aircraft's way from touchdown to its stop, or off the runway. */

@@ -14,19 +14,27 @@
 
 /* ---- keys ---- */
 
-bool keys_failed(const struct keys *keys)
+/* An error names the file, the object (`where`, "" at the top) and the key; after the first nothing
+ * more is read. An absent key leaves its value as it was. */
+struct keys {
+    const char *path;
+    struct error *error;
+};
+
+static bool keys_failed(const struct keys *keys)
 {
     return keys->error->status != MR_OK;
 }
 
-void keys_wrong(const struct keys *keys, const char *where, const char *key, const char *wanted)
+static void keys_wrong(const struct keys *keys, const char *where, const char *key,
+                       const char *wanted)
 {
     error_set(keys->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", keys->path, where,
               where[0] ? "." : "", key, wanted);
 }
 
-void keys_check(const struct keys *keys, const char *where, const json_t *object,
-                const char *const *known)
+static void keys_check(const struct keys *keys, const char *where, const json_t *object,
+                       const char *const *known)
 {
     const char *name;
     json_t *value;
@@ -66,8 +74,8 @@ static void wanted_text(const char *key, const char *what, double low, double hi
              kind ? ", or as text with " : "", kind ? kind->units : "");
 }
 
-void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key,
-                 double low, double high, double *value)
+static void keys_number(const struct keys *keys, const char *where, const json_t *object,
+                        const char *key, double low, double high, double *value)
 {
     const json_t *entry = json_object_get(object, key);
     char wanted[200];
@@ -101,8 +109,8 @@ static void keys_range(const struct keys *keys, const char *where, const json_t 
         range_of(keys, where, key, entry, low, high, value);
 }
 
-unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object,
-                     const char *key, const char *const *choices, unsigned now)
+static unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object,
+                            const char *key, const char *const *choices, unsigned now)
 {
     const json_t *entry = json_object_get(object, key);
     char wanted[120] = "one of";
@@ -117,8 +125,8 @@ unsigned keys_choice(const struct keys *keys, const char *where, const json_t *o
     return now;
 }
 
-void keys_text(const struct keys *keys, const char *where, const json_t *object, const char *key,
-               char *to, size_t size)
+static void keys_text(const struct keys *keys, const char *where, const json_t *object,
+                      const char *key, char *to, size_t size)
 {
     const json_t *entry = json_object_get(object, key);
     if (!entry || keys_failed(keys))
@@ -128,6 +136,14 @@ void keys_text(const struct keys *keys, const char *where, const json_t *object,
         return;
     }
     snprintf(to, size, "%s", json_string_value(entry));
+}
+
+static bool keys_flag(const struct keys *keys, const json_t *object, const char *key)
+{
+    const json_t *entry = json_object_get(object, key);
+    if (entry && !json_is_boolean(entry))
+        keys_wrong(keys, "", key, "true or false");
+    return json_is_true(entry);
 }
 
 /* ---- series ---- */
@@ -496,29 +512,21 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
 
 static void read_root(const struct keys *r, const json_t *root, struct landing_series *c)
 {
-    static const char *const known[] = {
-        "name",    "scene",       "runway",   "aircraft",         "engine", "landings",
-        "seeds",   "stations_ft", "observed", "observed_landing", "within", "needed",
-        "facts",   "awaits",      "basis",    "afterwards",       "ground", "elastic",
-        "parting", "press_flat",  NULL};
+    static const char *const known[] = {"name",     "scene",    "runway",     "aircraft",
+                                        "engine",   "landings", "seeds",      "stations_ft",
+                                        "observed", "basis",    "afterwards", "ground",
+                                        "elastic",  "parting",  "press_flat", NULL};
     static const char *const grounds[] = {"weightless", "elastic", NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
         return;
     keys_text(r, "", root, "name", c->name, sizeof c->name);
     keys_text(r, "", root, "observed", c->observed, sizeof c->observed);
-    keys_text(r, "", root, "awaits", c->awaits, sizeof c->awaits);
     keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
     keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
     keys_choice(r, "", root, "ground", grounds, 0); /* series_scene_json looks at it */
-    const json_t *parting = json_object_get(root, "parting");
-    if (parting && !json_is_boolean(parting))
-        keys_wrong(r, "", "parting", "true or false");
-    c->parting = json_is_true(parting);
-    const json_t *flat = json_object_get(root, "press_flat");
-    if (flat && !json_is_boolean(flat))
-        keys_wrong(r, "", "press_flat", "true or false");
-    c->press_flat = json_is_true(flat);
+    c->parting = keys_flag(r, root, "parting");
+    c->press_flat = keys_flag(r, root, "press_flat");
     read_sections(r, root, c);
     read_seeds(r, root, c);
     json_t *scene = keys_failed(r) ? NULL : series_scene_json(r->path, root, r->error);
@@ -533,7 +541,7 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
     json_decref(scene);
 }
 
-static enum mr_status from_json(struct landing_series *c, const char *where, const json_t *root,
+enum mr_status series_from_json(struct landing_series *c, const char *where, const json_t *root,
                                 struct error *error)
 {
     const struct keys r = {where, error};
@@ -563,12 +571,6 @@ static enum mr_status from_json(struct landing_series *c, const char *where, con
     return error->status;
 }
 
-enum mr_status series_from_json(struct landing_series *c, const char *where, const json_t *root,
-                                struct error *error)
-{
-    return from_json(c, where, root, error);
-}
-
 enum mr_status series_load(struct landing_series *c, const char *path, struct error *error)
 {
     return series_load_on(c, path, NULL, error);
@@ -583,7 +585,7 @@ enum mr_status series_load_on(struct landing_series *c, const char *path, const 
     if (root && ground)
         json_object_set_new(root, "ground", json_string(ground));
     if (root)
-        from_json(c, path, root, error);
+        series_from_json(c, path, root, error);
     json_decref(root);
     return error->status;
 }

@@ -85,7 +85,7 @@ struct landing_series {
     double stations_ft[SERIES_STATIONS_MAX];
     size_t station_count;
     /* what was seen, for the scoreboard; texts, "" when absent */
-    char observed[240], awaits[160];
+    char observed[240];
     /* where the parameters come from: calibrated on this series, predicted, assumed */
     char basis[400];
     char afterwards[240]; /* what was put in after its row had been seen: no prediction any more */
@@ -126,31 +126,5 @@ json_t *series_elastic_json(const char *file, const json_t *root, struct error *
 
 /* Which ground the first landing is on, in words for one line. */
 void series_ground_text(const struct landing_series *series, char *text, size_t size);
-
-/* Keys: reading the keys of a study file's objects. An error names the file, the object
- * (`where`, "" at the top) and the key; after the first nothing more is read. An absent key leaves
- * its value as it was. */
-
-struct keys {
-    const char *path;
-    struct error *error;
-};
-
-bool keys_failed(const struct keys *keys);
-/* "wrong value: FILE: WHERE.KEY; give WANTED". */
-void keys_wrong(const struct keys *keys, const char *where, const char *key, const char *wanted);
-
-/* Every key must be one of `known` (a list that ends with NULL), or a comment. */
-void keys_check(const struct keys *keys, const char *where, const json_t *object,
-                const char *const *known);
-
-void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key,
-                 double low, double high, double *value);
-/* Index of a word among `choices` (short words; the list ends with NULL), or `now` when the key is
- * absent. */
-unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object,
-                     const char *key, const char *const *choices, unsigned now);
-void keys_text(const struct keys *keys, const char *where, const json_t *object, const char *key,
-               char *to, size_t size);
 
 #endif

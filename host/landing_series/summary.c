@@ -240,8 +240,6 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
     answer_count(answer, "failed", NULL, (int64_t)s->failed);
     answer_count(answer, "survived", NULL, (int64_t)s->survived);
     answer_words(answer, "observed", NULL, "%s", c->observed);
-    if (c->awaits[0])
-        answer_words(answer, NULL, "NOT A RESULT", "awaits %s", c->awaits);
     for (size_t i = 0; i < c->seeds; i++) {
         if (runs[i].error.status != MR_OK)
             answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",

@@ -20,12 +20,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
 {
     if (command_parse(&command_study, argc, argv, cli, request, &request->path, error) != MR_OK)
         return error->status;
-    if (plot_check(request->plot, request->path, error) != MR_OK)
-        return error->status;
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    if (!request->jobs)
-        request->jobs = cores > 0 && cores < STUDY_JOBS_MAX ? cores : 1;
-    return MR_OK;
+    return plot_check(request->plot, request->path, error);
 }
 
 #define LINES 8 /* landings that are drawn: all, or the last of every so many */
@@ -122,7 +117,8 @@ int study_command(int argc, char **argv, const struct cli *cli)
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
     progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
     progress_at(&progress, "none of %zu runways is done", series.seeds);
-    series_ensemble(&series, (int)request.jobs, false, show_progress, &progress, runs);
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    series_ensemble(&series, cores > 1 ? (unsigned)cores : 1u, show_progress, &progress, runs);
     progress_end(&progress);
     int code = finish(&series, &request, runs, cli, &error);
     for (size_t i = 0; i < series.seeds; i++)

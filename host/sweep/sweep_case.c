@@ -57,7 +57,7 @@ static json_t *simulate_scene(const struct sweep *sweep, const json_t *input)
 static json_t *play_series(const struct landing_series *series, struct series_run *runs)
 {
     struct series_summary summary;
-    series_ensemble(series, 1, false, NULL, NULL, runs);
+    series_ensemble(series, 1, NULL, NULL, runs);
     series_summarise(&summary, series, runs);
     json_t *object = answer_into_json(series_answer(series, runs, &summary, false));
     json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));

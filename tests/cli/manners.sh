@@ -22,7 +22,7 @@ overview() { for command in $commands; do $m --help | grep -q "^  $command " || 
 check "and is listed" overview
 check "a version" sh -c "$m --version | grep -Eq '^matrig [0-9]+\.[0-9]+\.[0-9]+\$' && $m --json --version | grep -q '^{\"version\":\"'"
 check "help of what is not there" fails_with 2 "unknown command: 'lgo'" $m help lgo
-check "an option of one letter with its value" fails_with 2 'out of range: 0 for -j' $m study none.json -j0
+check "an option of one letter with its value" fails_with 2 'alone: -o' $m sweep none.json -ox
 check "a flag takes none" fails_with 2 "unknown option: '-xy'" $m study none.json -xy
 check "two helps at once" fails_with 2 'too much at once' $m help fit --bash
 runs_examples() { # those that need no board and no campaign, as --help has them

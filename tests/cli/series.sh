@@ -20,14 +20,11 @@ check "help has an example" sh -c "$m study --help | grep -q '^Example: matrig s
 check "a table, and how many seeds" sh -c "$m study $tmp/small.json --plot $tmp/plot.svg >$tmp/table && grep -q 'on 4 runways (seeds 1 to 4)' $tmp/table"
 check "a row for each landing" sh -c "[ \$(grep -Ec '^ +[123] +4 ' $tmp/table) = 3 ]"
 check "the plot has both panels" eval 'grep -q "small <one>\|small &lt;one" "$tmp/plot.svg" && grep -q "total movement" "$tmp/plot.svg" && grep -q "buckles in landing" "$tmp/plot.svg"'
-jobs() {
-    for j in 1 3; do
-        $m --json study "$tmp/small.json" -j $j >"$tmp/j$j.json" || return 1
-    done
-    [ "$(wc -l <"$tmp/j1.json")" = 1 ] && cmp "$tmp/j1.json" "$tmp/j3.json" && grep -q '"seeds":4' "$tmp/j1.json" &&
-        [ "$(grep -o '"seed":[0-9]*' "$tmp/j1.json" | sort -u | wc -l)" = 4 ]
+seeds() {
+    $m --json study "$tmp/small.json" >"$tmp/seeds.json" && [ "$(wc -l <"$tmp/seeds.json")" = 1 ] && grep -q '"seeds":4' "$tmp/seeds.json" &&
+        [ "$(grep -o '"seed":[0-9]*' "$tmp/seeds.json" | sort -u | wc -l)" = 4 ]
 }
-check "JSON does not depend on -j" jobs
+check "JSON on a line, of all seeds" seeds
 check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet study "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
 # A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.
@@ -46,7 +43,6 @@ check "with --si, too" digits_as_the_interval --si
 check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m study "$tmp/typo.json"
 check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m study "$tmp/lost.json"
 check "no file" fails_with 2 "FILE" $m study
-check "no jobs" fails_with 2 "-j" $m study "$tmp/small.json" -j 0
 check "a plot of another kind, before anything is played" fails_with 2 ".svg, .png or .pdf" $m study "$tmp/small.json" --plot "$tmp/plot.html"
 check "a plot that cannot be written" eval 'fails_with 3 "cannot write" $m study "$tmp/small.json" --plot "$tmp/none/plot.svg" && [ ! -s "$tmp/out" ]'
 sed 's/"speed_ft_s": 20/"speed_ft_s": 20, "touchdown_ft": 40/' "$tmp/small.json" >"$tmp/beyond.json"

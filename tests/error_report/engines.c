@@ -35,7 +35,7 @@ static enum mr_status play(struct landing_series *series, const struct engine *e
 {
     series->engine = engine->use;
     series->chain_dt_s = series->planar_dt_s = dt_s;
-    series_ensemble(series, 1, false, NULL, NULL, runs);
+    series_ensemble(series, 1, NULL, NULL, runs);
     for (size_t i = 0; i < SEEDS; i++) {
         if (runs[i].error.status != MR_OK)
             *error = runs[i].error;

@@ -130,7 +130,7 @@ def study_rows(matrig, series, folder, wrong):
         with open(os.path.join(series, base[key]), encoding="utf-8") as source:
             base[key] = json.load(source)
     for name, change in STUDY_EXTREMES:
-        study = {**change(base), "seeds": 2, "name": name, "facts": []}
+        study = {**change(base), "seeds": 2, "name": name}
         path = os.path.join(folder, "study.json")
         with open(path, "w", encoding="utf-8") as out:
             json.dump(study, out)

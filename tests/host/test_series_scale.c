@@ -59,8 +59,8 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
 {
     struct series_run x, y;
     double worst_in = 0.0;
-    series_play(a, 1, false, &x);
-    series_play(b, 1, false, &y);
+    series_play(a, 1, &x);
+    series_play(b, 1, &y);
     assert_int_equal(x.error.status, MR_OK);
     assert_int_equal(y.error.status, MR_OK);
     *same_fate = x.played == y.played && x.buckled == y.buckled && x.buckle_ft == y.buckle_ft / n;

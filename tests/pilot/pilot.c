@@ -48,7 +48,7 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
     if (!runs)
         error_set(error, MR_FULL, "out of memory: %zu seeds", seeds);
     else
-        series_ensemble(&c, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs);
+        series_ensemble(&c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, runs);
     for (size_t i = 0; runs && i < seeds; i++) {
         if (runs[i].error.status != MR_OK)
             *error = runs[i].error;

@@ -11,94 +11,73 @@ static const char *const quantities[] = {"moved_in",  "each_in",  "most_in", "me
                                          "zone_mats", "waves",    "slack",   "torn",
                                          "failures",  "apart_ft", NULL};
 
-/* [first, last], both from 1. */
-static void read_landings(const struct keys *keys, const char *where, const char *key,
-                          const json_t *entry, size_t most, size_t *first, size_t *last)
+static enum mr_status wrong(const char *path, size_t number, const char *what, struct error *error)
 {
-    const json_t *from = json_array_get(entry, 0), *to = json_array_get(entry, 1);
-    *first = (size_t)json_integer_value(from);
-    *last = (size_t)json_integer_value(to);
-    if (json_array_size(entry) != 2 || !json_is_integer(from) || !json_is_integer(to) ||
-        json_integer_value(from) < 1 || *last < *first || *last > most)
-        keys_wrong(keys, where, key, "the first and the last of the study's landings, [1, 4]");
+    return error_set(error, MR_MALFORMED, "%s: _facts[%zu]: %s", path, number, what);
 }
 
-static void read_fact(const struct keys *keys, const char *where, const json_t *entry,
-                      const struct landing_series *c, double needed, struct series_fact *fact)
+static bool read_fact(const json_t *entry, const struct landing_series *c, struct series_fact *fact,
+                      char what[JSON_ERROR_TEXT_LENGTH])
 {
-    static const char *const known[] = {"says",     "quantity", "landings", "against", "station_ft",
-                                        "at_least", "at_most",  "needed",   NULL};
-    static const char *const whens[] = {"before buckling", "at buckling", NULL};
-    const json_t *landings = json_object_get(entry, "landings"),
-                 *against = json_object_get(entry, "against");
-    const struct sim_scene *scene = &c->landings[0].scene;
-    *fact = (struct series_fact){.station_ft = (double)NAN,
-                                 .low = -(double)INFINITY,
-                                 .high = (double)INFINITY,
-                                 .needed = needed};
-    keys_check(keys, where, entry, known);
-    if (keys_failed(keys))
-        return;
-    keys_text(keys, where, entry, "says", fact->says, sizeof fact->says);
-    if (!json_object_get(entry, "quantity"))
-        keys_wrong(
-            keys, where, "quantity",
-            "what was seen: moved_in, each_in, most_in, mean_in, zone_mats, waves, slack, torn, "
-            "failures or apart_ft");
-    fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
-    if (json_is_string(landings))
-        fact->when = SERIES_BEFORE_BUCKLING + keys_choice(keys, where, entry, "landings", whens, 0);
-    else if (!keys_failed(keys))
-        read_landings(keys, where, "landings", landings, c->landing_count, &fact->first,
-                      &fact->last);
-    if (against && !keys_failed(keys))
-        read_landings(keys, where, "against", against, c->landing_count, &fact->against_first,
-                      &fact->against_last);
-    keys_number(keys, where, entry, "station_ft", 0.0, scene->mats * scene->length_ft,
-                &fact->station_ft);
-    keys_number(keys, where, entry, "at_least", 0.0, 1e9, &fact->low);
-    keys_number(keys, where, entry, "at_most", 0.0, 1e9, &fact->high);
-    keys_number(keys, where, entry, "needed", 0.0, 1.0, &fact->needed);
-    if (!isnan(fact->station_ft) && fact->quantity > SERIES_MOST_IN)
-        keys_wrong(keys, where, "station_ft",
-                   "it with moved_in, each_in or most_in: a station's movement");
-    if (!keys_failed(keys) && !fact->says[0])
-        keys_wrong(keys, where, "says", "what was seen, in words");
-    if (!keys_failed(keys) &&
-        (!(fact->low <= fact->high) || (isinf(fact->low) && isinf(fact->high))))
-        keys_wrong(keys, where, "at_least", "a range: at_least, at_most or both in order");
-}
-
-static void read_list(const struct keys *keys, const json_t *root, const struct landing_series *c,
-                      struct facts *facts)
-{
-    const json_t *list = json_object_get(root, "facts");
-    if (list && (!json_is_array(list) || json_array_size(list) > SERIES_FACTS_MAX)) {
-        keys_wrong(keys, "", "facts", "a list of at most 12 objects");
-        return;
-    }
-    for (size_t i = 0; i < json_array_size(list) && !keys_failed(keys); i++) {
-        char where[32];
-        snprintf(where, sizeof where, "facts[%zu]", i);
-        read_fact(keys, where, json_array_get(list, i), c, facts->needed,
-                  &facts->fact[facts->count++]);
-    }
+    const char *says, *quantity, *when = NULL;
+    json_t *landings, *against = NULL;
+    json_error_t unpacked = {0};
+    size_t most = c->landing_count, choice = 0;
+    int first = 1, last = 1, against_first = 0, against_last = 0;
+    bool good = json_unpack_ex((json_t *)(uintptr_t)entry, &unpacked, JSON_STRICT,
+                               "{s:s,s:s,s:o,s?o,s?F,s?F,s?F,s?F}", "says", &says, "quantity",
+                               &quantity, "landings", &landings, "against", &against, "station_ft",
+                               &fact->station_ft, "at_least", &fact->low, "at_most", &fact->high,
+                               "needed", &fact->needed) == 0 &&
+                (json_unpack_ex(landings, &unpacked, 0, "s", &when) == 0 ||
+                 json_unpack_ex(landings, &unpacked, 0, "[ii!]", &first, &last) == 0) &&
+                (!against || json_unpack_ex(against, &unpacked, 0, "[ii!]", &against_first,
+                                            &against_last) == 0);
+    snprintf(what, JSON_ERROR_TEXT_LENGTH, "%s", unpacked.text);
+    if (!good)
+        return false;
+    snprintf(fact->says, sizeof fact->says, "%s", says);
+    while (quantities[choice] && strcmp(quantities[choice], quantity) != 0)
+        choice++;
+    fact->quantity = (enum series_quantity)choice;
+    if (when)
+        fact->when = strcmp(when, "at buckling") == 0 ? SERIES_AT_BUCKLING : SERIES_BEFORE_BUCKLING;
+    fact->first = (size_t)first;
+    fact->last = (size_t)last;
+    fact->against_first = (size_t)against_first;
+    fact->against_last = (size_t)against_last;
+    snprintf(what, JSON_ERROR_TEXT_LENGTH,
+             "a quantity, landings of the study in order, and a range that is one");
+    return quantities[choice] && first >= 1 && last >= first && fact->last <= most &&
+           fact->against_last <= most && against_first <= against_last && fact->low <= fact->high &&
+           !(isinf(fact->low) && isinf(fact->high)) &&
+           (!when || strcmp(when, "at buckling") == 0 || strcmp(when, "before buckling") == 0) &&
+           (isnan(fact->station_ft) ||
+            (fact->quantity <= SERIES_MOST_IN && fact->station_ft >= 0.0 &&
+             fact->station_ft <= c->landings[0].scene.mats * c->landings[0].scene.length_ft));
 }
 
 enum mr_status facts_read(const char *path, const json_t *root, const struct landing_series *c,
                           struct facts *facts, struct error *error)
 {
-    const struct keys keys = {path, error};
-    double landing = 0.0, within = 0.0;
+    char what[JSON_ERROR_TEXT_LENGTH];
+    json_t *list = NULL;
     *facts = (struct facts){.needed = 0.625};
-    keys_number(&keys, "", root, "observed_landing", -1.0, SERIES_LANDINGS_MAX, &landing);
-    facts->observed_landing = (int)landing;
-    keys_number(&keys, "", root, "within", 0.0, SERIES_LANDINGS_MAX, &within);
-    facts->within = (int)within;
-    keys_number(&keys, "", root, "needed", 0.0, 1.0, &facts->needed);
-    if (!keys_failed(&keys))
-        read_list(&keys, root, c, facts);
-    return error->status;
+    json_unpack((json_t *)(uintptr_t)root, "{s?i,s?i,s?F,s?o}", "_observed_landing",
+                &facts->observed_landing, "_within", &facts->within, "_needed", &facts->needed,
+                "_facts", &list);
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        struct series_fact *fact = &facts->fact[facts->count];
+        if (facts->count++ == SERIES_FACTS_MAX)
+            return wrong(path, i, "at most 12", error);
+        *fact = (struct series_fact){.station_ft = (double)NAN,
+                                     .low = -(double)INFINITY,
+                                     .high = (double)INFINITY,
+                                     .needed = facts->needed};
+        if (!read_fact(json_array_get(list, i), c, fact, what))
+            return wrong(path, i, what, error);
+    }
+    return MR_OK;
 }
 
 static size_t station_of(const struct landing_series *c, double station_ft)

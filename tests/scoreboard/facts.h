@@ -1,5 +1,5 @@
-/* What the report says of a series, and how the runways of the series compare: keys
- * observed_landing, within, needed and facts of a study file. */
+/* What the report says of a series, and how the runways of the series compare: comments
+ * _observed_landing, _within, _needed and _facts of a study file. */
 #ifndef MATRIG_TESTS_SCOREBOARD_FACTS_H
 #define MATRIG_TESTS_SCOREBOARD_FACTS_H
 

@@ -68,11 +68,10 @@ struct figure {
 extern const struct figure series_figures[];
 extern const size_t series_figure_count;
 
-/* A figure's campaign, played; the caller frees. `awaits`: not played. */
+/* A figure's series, played; the caller frees. */
 struct figure_run {
     struct landing_series series;
     struct series_run *runs;
-    bool played;
 };
 enum mr_status figure_play(struct figure_run *run, const struct figure *figure, const char *folder,
                            size_t seeds, struct error *error);

@@ -24,12 +24,9 @@ static enum mr_status one(const char *folder, const struct figure *figure, size_
                run.series.name);
         if (run.series.basis[0])
             printf("Basis: %s. ", run.series.basis);
-        if (run.played) {
-            printf("%zu runways.\n\n", seeds);
-            figure_table(stdout, figure, &run);
-            figure_draw(path, figure, &run, error);
-        } else
-            printf("Not played: the series awaits %s\n", run.series.awaits);
+        printf("%zu runways.\n\n", seeds);
+        figure_table(stdout, figure, &run);
+        figure_draw(path, figure, &run, error);
     }
     figure_run_free(&run);
     return error->status;

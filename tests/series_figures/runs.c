@@ -18,7 +18,7 @@ enum mr_status figure_play(struct figure_run *run, const struct figure *figure, 
     *run = (struct figure_run){0};
     snprintf(path, sizeof path, "%s/%s", made ? folder : "host/landing_series/series",
              figure->series + made);
-    if (series_load(&run->series, path, error) != MR_OK || run->series.awaits[0])
+    if (series_load(&run->series, path, error) != MR_OK)
         return error->status;
     struct landing_series *c = &run->series;
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
@@ -33,12 +33,11 @@ enum mr_status figure_play(struct figure_run *run, const struct figure *figure, 
     if (!run->runs)
         return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    series_ensemble(c, cores > 0 ? (int)cores : 1, false, NULL, NULL, run->runs);
+    series_ensemble(c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, run->runs);
     for (size_t i = 0; i < seeds && error->status == MR_OK; i++) {
         if (run->runs[i].error.status != MR_OK)
             *error = run->runs[i].error;
     }
-    run->played = error->status == MR_OK;
     return error->status;
 }
 
