@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "common/runway.h"
-#include "host/analyse/measured.h"
+#include "host/analyse/measured_load.h"
 #include "host/analyse/zones.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/measured_series.h"
 #include "host/base/xmalloc.h"
 
 #define CLOCK_TOLERANCE  0.01   /* the internal oscillator's, taken as a standard error */
@@ -51,33 +50,6 @@ int measured_find(const struct measured *measured, enum mr_channel_kind kind, un
 }
 
 /* ---- gear ---- */
-
-/* Named edges in order of time; a switch counts once. */
-static void collect_gates(struct measured *measured, const struct store_edge *edges,
-                          size_t edge_count, const struct store_switch *places, size_t place_count)
-{
-    measured->edges = edge_count;
-    for (size_t p = 0; p < place_count; p++) {
-        /* of a damaged campaign */
-        if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
-            continue;
-        measured->fitted |= 1ull << (places[p].position - 1);
-        measured->switch_ft[places[p].position - 1] = places[p].station_ft;
-        measured->switches++;
-    }
-    for (size_t e = 0; e < edge_count; e++) {
-        for (size_t p = 0; p < place_count; p++) {
-            uint64_t bit = 1ull << ((places[p].position - 1) & 63);
-            if (places[p].position < 1 || places[p].position > 64 ||
-                places[p].position != edges[e].position || measured->seen & bit ||
-                isnan(edges[e].board_us) || measured->gates == MR_GATES_MAX)
-                continue;
-            measured->seen |= bit;
-            measured->gate[measured->gates++] = (struct mr_gate){edges[e].board_us / 1e6,
-                                                                 places[p].station_ft};
-        }
-    }
-}
 
 /* A clock that may be off by a fraction scales every speed by it, and decelerations by twice as
  * much. */
@@ -170,7 +142,7 @@ static bool ends_before_stop(const struct measured *measured)
     return measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < surely_s;
 }
 
-static void fit_gear(struct measured *measured)
+void measured_fit_gear(struct measured *measured)
 {
     struct store_landing *landing = &measured->landing;
     int64_t armed_us = landing->armed_block == STORE_NONE ? 1000 * measured->first_block
@@ -432,61 +404,31 @@ void measured_find_facts(struct measured *measured)
     }
 }
 
-/* ---- loading ---- */
-
-static enum mr_status load_gates(struct store *store, int64_t run, struct measured *measured,
-                                 struct error *error)
+/* A block is what most of it is: its record's source, else CAN when that filled any of it. */
+static enum measured_source source_of_block(const struct measured *measured, size_t sample)
 {
-    struct store_edge *edges = NULL;
-    struct store_switch *places = NULL;
-    size_t edge_count, place_count;
-    enum mr_status status = store_edges(store, run, &edges, &edge_count, error);
-    if (status == MR_OK)
-        status = store_switches(store, run, &places, &place_count, error);
-    if (status == MR_OK)
-        collect_gates(measured, edges, edge_count, places, place_count);
-    free(edges);
-    free(places);
-    return status;
-}
-
-static enum mr_status count_unheard_edges(struct store *store, int64_t run,
-                                          struct measured *measured, struct error *error)
-{
-    struct store_result result;
-    bool found;
-    enum mr_status status = store_result_get(store, run, &result, &found, error);
-    measured->edges_told = status == MR_OK && found && result.switches != STORE_NONE;
-    if (measured->edges_told && result.switches > (int64_t)measured->gates)
-        measured->unheard_edges = (size_t)result.switches - measured->gates;
-    return status;
-}
-
-static enum mr_status load_configuration(struct store *store, int64_t run,
-                                         struct measured *measured, struct error *error)
-{
-    struct mr_channel_config channels[MR_CHANNELS];
-    size_t found;
-    enum mr_status status = store_channels(store, run, channels, &found, error);
-    for (unsigned c = 0; c < MR_CHANNELS; c++)
-        measured->channel[c].config = channels[c];
-    return status;
-}
-
-static enum mr_status load_first_edge(struct store *store, int64_t run, struct measured *measured,
-                                      struct error *error)
-{
-    struct store_edge *edges = NULL;
-    size_t count = 0;
-    enum mr_status status = store_edges(store, run, &edges, &count, error);
-    for (size_t i = 0; i < count; i++) {
-        if (edges[i].count > 0 &&
-            (measured->first_edge == 0 || edges[i].count < measured->first_edge))
-            measured->first_edge = edges[i].count;
+    enum measured_source source = MEASURED_NOTHING;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        enum measured_source of_channel = (enum measured_source)measured->channel[c].source[sample];
+        if (of_channel != MEASURED_NOTHING)
+            source = of_channel;
     }
-    measured->torn = measured->first_edge > 1;
-    free(edges);
-    return status;
+    return source;
+}
+
+void measured_find_stretches(struct measured *measured)
+{
+    for (size_t i = 0; i < measured->samples; i++) {
+        enum measured_source source = source_of_block(measured, i);
+        int64_t block = measured->first_block + (int64_t)i;
+        measured->blocks_from[source]++;
+        if (measured->stretches && measured->stretch[measured->stretches - 1].source == source) {
+            measured->stretch[measured->stretches - 1].to_block = block;
+            continue;
+        }
+        xlist_grow(&measured->stretch, measured->stretches, sizeof *measured->stretch);
+        measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
+    }
 }
 
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT])
@@ -496,84 +438,6 @@ void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_
         snprintf(out, MEASURED_TORN_TEXT,
                  "torn: of its edges those before number %lld never came; speeds are not stated",
                  (long long)measured->first_edge);
-}
-
-static enum mr_status load_facts(struct store *store, int64_t run, struct measured *measured,
-                                 struct error *error)
-{
-    memset(measured, 0, sizeof *measured);
-    enum mr_status status = store_landing_get(store, run, &measured->landing, error);
-    if (status == MR_OK)
-        status = load_gates(store, run, measured, error);
-    if (status == MR_OK)
-        status = count_unheard_edges(store, run, measured, error);
-    return status == MR_OK ? load_first_edge(store, run, measured, error) : status;
-}
-
-static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,
-                               struct error *error)
-{
-    enum mr_status status = load_configuration(store, run, measured, error);
-    if (status == MR_OK)
-        status = measured_load_series(store, measured, error);
-    if (status != MR_OK)
-        return status;
-    fit_gear(measured);
-    measured_find_facts(measured);
-    return MR_OK;
-}
-
-enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
-                             struct error *error)
-{
-    enum mr_status status = load_facts(store, run, measured, error);
-    return status == MR_OK ? load_all(store, run, measured, error) : status;
-}
-
-#define NEAR_BLOCKS 1000 /* what comes within a second belongs together (measured_moments.h) */
-
-/* The board heard all edges and said that the landing is over, and there are
- * block records about each edge and beyond the stop: the series can add nothing. */
-static enum mr_status fit_without_series(struct store *store, struct measured *measured,
-                                         bool *enough, struct error *error)
-{
-    const struct store_landing *landing = &measured->landing;
-    int64_t first = -1, near = 0;
-    *enough = measured->edges_told && measured->unheard_edges == 0 && measured->gates > 0 &&
-              !measured->torn &&
-              (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
-    enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
-    for (size_t g = 0; g < measured->gates && *enough && status == MR_OK; g++) {
-        int64_t block = (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1e3));
-        status = store_block_within(store, landing->id, block, block + NEAR_BLOCKS, &near, error);
-        *enough = near >= 0;
-    }
-    if (!*enough || status != MR_OK)
-        return status;
-    measured->source = MEASURED_SERIAL;
-    measured->first_block = first;
-    measured->samples = SIZE_MAX / 4; /* as if it never ended, to find the stop first */
-    fit_gear(measured);
-    *enough = measured->fit_status == MR_OK;
-    int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;
-    if (*enough)
-        status = store_block_within(store, landing->id, stop, stop + NEAR_BLOCKS, &near, error);
-    *enough &= near >= 0;
-    measured->samples = (size_t)(near - first) + 1;
-    return status;
-}
-
-enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
-                                  struct error *error)
-{
-    bool enough = false;
-    enum mr_status status = load_facts(store, run, measured, error);
-    if (status == MR_OK)
-        status = fit_without_series(store, measured, &enough, error);
-    if (status != MR_OK || enough)
-        return status;
-    measured_free(measured);
-    return measured_load(store, run, measured, error);
 }
 
 void measured_free(struct measured *measured)
@@ -646,89 +510,40 @@ double measured_peak_samples(const struct measured_channel *channel)
     return 2.0 * (double)peak_reach(channel) + 1.0;
 }
 
-/* Which of the two halves a sample's value belongs to: every second value is of the same. */
-static size_t half_of(const struct measured_channel *channel, size_t sample)
-{
-    return (sample + channel->phase) / channel->stride % 2;
-}
-
-/* The samples from `from` up to and without `to` that lie within `reach` of `sample`. */
-struct window {
-    size_t from, to;
-};
-
-static struct window window_at(const struct measured *measured, size_t sample, size_t reach)
-{
-    return (struct window){sample > reach ? sample - reach : 0, sample + reach < measured->samples
-                                                                    ? sample + reach + 1
-                                                                    : measured->samples};
-}
-
-/* The mean around a sample of one half of the values. NaN: none is valid. */
-static double half_mean(const struct measured *measured, const struct measured_channel *channel,
-                        size_t sample, size_t reach, size_t half)
-{
-    struct window window = window_at(measured, sample, reach);
-    double sum = 0.0;
-    size_t count = 0;
-    for (size_t i = window.from; i < window.to; i++) {
-        double value = half_of(channel, i) == half ? measured_value(channel, i) : (double)NAN;
-        if (!isnan(value)) {
-            sum += value;
-            count++;
-        }
-    }
-    return count ? sum / (double)count : (double)NAN;
-}
-
-/* ---- running sums: nearly every sample is seen not to be the peak at the cost of two differences
- * ---- */
-
-/* Of each half, over all samples before. Whole multiples of `unit`, so that no difference of two
- * sums depends on what came before. */
-struct running {
-    int64_t sum;
-    int64_t count;
-};
-
+/* Of each half of the values (every second one is of the same), over all samples before. Whole
+ * multiples of `unit`, so that no difference of two sums depends on what came before. */
 struct sums {
-    struct running *half[2]; /* samples + 1 of each */
-    double unit;             /* NaN: a value is infinite, and nothing can be told by sums */
+    struct running {
+        int64_t sum, count;
+    } * half[2]; /* samples + 1 of each */
+    double unit;
 };
-
-/* The finest unit in which all values together fit a sum. */
-static double unit_for(const struct measured *measured, const struct measured_channel *channel)
-{
-    double most = 1e-30; /* all zero: any unit does */
-    int value_bits, count_bits;
-    for (size_t i = 0; i < measured->samples; i++)
-        most = fmax(most, fabs(measured_value(channel, i)));
-    if (isinf(most))
-        return (double)NAN;
-    (void)frexp(most, &value_bits);
-    (void)frexp((double)measured->samples, &count_bits);
-    return ldexp(1.0, value_bits + count_bits - SUM_BITS);
-}
 
 static struct sums sums_of(const struct measured *measured, const struct measured_channel *channel)
 {
-    struct sums sums = {.unit = unit_for(measured, channel)};
-    struct running now[2] = {{0, 0}, {0, 0}};
+    struct sums sums = {.unit = 1.0};
+    double most = 1e-30; /* all zero: any unit does */
+    int value_bits, count_bits;
+    for (size_t i = 0; i < measured->samples; i++) {
+        double value = fabs(measured_value(channel, i));
+        most = isfinite(value) ? fmax(most, value) : most;
+    }
+    (void)frexp(most, &value_bits);
+    (void)frexp((double)measured->samples, &count_bits);
+    sums.unit = ldexp(1.0, value_bits + count_bits - SUM_BITS);
+    double per_unit = 1.0 / sums.unit; /* powers of two */
     for (size_t half = 0; half < 2; half++)
         sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
-    if (isnan(sums.unit))
-        return sums;
-    double per_unit = 1.0 / sums.unit; /* powers of two */
     /* counted on: dividing is dear */
-    size_t within = channel->phase % channel->stride, half = half_of(channel, 0);
+    size_t within = channel->phase % channel->stride, half = channel->phase / channel->stride % 2;
     for (size_t i = 0; i < measured->samples; i++) {
         double value = measured_value(channel, i);
-        if (!isnan(value)) {
-            now[half].sum += llrint(value * per_unit);
-            now[half].count++;
+        sums.half[0][i + 1] = sums.half[0][i];
+        sums.half[1][i + 1] = sums.half[1][i];
+        if (isfinite(value)) {
+            sums.half[half][i + 1].sum += llrint(value * per_unit);
+            sums.half[half][i + 1].count++;
         }
-        sums.half[0][i + 1] = now[0];
-        sums.half[1][i + 1] = now[1];
         if (++within == channel->stride) {
             within = 0;
             half = 1 - half;
@@ -737,55 +552,16 @@ static struct sums sums_of(const struct measured *measured, const struct measure
     return sums;
 }
 
-/* Of each sample from `from` on half_mean, to half a unit; NaN also where the other half has no
- * value to take a peak from. Without sums every sample has the same. */
-static double *rough_means(const struct measured *measured, const struct measured_channel *channel,
-                           const struct sums *sums, size_t from, size_t half)
+/* The mean within `reach` samples of one half of the values. NaN: none is valid. */
+static double half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
+                        size_t samples)
 {
-    const struct running *mine = sums->half[half], *others = sums->half[1 - half];
-    double *mean = xcalloc(measured->samples + 1, sizeof *mean);
-    for (size_t i = from; i < measured->samples && !isnan(sums->unit); i++) {
-        struct window search = window_at(measured, i, search_reach(channel)),
-                      peak = window_at(measured, i, peak_reach(channel));
-        int64_t count = mine[search.to].count - mine[search.from].count;
-        bool usable = count > 0 && others[peak.to].count > others[peak.from].count;
-        mean[i] = usable ? sums->unit * (double)(mine[search.to].sum - mine[search.from].sum) /
-                               (double)count
-                         : (double)NAN;
-    }
-    return mean;
-}
-
-/* What a rough mean must come to on the side of `sign` for half_mean to be the largest. */
-static double least_of_peaks(const double *rough, size_t from, size_t to, double sign, double unit)
-{
-    double most = -(double)INFINITY;
-    for (size_t i = from; i < to; i++)
-        most = sign * rough[i] > most ? sign * rough[i] : most;
-    /* sums round, and so does adding up a mean */
-    return isnan(unit) ? most : most - 4.0 * unit - 1e-12 * fabs(most);
-}
-
-/* The extreme on the side of `sign`: found in one half, whose rough means are given, taken from the
- * other. */
-static double extreme(const struct measured *measured, const struct measured_channel *channel,
-                      const double *rough, double unit, size_t from, double sign, size_t half)
-{
-    double most = (double)NAN, other = (double)NAN;
-    double least = least_of_peaks(rough, from, measured->samples, sign, unit);
-    for (size_t i = from; i < measured->samples; i++) {
-        if (!(sign * rough[i] >= least))
-            continue;
-        double value = sign * half_mean(measured, channel, i, search_reach(channel), half);
-        if (isnan(value) || value <= most)
-            continue;
-        double there = half_mean(measured, channel, i, peak_reach(channel), 1 - half);
-        if (isnan(there))
-            continue;
-        most = value;
-        other = there;
-    }
-    return other;
+    const struct running
+        *from = &sums->half[half][sample > reach ? sample - reach : 0],
+        *to = &sums->half[half][sample + reach < samples ? sample + reach + 1 : samples];
+    return to->count > from->count
+             ? sums->unit * (double)(to->sum - from->sum) / (double)(to->count - from->count)
+             : (double)NAN;
 }
 
 void measured_peaks(const struct measured *measured, const struct measured_channel *channel,
@@ -794,13 +570,30 @@ void measured_peaks(const struct measured *measured, const struct measured_chann
     *high = *low = (double)NAN;
     if (measured->samples == 0) /* nor has the channel a stride then */
         return;
+    const size_t search = search_reach(channel), peak = peak_reach(channel);
     struct sums sums = sums_of(measured, channel);
     *high = *low = 0.0;
     for (size_t half = 0; half < 2; half++) {
-        double *rough = rough_means(measured, channel, &sums, from, half);
-        *high += extreme(measured, channel, rough, sums.unit, from, 1.0, half) / 2.0;
-        *low += extreme(measured, channel, rough, sums.unit, from, -1.0, half) / 2.0;
-        free(rough);
+        double most = (double)NAN, least = (double)NAN, at_most = (double)NAN,
+               at_least = (double)NAN;
+        for (size_t i = from; i < measured->samples; i++) {
+            double value = half_mean(&sums, half, i, search, measured->samples);
+            if (isnan(value) || (value <= most && value >= least))
+                continue;
+            double there = half_mean(&sums, 1 - half, i, peak, measured->samples);
+            if (isnan(there))
+                continue;
+            if (!(value <= most)) {
+                most = value;
+                at_most = there;
+            }
+            if (!(value >= least)) {
+                least = value;
+                at_least = there;
+            }
+        }
+        *high += at_most / 2.0;
+        *low += at_least / 2.0;
     }
     free(sums.half[0]);
     free(sums.half[1]);
@@ -830,36 +623,6 @@ char measured_source_letter(enum measured_source source)
     return sources[source].letter;
 }
 
-/* A block is what most of it is: its record's source, else CAN when that filled any of it. */
-static enum measured_source source_of_block(const struct measured *measured, size_t sample)
-{
-    enum measured_source source = MEASURED_NOTHING;
-    for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        enum measured_source of_channel = (enum measured_source)measured->channel[c].source[sample];
-        if (of_channel != MEASURED_NOTHING)
-            source = of_channel;
-    }
-    return source;
-}
-
-enum mr_status measured_find_stretches(struct measured *measured, struct error *error)
-{
-    for (size_t i = 0; i < measured->samples; i++) {
-        enum measured_source source = source_of_block(measured, i);
-        int64_t block = measured->first_block + (int64_t)i;
-        measured->blocks_from[source]++;
-        if (measured->stretches && measured->stretch[measured->stretches - 1].source == source) {
-            measured->stretch[measured->stretches - 1].to_block = block;
-            continue;
-        }
-        if (!list_grow(&measured->stretch, measured->stretches, sizeof *measured->stretch))
-            return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs",
-                             (long long)measured->landing.id);
-        measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
-    }
-    return MR_OK;
-}
-
 /* What was set aside because of its time; false: nothing. */
 static bool aside_text(const struct measured *measured, char *out, size_t size)
 {
@@ -869,8 +632,7 @@ static bool aside_text(const struct measured *measured, char *out, size_t size)
         const char *one, *many;
     } kinds[] = {{aside->blocks, "block record", "block records"},
                  {aside->messages, "CAN message", "CAN messages"},
-                 {aside->edges, "switch edge", "switch edges"},
-                 {aside->readings, "reading", "readings"}};
+                 {aside->edges, "switch edge", "switch edges"}};
     size_t used = 0;
     for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         if (kinds[k].count && used < size)
@@ -923,9 +685,9 @@ void measured_aside_note(const struct measured *measured, const struct cli *cli)
 json_t *measured_aside_json(const struct measured *measured)
 {
     const struct measured_aside *aside = &measured->aside;
-    if (aside->blocks + aside->messages + aside->edges + aside->readings == 0)
+    if (aside->blocks + aside->messages + aside->edges == 0)
         return json_null();
-    return json_pack("{sIsIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages",
-                     (json_int_t)aside->messages, "edges", (json_int_t)aside->edges, "readings",
-                     (json_int_t)aside->readings, "first_block", (json_int_t)aside->block);
+    return json_pack("{sIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages",
+                     (json_int_t)aside->messages, "edges", (json_int_t)aside->edges, "first_block",
+                     (json_int_t)aside->block);
 }

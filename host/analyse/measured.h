@@ -78,11 +78,11 @@ struct measured_check {
     double worst_digits;
 };
 
-/* What is set aside because its time lies far from the landing's
- * (host/analyse/measured_series.h). */
+/* What is set aside because its time lies far from the landing's: a group of seconds, beyond a
+ * pause of half a minute, that is small beside the largest. */
 struct measured_aside {
-    size_t blocks, messages, edges, readings; /* readings: of an imported file */
-    int64_t block;                            /* of the first of them */
+    size_t blocks, messages, edges;
+    int64_t block; /* of the first of them */
 };
 
 struct measured {
@@ -128,18 +128,10 @@ struct measured {
     bool torn;          /* those before it did not, and what they would tell is not stated */
 };
 
-/* Load a landing. The caller releases it with measured_free, also after an error. */
-enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
-                             struct error *error);
 void measured_free(struct measured *measured);
 /* "torn: ...", for what stands above numbers; "": the landing has its first edges. */
 #define MEASURED_TORN_TEXT 100u
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
-/* The same as measured_load for who asks for the gear alone, without the series where the record
- * leaves no question of the stop: the channels are then empty. */
-enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
-                                  struct error *error);
-
 /* Of MR_TRUNCATED: why no stop is known, as part of a sentence. */
 #define MEASURED_REASON 100
 void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON]);
@@ -166,6 +158,10 @@ double measured_error(const struct measured *measured, const struct measured_cha
 struct mr_error_case measured_error_case(const struct measured *measured,
                                          const struct measured_channel *channel, double value,
                                          double samples);
+/* t0_us, the gates' times since then, summary and fit, from gates and landing. */
+void measured_fit_gear(struct measured *measured);
+/* stretch, stretches and blocks_from from the channels' sources. */
+void measured_find_stretches(struct measured *measured);
 /* Baseline, noise, extremes and their errors of every channel, from the series and the first gate:
  * what measured_load does last. */
 void measured_find_facts(struct measured *measured);
@@ -196,9 +192,6 @@ double measured_peak_samples(const struct measured_channel *channel);
  * instrument, or nowhere. */
 
 #define MEASURED_SOURCE_TEXT 600
-
-/* Fills stretch, stretches and blocks_from from the channels' sources. */
-enum mr_status measured_find_stretches(struct measured *measured, struct error *error);
 
 /* "serial", "can", "blackbox", "import", "none". Static storage. */
 const char *measured_source_name(enum measured_source source);

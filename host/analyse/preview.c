@@ -1,3 +1,4 @@
+#include "host/analyse/measured_load.h"
 #include "host/analyse/preview.h"
 
 #include <math.h>

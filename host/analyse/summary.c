@@ -7,7 +7,7 @@
 #include <time.h>
 
 #include "common/fault.h"
-#include "host/analyse/measured.h"
+#include "host/analyse/measured_load.h"
 #include "host/base/units.h"
 #include "host/link/timemap.h"
 #include "host/store/store_readiness.h"

@@ -27,8 +27,9 @@ struct known {
     size_t count;
 };
 
-static enum mr_status know_block(void *context, const uint8_t *record, size_t length)
+static enum mr_status know_block(void *context, const uint8_t *record, size_t length, int link)
 {
+    (void)link;
     struct known *known = context;
     struct mr_block block;
     if (mr_block_get(&block, record, length) != MR_OK)

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "host/analyse/film.h"
-#include "host/analyse/measured.h"
+#include "host/analyse/measured_load.h"
 #include "host/commands/commands.h"
 #include "host/exchange/export.h"
 #include "host/link/link.h"

@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "common/channels.h"
-#include "host/analyse/measured.h"
+#include "host/analyse/measured_load.h"
 #include "host/base/answer.h"
 #include "host/board/certificates.h"
 #include "host/board/config_text.h"

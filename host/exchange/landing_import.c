@@ -6,13 +6,13 @@
 
 #include "common/block.h"
 #include "common/channels.h"
-#include "host/analyse/measured.h"
+#include "host/analyse/measured_load.h"
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 #include "host/link/link.h"
 
 #define BLOCK_US        1000.0
-#define MIDDLE_US       437.5 /* of the eight scans of a block: host/analyse/measured.h */
+#define MIDDLE_US       437.5 /* of the eight scans of a block: host/analyse/measured_load.h */
 #define BLOCKS_MAX      3600000
 #define BOARD_BLOCKS    4294967295.0 /* a board counts them in 32 bits */
 #define USUAL_GAP       1.5          /* of the usual time between samples: more is missing data */

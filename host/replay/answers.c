@@ -61,8 +61,9 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     return MR_OK;
 }
 
-static enum mr_status take_block(void *context, const uint8_t *record, size_t length)
+static enum mr_status take_block(void *context, const uint8_t *record, size_t length, int link)
 {
+    (void)link;
     struct loading *loading = context;
     struct answers *answers = loading->answers;
     if (answers->blocks == loading->room)

@@ -265,8 +265,9 @@ static void compute(struct report_landing *landing)
                     landing->simulations, landing->compared);
 }
 
-static enum mr_status hash_record(void *context, const uint8_t *record, size_t length)
+static enum mr_status hash_record(void *context, const uint8_t *record, size_t length, int link)
 {
+    (void)link;
     SHA2_CTX *hash = context;
     SHA256Update(hash, record, length);
     return MR_OK;

@@ -113,15 +113,16 @@ enum mr_status store_segments(struct store *store, int64_t run, struct store_seg
 enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run,
                                int link, int64_t index, int64_t host_us, const uint8_t *record,
                                size_t length, struct error *error);
-/* Calls `each` for the blocks of a landing in order of their index; it returns MR_OK to go on. */
+/* Calls `each` for the blocks of a landing in order of their index, with the link they came over
+ * (or STORE_LINK_BOX); it returns MR_OK to go on. */
 enum mr_status store_blocks_each(struct store *store, int64_t run,
                                  enum mr_status (*each)(void *context, const uint8_t *record,
-                                                        size_t length),
+                                                        size_t length, int link),
                                  void *context, struct error *error);
-/* By which link each of them came. */
-enum mr_status store_block_links_each(struct store *store, int64_t run,
-                                      void (*each)(void *context, int64_t index, int link),
-                                      void *context, struct error *error);
+/* The indexes alone, which cost less. */
+enum mr_status store_block_indexes_each(struct store *store, int64_t run,
+                                        void (*each)(void *context, int64_t index), void *context,
+                                        struct error *error);
 enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
                                   struct error *error);
 /* A landing's first block, and its first one from `from` to `to`; -1: none. */

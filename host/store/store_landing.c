@@ -152,29 +152,29 @@ enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *bas
 
 enum mr_status store_blocks_each(struct store *store, int64_t run,
                                  enum mr_status (*each)(void *context, const uint8_t *record,
-                                                        size_t length),
+                                                        size_t length, int link),
                                  void *context, struct error *error)
 {
     sqlite3_stmt *s;
     struct store_block_record row;
     enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
     while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCKS, s, &row)) == MR_OK) {
-        status = each(context, row.record.data, row.record.length);
+        status = each(context, row.record.data, row.record.length, row.link);
         if (status != MR_OK)
             sqlite3_reset(s);
     }
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_block_links_each(struct store *store, int64_t run,
-                                      void (*each)(void *context, int64_t index, int link),
-                                      void *context, struct error *error)
+enum mr_status store_block_indexes_each(struct store *store, int64_t run,
+                                        void (*each)(void *context, int64_t index), void *context,
+                                        struct error *error)
 {
     sqlite3_stmt *s;
-    struct store_block_link row;
-    enum mr_status status = STORE_QUERY(store, error, BLOCK_LINKS, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCK_LINKS, s, &row)) == MR_OK)
-        each(context, row.index, row.link);
+    struct store_block_index row;
+    enum mr_status status = STORE_QUERY(store, error, BLOCK_INDEXES, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCK_INDEXES, s, &row)) == MR_OK)
+        each(context, row.index);
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 

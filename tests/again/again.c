@@ -409,8 +409,9 @@ static bool follows(struct again *again, int64_t index)
     return true;
 }
 
-static enum mr_status take_block(void *context, const uint8_t *record, size_t length)
+static enum mr_status take_block(void *context, const uint8_t *record, size_t length, int link)
 {
+    (void)link;
     struct again *again = context;
     struct mr_block block;
     struct mr_predictor_input input;

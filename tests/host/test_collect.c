@@ -104,8 +104,9 @@ TEST(both_links_make_one_landing)
     session_end(&s);
 }
 
-static enum mr_status check_order(void *context, const uint8_t *record, size_t length)
+static enum mr_status check_order(void *context, const uint8_t *record, size_t length, int link)
 {
+    (void)link;
     uint32_t *next = context;
     struct mr_block block;
     assert_int_equal(mr_block_get(&block, record, length), MR_OK);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "common/wire.h"
+#include "host/analyse/measured_load.h"
 #include "host/compare/limits.h"
 #include "host/compare/landing.h"
 #include "host/compare/show.h"

@@ -1,5 +1,6 @@
 /* A landing read back: gear, displacements, tensions and zones against the closed form they were
  * made from. */
+#include "host/analyse/measured_load.h"
 #include "host/analyse/summary.h"
 #include "tests/host/session.h"
 

@@ -1,5 +1,6 @@
 /* The record of warnings: a campaign made by hand, of which it is known by construction what came
  * of each landing. The mats do not move; segments that were surveyed as closed are the zone. */
+#include "host/analyse/measured_load.h"
 #include "host/analyse/record.h"
 #include "tests/host/session.h"
 

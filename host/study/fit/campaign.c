@@ -1,3 +1,4 @@
+#include "host/analyse/measured_load.h"
 #include "host/study/fit/campaign.h"
 #include "host/base/xmalloc.h"
 

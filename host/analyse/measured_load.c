@@ -1,0 +1,662 @@
+#include "host/analyse/measured_load.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/catalogue.h"
+#include "common/watch.h"
+#include "common/wire.h"
+#include "host/base/xmalloc.h"
+#include "host/link/link.h"
+#include "host/store/store_import.h"
+#include "host/store/store_journal.h"
+
+#define BLOCKS_PER_S 1000
+
+/* ---- gates ---- */
+
+/* Named edges in order of time; a switch counts once. */
+static void collect_gates(struct measured *measured, const struct store_edge *edges,
+                          size_t edge_count, const struct store_switch *places, size_t place_count)
+{
+    measured->edges = edge_count;
+    for (size_t p = 0; p < place_count; p++) {
+        /* of a damaged campaign */
+        if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
+            continue;
+        measured->fitted |= 1ull << (places[p].position - 1);
+        measured->switch_ft[places[p].position - 1] = places[p].station_ft;
+        measured->switches++;
+    }
+    for (size_t e = 0; e < edge_count; e++) {
+        for (size_t p = 0; p < place_count; p++) {
+            uint64_t bit = 1ull << ((places[p].position - 1) & 63);
+            if (places[p].position < 1 || places[p].position > 64 ||
+                places[p].position != edges[e].position || measured->seen & bit ||
+                isnan(edges[e].board_us) || measured->gates == MR_GATES_MAX)
+                continue;
+            measured->seen |= bit;
+            measured->gate[measured->gates++] = (struct mr_gate){edges[e].board_us / 1e6,
+                                                                 places[p].station_ft};
+        }
+    }
+}
+
+/* ---- which times are the landing's: those of its block records, messages and edges, by the
+ * second, are groups between pauses of half a minute. A landing lasts 22 s from its first edge
+ * (common/onboard/landing.h), so a group that is small beside the largest is none of it: one wrong
+ * time would make the record hours long. What belongs to no group is set aside and counted; the
+ * campaign keeps it ---- */
+
+#define PAUSE_S 30
+#define SHARE   100u /* less than a hundredth of the largest group is none of the landing, */
+#define LEAST   100u /* but with edges in it so many are enough: the link was down before */
+
+struct moments {
+    struct group {
+        int64_t from_s, to_s; /* both in it */
+        size_t count, edges;
+    } * group;
+    size_t groups;
+};
+
+static void moments_add(struct moments *moments, int64_t second, size_t count, size_t edges)
+{
+    struct group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
+    if (!last || second < last->from_s || second > last->to_s + 1) {
+        xlist_grow(&moments->group, moments->groups, sizeof *moments->group);
+        last = &moments->group[moments->groups++];
+        *last = (struct group){second, second, 0, 0};
+    }
+    last->to_s = second > last->to_s ? second : last->to_s;
+    last->count += count;
+    last->edges += edges;
+}
+
+static int64_t edge_second(double board_s)
+{
+    return (int64_t)floor(fmax(-9e15, fmin(9e15, board_s)));
+}
+
+static int by_time(const void *a, const void *b)
+{
+    int64_t x = ((const struct group *)a)->from_s, y = ((const struct group *)b)->from_s;
+    return (x > y) - (x < y);
+}
+
+/* Only groups that belong to the landing are left, in order. */
+static void moments_judge(struct moments *moments)
+{
+    size_t joined = 0, left = 0, most = 0;
+    if (moments->groups)
+        qsort(moments->group, moments->groups, sizeof *moments->group, by_time);
+    for (size_t g = 0; g < moments->groups; g++) {
+        const struct group next = moments->group[g];
+        struct group *last = joined ? &moments->group[joined - 1] : NULL;
+        if (last && next.from_s - PAUSE_S <= last->to_s) {
+            last->to_s = next.to_s > last->to_s ? next.to_s : last->to_s;
+            last->count += next.count;
+            last->edges += next.edges;
+        } else {
+            moments->group[joined++] = next;
+        }
+        most = moments->group[joined - 1].count > most ? moments->group[joined - 1].count : most;
+    }
+    for (size_t g = 0; g < joined; g++) {
+        const struct group group = moments->group[g];
+        if (group.count && (group.count > most / SHARE || group.count == most ||
+                            (group.edges && group.count >= LEAST)))
+            moments->group[left++] = group;
+    }
+    moments->groups = left;
+}
+
+/* True of all while there is none. */
+static bool moments_hold(const struct moments *moments, int64_t second)
+{
+    for (size_t g = 0; g < moments->groups; g++) {
+        if (second >= moments->group[g].from_s && second <= moments->group[g].to_s)
+            return true;
+    }
+    return moments->groups == 0;
+}
+
+/* ---- block records and CAN messages ---- */
+
+/* What a landing's series are made of. */
+struct record {
+    struct measured *measured;
+    struct moments moments;
+    int64_t from; /* blocks before it are passed over */
+    struct mr_block *block;
+    uint8_t *source; /* enum measured_source, of each */
+    size_t blocks;
+    struct message {
+        const struct mr_series_pack *pack;
+        int64_t newest; /* block */
+        uint8_t data[MR_MESSAGE_MAX];
+    } * message;
+    size_t messages;
+    int64_t first, last; /* block, of all; last < first: there is none */
+};
+
+static void set_aside(struct measured_aside *aside, size_t *count, int64_t block)
+{
+    if (aside->blocks + aside->messages + aside->edges == 0)
+        aside->block = block;
+    ++*count;
+}
+
+static void span_add(struct record *record, int64_t first, int64_t last)
+{
+    bool any = record->last >= record->first;
+    record->first = any && record->first < first ? record->first : first;
+    record->last = any && record->last > last ? record->last : last;
+}
+
+static enum mr_status keep_block(void *context, const uint8_t *bytes, size_t length, int link)
+{
+    struct record *record = context;
+    struct measured_aside *aside = &record->measured->aside;
+    struct mr_block block;
+    enum mr_status status = mr_block_get(&block, bytes, length);
+    if (status != MR_OK)
+        return status;
+    if (!moments_hold(&record->moments, block.index / BLOCKS_PER_S)) {
+        set_aside(aside, &aside->blocks, block.index);
+        return MR_OK;
+    }
+    if ((int64_t)block.index < record->from) {
+        record->measured->skipped_blocks++;
+        return MR_OK;
+    }
+    xlist_grow(&record->block, record->blocks, sizeof *record->block);
+    xlist_grow(&record->source, record->blocks, sizeof *record->source);
+    record->source[record->blocks] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
+    record->block[record->blocks++] = block;
+    span_add(record, block.index, block.index);
+    return MR_OK;
+}
+
+static void add_block(void *context, int64_t index)
+{
+    moments_add(context, index / BLOCKS_PER_S, 1, 0);
+}
+
+static const struct mr_series_pack *find_pack(const struct store_frame *frame)
+{
+    unsigned number = frame->id <= UINT16_MAX ? mr_series_pack_find((uint16_t)frame->id)
+                                              : MR_SERIES_PACKS;
+    bool whole = frame->length == MR_MESSAGE_MAX && frame->board_us != STORE_NONE;
+    return number < MR_SERIES_PACKS && whole ? mr_series_pack_at(number) : NULL;
+}
+
+static enum mr_status add_message(void *context, const struct store_frame *frame)
+{
+    if (find_pack(frame))
+        moments_add(context, frame->board_us / 1000000, 1, 0);
+    return MR_OK;
+}
+
+static enum mr_status keep_message(void *context, const struct store_frame *frame)
+{
+    struct record *record = context;
+    struct measured_aside *aside = &record->measured->aside;
+    const struct mr_series_pack *pack = find_pack(frame);
+    if (!pack)
+        return MR_OK;
+    int64_t newest = frame->board_us / 1000;
+    if (!moments_hold(&record->moments, newest / BLOCKS_PER_S)) {
+        set_aside(aside, &aside->messages, newest);
+        return MR_OK;
+    }
+    if (newest - mr_series_at(pack->series)->blocks + 1 < record->from)
+        return MR_OK;
+    xlist_grow(&record->message, record->messages, sizeof *record->message);
+    struct message *message = &record->message[record->messages++];
+    *message = (struct message){.pack = pack, .newest = newest};
+    memcpy(message->data, frame->data, sizeof message->data);
+    return MR_OK;
+}
+
+#define SAMPLES_MAX 3600000
+
+static enum mr_status make_series(struct measured *measured, int64_t first, int64_t last,
+                                  struct error *error)
+{
+    if (last < first || last - first >= SAMPLES_MAX)
+        return error_set(
+            error, MR_MALFORMED,
+            "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is damaged",
+            (long long)measured->landing.id, (long long)first, (long long)last);
+    measured->first_block = first;
+    measured->samples = (size_t)(last - first) + 1;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        struct measured_channel *channel = &measured->channel[c];
+        channel->raw = xmalloc(measured->samples * sizeof *channel->raw);
+        channel->validity = xmalloc(measured->samples);
+        channel->source = xcalloc(measured->samples, 1);
+        channel->stride = 1;
+        memset(channel->validity, MEASURED_LOST, measured->samples);
+        for (size_t i = 0; i < measured->samples; i++)
+            channel->raw[i] = MR_NAN;
+    }
+    return MR_OK;
+}
+
+static void begin_watch(struct mr_watch *watch, const struct measured *measured, uint32_t index)
+{
+    struct mr_channel_config config[MR_CHANNELS];
+    for (unsigned c = 0; c < MR_CHANNELS; c++)
+        config[c] = measured->channel[c].config;
+    mr_watch_begin(watch, config, index);
+}
+
+/* The board saw what came in a hole; here a channel may have left its band there and come back,
+ * while its neighbours moved. What was not stuck before is judged anew. */
+#define WATCH_HOLE_BLOCKS 20
+static void pass_hole(struct mr_watch *watch)
+{
+    for (unsigned c = 0; c < MR_WATCHED; c++) {
+        if (!watch->channel[c].stuck)
+            watch->channel[c].anchor = MR_NAN;
+    }
+}
+
+/* As the board does it. A channel that turns out to be stuck has been so since its anchor: those
+ * readings lose their validity here and, when they have been held against the board's messages,
+ * their value (blank_stuck). */
+static void read_block(struct measured *measured, struct mr_watch *watch,
+                       const struct mr_block *block, enum measured_source source)
+{
+    size_t i = (size_t)((int64_t)block->index - measured->first_block);
+    float ratio = mr_channels_ratio(&measured->channel[MR_REFERENCE].config, block);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        struct measured_channel *channel = &measured->channel[c];
+        struct mr_reading reading = mr_channel_read(&channel->config, block, c, ratio);
+        if (c < MR_WATCHED)
+            mr_watch_reading(watch, &channel->config, c, block->index, &reading);
+        channel->raw[i] = reading.value;
+        channel->validity[i] = reading.validity;
+        channel->source[i] = (uint8_t)source;
+        if (reading.validity != MR_INVALID_STUCK)
+            continue;
+        for (size_t k = i; k-- > 0 &&
+                           (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
+                           channel->validity[k] != MR_INVALID_STUCK;) {
+            if (channel->validity[k] == MR_VALID)
+                channel->validity[k] = MR_INVALID_STUCK;
+        }
+    }
+}
+
+static void blank_stuck(struct measured *measured)
+{
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        for (size_t i = 0; i < measured->samples; i++) {
+            if (measured->channel[c].validity[i] == MR_INVALID_STUCK)
+                measured->channel[c].raw[i] = MR_NAN;
+        }
+    }
+}
+
+/* Samples from CAN: what the board said of a channel that stuck, up to what it said of it next. */
+static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured,
+                                             struct error *error)
+{
+    struct store_fault *event = NULL;
+    size_t count = 0;
+    enum mr_status status = store_channel_events(store, measured->landing.id, &event, &count,
+                                                 error);
+    for (size_t e = 0; e < count && status == MR_OK; e++) {
+        if (event[e].code != MR_INVALID_STUCK || event[e].detail < 0 ||
+            event[e].detail >= (int64_t)MR_WATCHED)
+            continue;
+        int64_t until = measured->first_block + (int64_t)measured->samples;
+        for (size_t later = count; later-- > e + 1;)
+            until = event[later].detail == event[e].detail ? event[later].board_us / 1000 : until;
+        for (int64_t block = event[e].board_us / 1000; block < until; block++) {
+            int64_t i = block - measured->first_block;
+            struct measured_channel *channel = &measured->channel[event[e].detail];
+            if (i >= 0 && i < (int64_t)measured->samples && channel->source[i] == MEASURED_CAN)
+                channel->validity[i] = MR_INVALID_STUCK;
+        }
+    }
+    free(event);
+    return status;
+}
+
+/* One of the samples that a message is the mean of, if nothing better has it. `end`: sample after
+ * the message's last. */
+static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks,
+                        size_t end)
+{
+    if (channel->source[i] == MEASURED_SERIAL || channel->source[i] == MEASURED_BOX)
+        return;
+    channel->source[i] = MEASURED_CAN;
+    channel->stride = blocks;
+    channel->phase = (blocks - end % blocks) % blocks;
+    channel->raw[i] = value;
+    channel->validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
+}
+
+/* A message against the block records it was computed from. */
+static void check_message(struct measured *measured, const struct message *message)
+{
+    const struct mr_series *series = mr_series_at(message->pack->series);
+    float values[MR_PACK_READINGS];
+    int64_t newest = message->newest - measured->first_block;
+    unsigned count = mr_series_pack_get(message->pack, message->data, values);
+    for (unsigned k = 0; k < count; k++) {
+        int c = measured_find(measured, series->kind, message->pack->first + k);
+        if (c < 0 || newest - series->blocks + 1 < 0 || newest >= (int64_t)measured->samples)
+            continue;
+        float sum = 0.0f;
+        bool all = true;
+        for (unsigned age = 0; age < series->blocks; age++) {
+            size_t i = (size_t)newest - age;
+            sum += measured->channel[c].raw[i];
+            all = all && measured->channel[c].validity[i] != MEASURED_LOST;
+        }
+        if (!all)
+            continue;
+        float mean = sum / (float)series->blocks;
+        double digits = fabs((double)(values[k] - mean) * (double)series->per_unit);
+        measured->check.compared++;
+        if (isnan(values[k]) != isnan(mean) || digits > 1.0)
+            measured->check.different++;
+        if (digits > measured->check.worst_digits)
+            measured->check.worst_digits = digits;
+    }
+}
+
+static void fill_from_message(struct measured *measured, const struct message *message)
+{
+    const struct mr_series *series = mr_series_at(message->pack->series);
+    float values[MR_PACK_READINGS];
+    int64_t newest = message->newest - measured->first_block;
+    unsigned count = mr_series_pack_get(message->pack, message->data, values);
+    for (unsigned k = 0; k < count; k++) {
+        int c = measured_find(measured, series->kind, message->pack->first + k);
+        for (unsigned age = 0; c >= 0 && age < series->blocks; age++) {
+            int64_t i = newest - (int64_t)age;
+            if (i >= 0 && i < (int64_t)measured->samples)
+                fill_sample(&measured->channel[c], (size_t)i, values[k], series->blocks,
+                            (size_t)(newest + 1));
+        }
+    }
+}
+
+static void read_blocks(struct measured *measured, const struct record *record)
+{
+    size_t from_box = 0;
+    struct mr_watch watch = {0};
+    for (size_t b = 0; b < record->blocks; b++) {
+        const struct mr_block *block = &record->block[b];
+        if (!watch.recording && (int64_t)block->index >= measured->landing.armed_block)
+            begin_watch(&watch, measured, block->index);
+        if (b > 0 && block->index - record->block[b - 1].index > WATCH_HOLE_BLOCKS)
+            pass_hole(&watch);
+        read_block(measured, &watch, block, (enum measured_source)record->source[b]);
+        from_box += record->source[b] == MEASURED_BOX;
+    }
+    measured->source = 2 * from_box > record->blocks ? MEASURED_BOX : MEASURED_SERIAL;
+}
+
+/* A board may be armed for hours before the gear comes: that is not held in memory. INT64_MIN: all
+ * of it. */
+static int64_t find_from(const struct measured *measured, const struct moments *moments)
+{
+    const struct group *last = moments->groups ? &moments->group[moments->groups - 1] : NULL;
+    if (!last || measured->landing.armed_block == STORE_NONE ||
+        BLOCKS_PER_S * (last->to_s - moments->group[0].from_s) <= 2 * MEASURED_BEFORE_BLOCKS)
+        return INT64_MIN;
+    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0)
+                                    : BLOCKS_PER_S * (last->to_s + 1);
+    return until - MEASURED_BEFORE_BLOCKS;
+}
+
+static void judge_moments(struct measured *measured, struct moments *moments)
+{
+    size_t kept = 0;
+    for (size_t g = 0; g < measured->gates; g++)
+        moments_add(moments, edge_second(measured->gate[g].t_s), 0, 1);
+    moments_judge(moments);
+    for (size_t g = 0; g < measured->gates; g++) {
+        if (moments_hold(moments, edge_second(measured->gate[g].t_s)))
+            measured->gate[kept++] = measured->gate[g];
+        else
+            set_aside(&measured->aside, &measured->aside.edges,
+                      edge_second(1000.0 * measured->gate[g].t_s));
+    }
+    measured->gates = kept;
+}
+
+static enum mr_status series_from_board(struct store *store, struct record *record,
+                                        struct error *error)
+{
+    struct measured *measured = record->measured;
+    int64_t run = measured->landing.id;
+    bool recalibrated = false;
+    enum mr_status status = store_is_recalibrated(store, run, &recalibrated, error);
+    if (status == MR_OK)
+        status = store_block_indexes_each(store, run, add_block, &record->moments, error);
+    bool messages = record->moments.groups == 0 || !recalibrated;
+    if (status == MR_OK && messages)
+        status = store_frames_each(store, run, LINK_CAN, add_message, &record->moments, error);
+    if (status != MR_OK)
+        return status;
+    judge_moments(measured, &record->moments);
+    record->from = find_from(measured, &record->moments);
+    if (store_blocks_each(store, run, keep_block, record, error) != MR_OK)
+        return error_set(error, MR_MALFORMED,
+                         "damaged block record: RUN %lld of %s; the database is damaged",
+                         (long long)run, store_path(store));
+    if (messages)
+        status = store_frames_each(store, run, LINK_CAN, keep_message, record, error);
+    /* a message counts where it lies before or behind all block records */
+    int64_t first = record->first, last = record->last;
+    for (size_t i = 0; i < record->messages; i++) {
+        const struct message *message = &record->message[i];
+        int64_t oldest = message->newest - mr_series_at(message->pack->series)->blocks + 1;
+        if (!record->blocks || message->newest < first || oldest > last)
+            span_add(record, oldest, message->newest);
+    }
+    if (status != MR_OK || record->last < record->first)
+        return status;
+    status = make_series(measured, record->first, record->last, error);
+    if (status != MR_OK)
+        return status;
+    measured->source = MEASURED_CAN;
+    if (record->blocks)
+        read_blocks(measured, record);
+    for (size_t i = 0; i < record->messages && record->blocks && !recalibrated; i++)
+        check_message(measured, &record->message[i]);
+    for (size_t i = 0; i < record->messages; i++)
+        fill_from_message(measured, &record->message[i]);
+    return messages ? take_stuck_from_events(store, measured, error) : MR_OK;
+}
+
+#define STRIDE_MAX 1000
+#define BLOCK_MOST (INT64_MAX / 2)
+
+/* From the first to the last block of all rows. */
+static enum mr_status series_from_import(struct store *store, struct record *record,
+                                         struct error *error)
+{
+    struct measured *measured = record->measured;
+    struct store_imported *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
+    for (size_t r = 0; r < count; r++) {
+        if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
+            rows[r].first_block >= BLOCK_MOST)
+            rows[r].count = 0; /* of a damaged campaign */
+        else
+            span_add(record, rows[r].first_block, rows[r].first_block + (int64_t)rows[r].count - 1);
+    }
+    if (status == MR_OK && count) {
+        status = make_series(measured, record->first, record->last, error);
+        measured->source = MEASURED_IMPORT;
+    }
+    for (size_t r = 0; r < count && status == MR_OK; r++) {
+        const struct store_imported *row = &rows[r];
+        struct measured_channel *channel = &measured->channel[row->count ? row->index : 0];
+        if (row->count)
+            channel->stride = row->stride >= 1 && row->stride <= STRIDE_MAX ? (size_t)row->stride
+                                                                            : 1;
+        for (size_t i = 0; i < row->count; i++) {
+            size_t at = (size_t)(row->first_block - measured->first_block) + i;
+            channel->source[at] = MEASURED_IMPORT;
+            channel->raw[at] = row->reading[i];
+            if (!isnan(row->reading[i]))
+                channel->validity[at] = MR_VALID;
+        }
+    }
+    store_imported_free(rows, count);
+    return status;
+}
+
+/* Source, first_block, samples, the raw series and validities, and, with both links, the check of
+ * one against the other. Needs landing and channel configuration. */
+static enum mr_status load_series(struct store *store, struct measured *measured,
+                                  struct error *error)
+{
+    struct record record = {.measured = measured, .last = -1};
+    enum mr_status status = series_from_board(store, &record, error);
+    if (status == MR_OK && record.last < record.first)
+        status = series_from_import(store, &record, error);
+    if (status == MR_OK && measured->source != MEASURED_NOTHING) {
+        blank_stuck(measured);
+        measured_find_stretches(measured);
+    }
+    free(record.moments.group);
+    free(record.block);
+    free(record.source);
+    free(record.message);
+    return status;
+}
+
+/* ---- a landing ---- */
+
+static enum mr_status load_gates(struct store *store, int64_t run, struct measured *measured,
+                                 struct error *error)
+{
+    struct store_edge *edges = NULL;
+    struct store_switch *places = NULL;
+    size_t edge_count, place_count;
+    enum mr_status status = store_edges(store, run, &edges, &edge_count, error);
+    if (status == MR_OK)
+        status = store_switches(store, run, &places, &place_count, error);
+    if (status == MR_OK)
+        collect_gates(measured, edges, edge_count, places, place_count);
+    for (size_t i = 0; status == MR_OK && i < edge_count; i++) {
+        if (edges[i].count > 0 &&
+            (measured->first_edge == 0 || edges[i].count < measured->first_edge))
+            measured->first_edge = edges[i].count;
+    }
+    measured->torn = measured->first_edge > 1;
+    free(edges);
+    free(places);
+    return status;
+}
+
+static enum mr_status count_unheard_edges(struct store *store, int64_t run,
+                                          struct measured *measured, struct error *error)
+{
+    struct store_result result;
+    bool found;
+    enum mr_status status = store_result_get(store, run, &result, &found, error);
+    measured->edges_told = status == MR_OK && found && result.switches != STORE_NONE;
+    if (measured->edges_told && result.switches > (int64_t)measured->gates)
+        measured->unheard_edges = (size_t)result.switches - measured->gates;
+    return status;
+}
+
+static enum mr_status load_configuration(struct store *store, int64_t run,
+                                         struct measured *measured, struct error *error)
+{
+    struct mr_channel_config channels[MR_CHANNELS];
+    size_t found;
+    enum mr_status status = store_channels(store, run, channels, &found, error);
+    for (unsigned c = 0; c < MR_CHANNELS; c++)
+        measured->channel[c].config = channels[c];
+    return status;
+}
+
+static enum mr_status load_facts(struct store *store, int64_t run, struct measured *measured,
+                                 struct error *error)
+{
+    memset(measured, 0, sizeof *measured);
+    enum mr_status status = store_landing_get(store, run, &measured->landing, error);
+    if (status == MR_OK)
+        status = load_gates(store, run, measured, error);
+    return status == MR_OK ? count_unheard_edges(store, run, measured, error) : status;
+}
+
+static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,
+                               struct error *error)
+{
+    enum mr_status status = load_configuration(store, run, measured, error);
+    if (status == MR_OK)
+        status = load_series(store, measured, error);
+    if (status != MR_OK)
+        return status;
+    measured_fit_gear(measured);
+    measured_find_facts(measured);
+    return MR_OK;
+}
+
+enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
+                             struct error *error)
+{
+    enum mr_status status = load_facts(store, run, measured, error);
+    return status == MR_OK ? load_all(store, run, measured, error) : status;
+}
+
+#define NEAR_BLOCKS 1000 /* what comes within a second belongs together */
+
+/* The board heard all edges and said that the landing is over, and there are
+ * block records about each edge and beyond the stop: the series can add nothing. */
+static enum mr_status fit_without_series(struct store *store, struct measured *measured,
+                                         bool *enough, struct error *error)
+{
+    const struct store_landing *landing = &measured->landing;
+    int64_t first = -1, near = 0;
+    *enough = measured->edges_told && measured->unheard_edges == 0 && measured->gates > 0 &&
+              !measured->torn &&
+              (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
+    enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
+    for (size_t g = 0; g < measured->gates && *enough && status == MR_OK; g++) {
+        int64_t block = (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1e3));
+        status = store_block_within(store, landing->id, block, block + NEAR_BLOCKS, &near, error);
+        *enough = near >= 0;
+    }
+    if (!*enough || status != MR_OK)
+        return status;
+    measured->source = MEASURED_SERIAL;
+    measured->first_block = first;
+    measured->samples = SIZE_MAX / 4; /* as if it never ended, to find the stop first */
+    measured_fit_gear(measured);
+    *enough = measured->fit_status == MR_OK;
+    int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;
+    if (*enough)
+        status = store_block_within(store, landing->id, stop, stop + NEAR_BLOCKS, &near, error);
+    *enough &= near >= 0;
+    measured->samples = (size_t)(near - first) + 1;
+    return status;
+}
+
+enum mr_status measured_load_gear(struct store *store, int64_t run, struct measured *measured,
+                                  struct error *error)
+{
+    bool enough = false;
+    enum mr_status status = load_facts(store, run, measured, error);
+    if (status == MR_OK)
+        status = fit_without_series(store, measured, &enough, error);
+    if (status != MR_OK || enough)
+        return status;
+    measured_free(measured);
+    return measured_load(store, run, measured, error);
+}
