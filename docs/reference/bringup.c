@@ -1,18 +1,13 @@
 #include "docs/reference/reference.h"
 
-#define OK            "ok"
-#define LOOK          "look"
-#define WRONG         "wrong"
-#define SAME          "nothing"
-#define ANY           "not compared"
-#define PLUS(value)   "by " #value
-#define PERCENT(part) "by " #part " %"
+#define OK    "ok"
+#define LOOK  "look"
+#define WRONG "wrong"
 
 static void row(FILE *out, const char *section, const char *name, const char *should,
-                const char *beyond, const char *none, const char *change, const char *source,
-                const char *advice)
+                const char *beyond, const char *none, const char *source, const char *advice)
 {
-    fprintf(out, "| %s | `%s` | %s | %s | %s | %s | ", section, name, should, beyond, none, change);
+    fprintf(out, "| %s | `%s` | %s | %s | %s | ", section, name, should, beyond, none);
     reference_cell(out, source);
     fputs(" | ", out);
     reference_cell(out, advice);
@@ -31,17 +26,16 @@ void reference_bringup(FILE *out)
         "to the newline before `end`. Sections: `report` at power on and on the word `report`; "
         "`memory`, `brown-out` on theirs. The word `rom` starts the boot ROM.\n\n"
         "*Otherwise* says what a value beyond is, *none* the same of one that is not there or was "
-        "not said, *may move* how far it may be from the last one kept. `*` stands for all names "
-        "that begin so.\n\n"
-        "| section | line | should be | otherwise | none | may move | source | what to do |\n"
-        "|---|---|---|---|---|---|---|---|\n",
+        "not said. `*` stands for all names that begin so.\n\n"
+        "| section | line | should be | otherwise | none | source | what to do |\n"
+        "|---|---|---|---|---|---|---|\n",
         out);
-#define LIMIT(section, name, least, most, beyond, none, tolerance, source, advice) \
-    row(out, #section, name, #least " to " #most, beyond, none, tolerance, source, advice);
+#define LIMIT(section, name, least, most, beyond, none, source, advice) \
+    row(out, #section, name, #least " to " #most, beyond, none, source, advice);
 #define WORD(section, name, words, beyond, none, source, advice) \
-    row(out, #section, name, words, beyond, none, SAME, source, advice);
+    row(out, #section, name, words, beyond, none, source, advice);
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
-    row(out, #section, name, "`" #fact "` of the board", beyond, none, SAME, source, advice);
+    row(out, #section, name, "`" #fact "` of the board", beyond, none, source, advice);
 #include "host/board/bringup_limits.def"
     fputs("\n`cycles_predict` is what a block of a landing costs the predictor, by the core's cycle "
           "counter (DWT); `of_budget_predict` is that over what its budget assumes: 1.5 cycles an "

@@ -24,8 +24,8 @@ void reference_units(FILE *out)
     reference_head(out, "Units", "the tables of units in `host/base/quantity.c`");
     fputs(
         "A number may have its unit behind it, with a blank or without: `15mm`, `15 mm`. This "
-        "holds for options, what is typed, tables of readings, the text of a board's "
-        "configuration; in a JSON file such a number is text: `\"15 mm\"`. A number without a unit "
+        "holds for options, what is typed, tables of readings; in a "
+        "JSON file such a number is text: `\"15 mm\"`. A number without a unit "
         "is in the unit that the help of the option, the name of the key or the head of the column "
         "says.\n\n"
         "- Any unit of the right kind is read. A unit of another kind is an error, never a guess: "

@@ -346,15 +346,11 @@ enum mr_status bringup_rom(struct link *link, struct error *error)
 
 enum { REPORT = 1, MEMORY = 2, BROWN_OUT = 4, EITHER = REPORT | MEMORY, ALL = 7 };
 
-#define OK            BRINGUP_OK
-#define LOOK          BRINGUP_LOOK
-#define WRONG         BRINGUP_WRONG
-#define SAME          BRINGUP_SAME, 0.0
-#define ANY           BRINGUP_ANY, 0.0
-#define PLUS(value)   BRINGUP_PLUS, value
-#define PERCENT(part) BRINGUP_PERCENT, part
+#define OK    BRINGUP_OK
+#define LOOK  BRINGUP_LOOK
+#define WRONG BRINGUP_WRONG
 
-#define LIMIT(section, name, least, most, beyond, none, tolerance, source, advice)
+#define LIMIT(section, name, least, most, beyond, none, source, advice)
 #define WORD(section, name, words, beyond, none, source, advice)
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
     static double fact##_of(const struct mr_board *board)           \
@@ -364,12 +360,12 @@ enum { REPORT = 1, MEMORY = 2, BROWN_OUT = 4, EITHER = REPORT | MEMORY, ALL = 7 
 #include "host/board/bringup_limits.def"
 
 static const struct bringup_limit limits[] = {
-#define LIMIT(section, name, least, most, beyond, none, tolerance, source, advice) \
-    {section, name, NULL, least, most, NULL, beyond, none, tolerance, source, advice},
+#define LIMIT(section, name, least, most, beyond, none, source, advice) \
+    {section, name, NULL, least, most, NULL, beyond, none, source, advice},
 #define WORD(section, name, words, beyond, none, source, advice) \
-    {section, name, words, 0.0, 0.0, NULL, beyond, none, SAME, source, advice},
+    {section, name, words, 0.0, 0.0, NULL, beyond, none, source, advice},
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
-    {section, name, NULL, 0.0, 0.0, fact##_of, beyond, none, SAME, source, advice},
+    {section, name, NULL, 0.0, 0.0, fact##_of, beyond, none, source, advice},
 #include "host/board/bringup_limits.def"
 };
 #define LIMITS (sizeof limits / sizeof limits[0])
@@ -423,18 +419,6 @@ static bool is_within(const struct bringup_judged *j)
     return j->line->number >= j->least && j->line->number <= j->most;
 }
 
-static bool has_moved(const struct bringup_limit *limit, const struct bringup_line *now,
-                      const struct bringup_line *last)
-{
-    if (limit->tolerance == BRINGUP_ANY)
-        return false;
-    if (limit->tolerance == BRINGUP_SAME || isnan(now->number) || isnan(last->number))
-        return strcmp(now->value, last->value) != 0;
-    double may = limit->tolerance == BRINGUP_PLUS ? limit->change
-                                                  : limit->change / 100.0 * fabs(last->number);
-    return fabs(now->number - last->number) > may;
-}
-
 static const struct mr_board *board_of(const struct bringup *now)
 {
     const struct bringup_line *line = bringup_find(now, "board");
@@ -453,9 +437,6 @@ static void judge(struct bringup_judged *j, const struct mr_board *board)
                : j->line->none ? j->limit->none
                : is_within(j)  ? BRINGUP_OK
                                : j->limit->beyond;
-    j->moved = j->limit && j->last && has_moved(j->limit, j->line, j->last);
-    if (j->moved && j->verdict == BRINGUP_OK)
-        j->verdict = BRINGUP_LOOK;
 }
 
 static bool is_said(const struct bringup *now, unsigned section, const struct bringup_limit *limit)
@@ -467,8 +448,7 @@ static bool is_said(const struct bringup *now, unsigned section, const struct br
     return false;
 }
 
-size_t bringup_judge(const struct bringup *now, const struct bringup *last,
-                     struct bringup_judged judged[BRINGUP_JUDGED])
+size_t bringup_judge(const struct bringup *now, struct bringup_judged judged[BRINGUP_JUDGED])
 {
     unsigned section = section_bit(now->section);
     const struct mr_board *board = board_of(now);
@@ -477,8 +457,7 @@ size_t bringup_judge(const struct bringup *now, const struct bringup *last,
         struct bringup_judged *j = &judged[count++];
         *j = (struct bringup_judged){.name = now->line[i].name,
                                      .line = &now->line[i],
-                                     .limit = limit_of(section, &now->line[i]),
-                                     .last = last ? bringup_find(last, now->line[i].name) : NULL};
+                                     .limit = limit_of(section, &now->line[i])};
         judge(j, board);
     }
     for (size_t i = 0; i < LIMITS; i++) {

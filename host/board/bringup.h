@@ -8,8 +8,8 @@
 #include "common/image.h"
 #include "host/link/link.h"
 
-/* What the bring-up image says (firmware/bringup/say.h): read from a link or from text that was
- * kept, and checked to be whole. */
+/* What the bring-up image says (firmware/bringup/say.h): read from a link or from a file of its
+ * text, and checked to be whole. */
 #define BRINGUP_BAUD     115200
 #define BRINGUP_LINES    400
 #define BRINGUP_NAME     48
@@ -45,11 +45,8 @@ void bringup_free(struct bringup *bringup);
 /* NULL: there is none of that name. */
 const struct bringup_line *bringup_find(const struct bringup *bringup, const char *name);
 
-/* What a board said at bring-up, held against what it should (bringup_limits.def) and against what
- * it said the last time. */
+/* What a board said at bring-up, held against what it should (bringup_limits.def). */
 enum bringup_verdict { BRINGUP_OK, BRINGUP_LOOK, BRINGUP_WRONG };
-
-enum bringup_tolerance { BRINGUP_SAME, BRINGUP_PLUS, BRINGUP_PERCENT, BRINGUP_ANY };
 
 struct bringup_limit {
     unsigned sections; /* bits */
@@ -59,8 +56,6 @@ struct bringup_limit {
     /* the number that this board has instead; NULL: of all boards alike */
     double (*of_board)(const struct mr_board *board);
     enum bringup_verdict beyond, none;
-    enum bringup_tolerance tolerance;
-    double change;
     const char *source, *advice;
 };
 
@@ -68,18 +63,14 @@ struct bringup_judged {
     const char *name;
     const struct bringup_line *line;   /* NULL: it was not said */
     const struct bringup_limit *limit; /* NULL: the name is not known here */
-    double least, most;              /* of the limit for this board; NaN: the board is not known */
-    const struct bringup_line *last; /* NULL: nothing to compare with */
-    bool moved;                      /* beyond its tolerance, since the last time */
+    double least, most; /* of the limit for this board; NaN: the board is not known */
     enum bringup_verdict verdict;
 };
 
 #define BRINGUP_JUDGED (2 * BRINGUP_LINES)
 
-/* Lines in their order, then those that are missing; `last` may be NULL. Returns how many; they
- * refer to `now` and `last`. */
-size_t bringup_judge(const struct bringup *now, const struct bringup *last,
-                     struct bringup_judged judged[BRINGUP_JUDGED]);
+/* Lines in their order, then those that are missing. Returns how many; they refer to `now`. */
+size_t bringup_judge(const struct bringup *now, struct bringup_judged judged[BRINGUP_JUDGED]);
 enum bringup_verdict bringup_worst(const struct bringup_judged *judged, size_t count);
 const char *bringup_verdict_text(enum bringup_verdict verdict); /* "ok", "look", "wrong" */
 bool bringup_limit_is_group(const struct bringup_limit *limit);

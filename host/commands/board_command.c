@@ -383,7 +383,7 @@ const struct command command_board = {
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
     "| health [--elf F] | "
     "self-test | reset |\n"
-    "                        bringup [report|memory|brown-out|rom] [--db DB]",
+    "                        bringup [report|memory|brown-out|rom]",
     "a board: its bring-up, firmware, black box, configuration, runway and health",
     COMMAND_PARTS(parts),
     {0, 2, "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},

@@ -1,5 +1,5 @@
-/* matrig board ... bringup [report|memory|brown-out|rom]: reads what the bring-up image says, holds
- * it against what it should say and against the last time, keeps it. */
+/* matrig board ... bringup [report|memory|brown-out|rom]: reads what the bring-up image says and
+ * holds it against what it should say. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,19 +9,12 @@
 #include "host/base/xmalloc.h"
 #include "host/board/bringup.h"
 #include "host/commands/commands.h"
-#include "host/store/store_readiness.h"
 
 #define VALUE_TEXT 160
 
 struct request {
     const struct cli *cli;
-    const char *serial, *db;
-};
-
-struct past {
-    bool found, strange; /* there is one, and this matrig does not understand it */
-    int64_t made_us;
-    struct bringup bringup;
+    const char *serial;
 };
 
 /* ---- printing ---- */
@@ -40,8 +33,6 @@ static json_t *line_json(const struct bringup_judged *j)
                              bringup_verdict_text(j->verdict), "unit",
                              j->line ? j->line->unit : NULL, "value", number_or_word(j->line));
     json_object_set_new(json, "said", json_boolean(j->line != NULL));
-    json_object_set_new(json, "last", number_or_word(j->last));
-    json_object_set_new(json, "moved", json_boolean(j->moved));
     if (j->limit && !j->limit->words) {
         json_object_set_new(json, "least", cli_json_number(j->least, 15));
         json_object_set_new(json, "most", cli_json_number(j->most, 15));
@@ -55,7 +46,7 @@ static json_t *line_json(const struct bringup_judged *j)
 }
 
 static int print_json(const struct bringup *b, const struct bringup_judged *judged, size_t count,
-                      const struct past *past, int exit_code)
+                      int exit_code)
 {
     const struct bringup_line *uid = bringup_find(b, "uid");
     json_t *lines = json_array();
@@ -64,8 +55,6 @@ static int print_json(const struct bringup *b, const struct bringup_judged *judg
     json_t *json = json_pack("{ssss?ssso}", "section", b->section, "board", uid ? uid->value : NULL,
                              "verdict", bringup_verdict_text(bringup_worst(judged, count)), "lines",
                              lines);
-    json_object_set_new(json, "compared_with_us",
-                        past->found ? json_integer(past->made_us) : json_null());
     return cli_print_json(json, exit_code);
 }
 
@@ -113,8 +102,6 @@ static void value_text(const struct bringup_judged *judged, size_t group, char o
         snprintf(out, VALUE_TEXT, "not said");
     else if (group > 1)
         snprintf(out, VALUE_TEXT, "%s to %s %s", least->value, most->value, least->unit);
-    else if (judged->moved)
-        snprintf(out, VALUE_TEXT, "%s %s, was %s", least->value, least->unit, judged->last->value);
     else
         snprintf(out, VALUE_TEXT, "%s %s", least->value, least->unit);
 }
@@ -141,8 +128,7 @@ static void print_advice(struct answer *answer, const struct bringup_judged *jud
         const struct bringup_judged *j = &judged[i];
         if (!j->verdict)
             continue;
-        const char *what = j->moved  ? "moved since the last time; what was changed?"
-                         : !j->limit ? "not known here: another version of the image?"
+        const char *what = !j->limit ? "not known here: another version of the image?"
                                      : j->limit->advice;
         answer_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict), j->name,
                         what, j->limit && *j->limit->source ? " [" : "",
@@ -151,8 +137,7 @@ static void print_advice(struct answer *answer, const struct bringup_judged *jud
 }
 
 static int print_text(const struct request *request, const struct bringup *b,
-                      const struct bringup_judged *judged, size_t count, const struct past *past,
-                      int exit_code)
+                      const struct bringup_judged *judged, size_t count, int exit_code)
 {
     size_t verdicts[BRINGUP_WRONG + 1] = {0};
     struct answer *answer = answer_new(request->cli->si);
@@ -166,103 +151,19 @@ static int print_text(const struct request *request, const struct bringup *b,
     }
     answer_close(answer);
     print_advice(answer, judged, count);
-    answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong%s", verdicts[BRINGUP_OK],
-                    verdicts[BRINGUP_LOOK], verdicts[BRINGUP_WRONG],
-                    !request->db    ? ""
-                    : past->found   ? "; compared with the last time, and kept"
-                    : past->strange ? "; kept"
-                                    : "; kept, the first of this board");
+    answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
+                    verdicts[BRINGUP_LOOK], verdicts[BRINGUP_WRONG]);
     return answer_show(request->cli, answer, exit_code);
 }
 
-/* ---- the campaign ---- */
-
-/* One that is not understood, of another format, is compared with nothing. */
-static enum mr_status last_of(const struct cli *cli, struct store *store, const char *section,
-                              const char *uid, struct past *past, struct error *error)
-{
-    struct store_bringup row;
-    struct error strange = {0};
-    enum mr_status status = store_bringup_get(store, uid, section, &row, &past->found, error);
-    if (status != MR_OK || !past->found)
-        return status;
-    past->made_us = row.made_us;
-    if (bringup_parse(&past->bringup, row.text, strlen(row.text), &strange) != MR_OK) {
-        cli_note(cli, "what was kept of the last %s is compared with nothing: %s", section,
-                 strange.text);
-        past->found = false;
-        past->strange = true;
-    }
-    free(row.text);
-    return MR_OK;
-}
-
-/* What another section said since counts: brown-out sets what a report says. */
-static void say_newer(struct past *past, const struct past *other)
-{
-    if (!past->found || !other->found || other->made_us < past->made_us)
-        return;
-    for (size_t i = 0; i < past->bringup.lines; i++) {
-        struct bringup_line *line = &past->bringup.line[i];
-        const struct bringup_line *newer = bringup_find(&other->bringup, line->name);
-        *line = newer ? *newer : *line;
-    }
-}
-
-static enum mr_status look_back(const struct cli *cli, struct store *store, const struct bringup *b,
-                                const char *uid, struct past *past, struct error *error)
-{
-    enum mr_status status = last_of(cli, store, b->section, uid, past, error);
-    if (status != MR_OK || strcmp(b->section, "report") != 0)
-        return status;
-    struct past *other = xcalloc(1, sizeof *other);
-    status = last_of(cli, store, "brown-out", uid, other, error);
-    say_newer(past, other);
-    bringup_free(&other->bringup);
-    free(other);
-    return status;
-}
-
-static enum mr_status keep(struct store *store, const struct bringup *b, const char *uid,
-                           enum bringup_verdict verdict, struct error *error)
-{
-    struct store_bringup row = {.made_us = (int64_t)link_now_us(), .text = b->text};
-    snprintf(row.verdict, sizeof row.verdict, "%s", bringup_verdict_text(verdict));
-    enum mr_status status = store_begin(store, error);
-    if (status == MR_OK)
-        status = store_bringup_put(store, uid, b->section, &row, error);
-    return status == MR_OK ? store_commit(store, error) : status;
-}
-
-static int judge_and_keep(const struct request *request, const struct bringup *b,
-                          struct error *error)
+static int judge(const struct request *request, const struct bringup *b)
 {
     static struct bringup_judged judged[BRINGUP_JUDGED];
-    struct past *past = xcalloc(1, sizeof *past);
-    struct store *store = NULL;
-    size_t count = 0;
-    const struct bringup_line *uid = bringup_find(b, "uid");
-    enum mr_status status = MR_OK;
-    if (request->db && !uid)
-        status = error_set(error, MR_MALFORMED,
-                           "the board does not say who it is (uid): nothing is kept");
-    if (status == MR_OK && request->db)
-        status = store_open(request->db, STORE_CREATE, &store, error);
-    if (status == MR_OK && request->db)
-        status = look_back(request->cli, store, b, uid->value, past, error);
-    if (status == MR_OK)
-        count = bringup_judge(b, past->found ? &past->bringup : NULL, judged);
-    if (status == MR_OK && request->db)
-        status = keep(store, b, uid->value, bringup_worst(judged, count), error);
-    store_close(store);
+    size_t count = bringup_judge(b, judged);
     int exit_code = bringup_worst(judged, count) == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT)
                                                                   : 0;
-    exit_code = status != MR_OK    ? cli_fail(error)
-              : request->cli->json ? print_json(b, judged, count, past, exit_code)
-                                   : print_text(request, b, judged, count, past, exit_code);
-    bringup_free(&past->bringup);
-    free(past);
-    return exit_code;
+    return request->cli->json ? print_json(b, judged, count, exit_code)
+                              : print_text(request, b, judged, count, exit_code);
 }
 
 /* ---- the board ---- */
@@ -287,7 +188,7 @@ static int talk(const struct request *request, const char *section)
     if (status == MR_OK && strcmp(section, "rom") == 0)
         exit_code = go_to_rom(request, link, &error);
     else if (status == MR_OK && bringup_ask(b, link, section, &error) == MR_OK)
-        exit_code = judge_and_keep(request, b, &error);
+        exit_code = judge(request, b);
     else
         exit_code = cli_fail(&error);
     link_close(link);
@@ -327,8 +228,6 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one",
                            r.serial);
-    if (status == MR_OK && r.db && strcmp(section, "rom") == 0)
-        status = error_set(&error, MR_USAGE, "rom says nothing to keep: leave --db out");
     return status == MR_OK ? talk(&r, section) : cli_fail(&error);
 }
 
@@ -337,22 +236,20 @@ static const struct command_part parts[] = {
     HELP_WORD("bringup",
               "what the bring-up image of a new board says (make bringup; 115200 baud), held "
               "against limits: ok, look or wrong,\n"
-              "and what to do. --db keeps it with the board's identity and says what has moved "
-              "since the last time. Words behind\n"
-              "it: memory erases, programs and verifies an empty sector of the black box a "
+              "and what to do. LINK may be file:F, text that a terminal kept. Words behind it: "
+              "memory erases, programs and verifies an empty sector of the black box a "
               "thousand times; brown-out sets the\n"
               "level that the board's supply allows; rom starts the boot ROM, for the next image. "
               "Exit 1 when a line is wrong\n"
-              "matrig board --serial serial:/dev/ttyUSB0 bringup --db campaign.db"),
+              "matrig board --serial serial:/dev/ttyUSB0 bringup"),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
-    OPTION_TEXT("--db", "DB", db, NULL),
 };
 
 /* Of matrig board. */
 const struct command command_board_bringup = {
     "board",
     bringup_command,
-    "bringup [report|memory|brown-out|rom] [--db DB]",
+    "bringup [report|memory|brown-out|rom]",
     "a new board's first words",
     COMMAND_PARTS(parts),
     {1, 2, "bringup [report|memory|brown-out|rom]"},

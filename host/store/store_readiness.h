@@ -46,18 +46,4 @@ void store_wait(struct store *store, double most_s);
  * `error` says how. */
 enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error);
 
-/* ---- what boards said at bring-up, by their identity ---- */
-
-struct store_bringup {
-    int64_t made_us; /* host time */
-    char verdict[8]; /* ok, look, wrong */
-    char *text;      /* as the board said it; a read allocates it, the caller frees it */
-};
-
-enum mr_status store_bringup_put(struct store *store, const char *board_uid, const char *section,
-                                 const struct store_bringup *row, struct error *error);
-/* The newest of a board and section. */
-enum mr_status store_bringup_get(struct store *store, const char *board_uid, const char *section,
-                                 struct store_bringup *row, bool *found, struct error *error);
-
 #endif

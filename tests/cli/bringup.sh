@@ -109,28 +109,6 @@ cut_and_damaged() {
         fails_with 4 'no bring-up text' build/matrig board --serial file:README.md bringup &&
         sed 's/$/\r/' "$tmp/zg.txt" >"$tmp/dos.txt" && judge dos >"$tmp/out"
 }
-kept_and_compared() {
-    local db=$tmp/c.db
-    judge zg --db "$db" | grep -q 'kept, the first of this board$' && judge zg --db "$db" | grep -q 'compared with the last time, and kept$' || return 1
-    reseal zg moved 's/^low_speed .* kHz/low_speed 28.000 kHz/; s/^crystal 8000/crystal 8030/' && judge moved --db "$db" >"$tmp/out" || return 1
-    grep -Eq '^  look +low_speed +28.000 kHz, was 32.000 +17 to 47$' "$tmp/out" && grep -q '^look: low_speed: moved since the last time' "$tmp/out" &&
-        ! grep -q 'look.*crystal' "$tmp/out" && [ "$(sqlite3 "$db" "select count(*), group_concat(distinct board_uid) from bringups")" = '3|003100425847500F20343635' ] &&
-        [ "$(sqlite3 "$db" "select text from bringups where id=1")" = "$(sed -n '/^begin/,/^end/p' "$tmp/zg.txt")" ]
-}
-kept_of_another_format() { # it is said, and does not stand in the way of the next
-    cp "$tmp/c.db" "$tmp/strange.db" && sqlite3 "$tmp/strange.db" "update bringups set text = replace(text, 'begin report 1', 'begin report 2')" &&
-        judge zg --db "$tmp/strange.db" >"$tmp/out" 2>"$tmp/err" && grep -q 'wrong; kept$\|wrong; kept *$' "$tmp/out" && grep -q 'compared with nothing: .*format 2' "$tmp/err" &&
-        judge zg --db "$tmp/strange.db" 2>"$tmp/err" | grep -q 'compared with the last time, and kept$' && [ ! -s "$tmp/err" ]
-}
-own_level_has_not_moved() { # what brown-out set since is no surprise to a report; what it did not set is
-    local db=$tmp/own.db
-    sed -n '/^begin/,/^end/p' "$tmp/zg.txt" | sed -n '/^begin\|^uid\|^board\|^image\|^supply \|^brown_out \|^end/p' >"$tmp/few.txt"
-    reseal few own 's/^begin report/begin brown-out/; s/^supply.*/&\nbrown_out_set written result/; s/^brown_out [0-9]/brown_out 3/'
-    reseal zg level3 's/^brown_out 0/brown_out 3/' && reseal zg level2 's/^brown_out 0/brown_out 2/' &&
-        judge zg --db "$db" >"$tmp/out" && judge own --db "$db" >"$tmp/out" && judge level3 --db "$db" >"$tmp/out" || return 1
-    grep -q 'moved' "$tmp/out" && return 1
-    judge level2 --db "$db" >"$tmp/out" && grep -q '^look: brown_out: moved' "$tmp/out"
-}
 numbers_are_finite() { # nan and inf are words
     reseal zg changed 's/^low_speed [^ ]*/low_speed inf/; s/^supply [^ ]*/supply nan/' && build/matrig --json board --serial "file:$tmp/changed.txt" bringup >"$tmp/out"
     [ $? = 1 ] && grep -q '"value":"inf"' "$tmp/out" && grep -q '"value":"nan"' "$tmp/out"
@@ -267,7 +245,7 @@ P
 }
 silly_words() {
     fails_with 2 "not report, memory, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
-        fails_with 2 'leave --db out' build/matrig board --serial unix:x bringup rom --db x.db && fails_with 2 'a file is no board' build/matrig board --serial file:x bringup rom
+        fails_with 2 'a file is no board' build/matrig board --serial file:x bringup rom
 }
 
 check "board zg says all of it, and all is well but the brown-out level" whole_and_in_order zg 96
@@ -282,9 +260,6 @@ check "each limit is looked at" each_limit_is_looked_at
 check "a line that is missing is wrong" missing_is_wrong
 check "a line that nobody knows is said" unknown_is_looked_at
 check "cut off, damaged, of another format, no text at all" cut_and_damaged
-check "kept with the board's identity, and compared with the last time" kept_and_compared
-check "one that was kept in another format" kept_of_another_format
-check "the level that brown-out set has not moved" own_level_has_not_moved
 check "no number but finite ones" numbers_are_finite
 check "the same as JSON" json_says_the_same
 check "the brown-out level of 3.3 V; then the boot ROM on a word, and the firmware" brown_out_rom_and_firmware

@@ -88,8 +88,8 @@ check "a name is told without what a terminal obeys" refused 4 named 'view a  \[
 
 hostile mine 'CREATE TABLE my_notes(id INTEGER PRIMARY KEY, "what I saw" TEXT)'
 check "a table of the user's own" refused 4 mine 'table my_notes' $matrig landing DB
-hostile lacks "DROP TABLE bringups"
-check "a table that is missing" refused 4 lacks 'no table bringups' $matrig landing DB
+hostile lacks "DROP TABLE readiness"
+check "a table that is missing" refused 4 lacks 'no table readiness' $matrig landing DB
 hostile analysed ANALYZE
 check "what ANALYZE keeps is no hindrance" timeout 30 $matrig landing "$tmp/analysed.db" 1 --note text
 
