@@ -1,5 +1,6 @@
 #include "host/sim/sim.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "host/base/progress.h"
@@ -50,71 +51,68 @@ static enum mr_status check_options(const struct sim_scene *scene,
     return MR_OK;
 }
 
+/* Why a run failed at a mat and a time, and what to do. */
+static void fail_at(const struct sim_result *result, const struct sim_scene *scene, char *why,
+                    size_t size)
+{
+    bool given = result->solver &&
+                 (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
+    bool underflow = result->status == SIM_STEP_UNDERFLOW;
+    if (result->status == SIM_FOLDED)
+        snprintf(why, size, "turned beyond 85 degrees; give less thrust or an earlier tend");
+    else if (!given && underflow && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+        snprintf(why, size,
+                 "friction sign chatters around rest; give friction stick, its exact form");
+    else if (!given && underflow)
+        snprintf(why, size,
+                 "solver %s makes no progress; give another solver, a looser rtol or an earlier "
+                 "tend",
+                 result->solver);
+    else if (!given)
+        snprintf(why, size,
+                 "solver %s contradicts itself at two tolerances; give a smaller rtol or another "
+                 "solver",
+                 result->solver);
+    else if (underflow)
+        snprintf(why, size,
+                 "still differs with a step of %g s; give a larger rtol or an earlier tend",
+                 result->dt_s);
+    else if (result->dt_s > result->dt_limit_s)
+        snprintf(why, size,
+                 "the step of %g s is beyond the stability limit of %g s; give a smaller dt",
+                 result->dt_s, result->dt_limit_s);
+    else
+        snprintf(why, size, "the step of %g s fails its check; give a smaller dt, or rtol",
+                 result->dt_s);
+}
+
 static void fail_text(const struct sim_result *result, const struct sim_scene *scene,
                       const struct deadline *deadline, struct error *error)
 {
-    const char *name = scene->name[0] ? scene->name : "scene";
-    bool given = result->solver &&
-                 (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
-    if (result->status == SIM_INTERRUPTED && deadline->late)
+    const char *name = sim_scene_name(scene);
+    char why[160];
+    if (result->status == SIM_INTERRUPTED && deadline->late) {
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.9g of %.9g s, as the limit of %g s of computing is over; "
                   "what was computed until then is given; give a longer limit, an earlier tend or "
                   "a looser rtol",
                   name, result->t_s, result->t_end_s, deadline->asked->limit_s);
-    else if (result->status == SIM_INTERRUPTED)
+    } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
                   result->t_s, result->t_end_s);
-    else if (result->status == SIM_UNPREDICTABLE)
+    } else if (result->status == SIM_UNPREDICTABLE) {
         error_set(error, MR_NUMERICS,
                   "unpredictable: %s: beyond %.6g s, first at mat %d: %d runs that should be alike "
                   "part there, by up to %.2g ft of movement and %.2g ft of lift; no finer step "
                   "helps; give an earlier tend",
                   name, result->t_s, result->mat, result->spread_runs, result->error_u_ft,
                   result->error_lift_ft);
-    else if (result->status == SIM_FOLDED)
-        error_set(error, MR_NUMERICS,
-                  "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an "
-                  "earlier tend",
-                  name, result->mat, result->t_s);
-    else if (!given && result->status == SIM_STEP_UNDERFLOW && scene->friction_law == SIM_SIGN &&
-             scene->friction > 0.0)
-        error_set(error, MR_NUMERICS,
-                  "step_underflow: %s: mat %d at %.9g s: friction sign chatters around rest; give "
-                  "friction stick, its "
-                  "exact form",
-                  name, result->mat, result->t_s);
-    else if (!given && result->status == SIM_STEP_UNDERFLOW)
-        error_set(error, MR_NUMERICS,
-                  "step_underflow: %s: mat %d at %.9g s: solver %s makes no progress; give another "
-                  "solver, a looser "
-                  "rtol or an earlier tend",
-                  name, result->mat, result->t_s, result->solver);
-    else if (!given)
-        error_set(error, MR_NUMERICS,
-                  "%s: %s: mat %d at %.9g s: solver %s contradicts itself at two tolerances; give "
-                  "a smaller rtol or "
-                  "another solver",
-                  sim_status_name(result->status), name, result->mat, result->t_s, result->solver);
-    else if (result->status == SIM_STEP_UNDERFLOW)
-        error_set(error, MR_NUMERICS,
-                  "step_underflow: %s: mat %d at %.9g s: still differs with a step of %g s; give a "
-                  "larger rtol or an earlier tend",
-                  name, result->mat, result->t_s, result->dt_s);
-    else if (result->dt_s > result->dt_limit_s)
-        error_set(
-            error, MR_NUMERICS,
-            "%s: %s: mat %d at %.9g s: the step of %g s is beyond the stability limit of %g s; "
-            "give a smaller dt",
-            sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s,
-            result->dt_limit_s);
-    else
-        error_set(
-            error, MR_NUMERICS,
-            "%s: %s: mat %d at %.9g s: the step of %g s fails its check; give a smaller dt, or "
-            "rtol",
-            sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s);
+    } else {
+        fail_at(result, scene, why, sizeof why);
+        error_set(error, MR_NUMERICS, "%s: %s: mat %d at %.9g s: %s",
+                  sim_status_name(result->status), name, result->mat, result->t_s, why);
+    }
 }
 
 /* A run that was stopped while it was checked has an answer, but not what that is worth. */
@@ -133,7 +131,7 @@ static enum mr_status conclude(struct sim_result *result, const struct sim_scene
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error)
 {
-    const char *where = scene->name[0] ? scene->name : "scene";
+    const char *where = sim_scene_name(scene);
     struct deadline deadline;
     *result = (struct sim_result){0};
     deadline_begin(&deadline, options, options->limit_s);

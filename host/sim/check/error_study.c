@@ -52,11 +52,6 @@ struct reference {
     struct sim_record record; /* of the first method */
 };
 
-static const char *name_of(const struct sim_scene *scene)
-{
-    return scene->name[0] ? scene->name : "scene";
-}
-
 static __attribute__((format(printf, 2, 3))) void note(struct error_study *study,
                                                        const char *format, ...)
 {
@@ -218,7 +213,7 @@ static enum mr_status refuse_failed(const struct sim_scene *scene, const char *n
                      "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an "
                      "earlier tend or "
                      "another scene",
-                     name_of(scene), name, sim_status_name(failed->status), failed->mat,
+                     sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat,
                      failed->t_s);
 }
 
@@ -250,7 +245,7 @@ static enum mr_status planar_reference(struct reference *reference, struct error
                          "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft "
                          "(lift) at rtol %g; give "
                          "an earlier tend or another scene",
-                         name_of(scene), pair[0]->name, pair[1]->name, reference->u_ft,
+                         sim_scene_name(scene), pair[0]->name, pair[1]->name, reference->u_ft,
                          reference->lift_ft, reference->rtol);
     snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
              pair[0]->name, pair[0]->method, reference->rtol, pair[1]->name, pair[1]->method);
@@ -349,13 +344,13 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
     *study = (struct error_study){.told = told, .told_ctx = told_ctx};
     if (told)
         told(told_ctx, 0);
-    if (sim_scene_check(scene, scene->name[0] ? scene->name : "scene", error) != MR_OK)
+    if (sim_scene_check(scene, sim_scene_name(scene), error) != MR_OK)
         return error->status;
     if (scene->model == SIM_CHAIN)
         return error_set(error, MR_USAGE,
                          "one solver only: %s: model chain; its error is in the answer of matrig "
                          "sim, or give model report or consistent",
-                         name_of(scene));
+                         sim_scene_name(scene));
     study->end_s = sim_scene_end_s(scene);
     planar(study, scene, error);
     if (error->status == MR_OK)

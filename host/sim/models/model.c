@@ -15,8 +15,7 @@ static enum mr_status not_here(const char *what, const char *instead, const stru
                                struct error *error)
 {
     return error_set(error, MR_USAGE, "not available: %s: %s in model %s; %s",
-                     scene->name[0] ? scene->name : "scene", what, sim_model_name(scene->model),
-                     instead);
+                     sim_scene_name(scene), what, sim_model_name(scene->model), instead);
 }
 
 static bool has_grit(const struct sim_scene *scene)

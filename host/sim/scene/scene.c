@@ -723,6 +723,11 @@ void sim_scene_print_keys(FILE *to)
 
 /* ---- checking a scene ---- */
 
+const char *sim_scene_name(const struct sim_scene *scene)
+{
+    return scene->name[0] ? scene->name : "scene";
+}
+
 const char *sim_model_name(enum sim_model model)
 {
     return models[model];

@@ -203,6 +203,8 @@ double sim_scene_joint(const struct sim_list *list, int joint);
 void sim_scene_free(struct sim_scene *scene);
 
 const char *sim_model_name(enum sim_model model);
+/* Its title; "scene" without one. */
+const char *sim_scene_name(const struct sim_scene *scene);
 
 /* The part of a scene that says how the runway is modified: defaults, ranges that need the whole
  * scene, and which mats have what. elements/mods.h has the forces. Mats count from 1, connections

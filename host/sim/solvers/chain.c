@@ -891,7 +891,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     } else if (!(steps <= MOST_STEPS)) {
         error_set(error, MR_USAGE,
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
-                  scene->name[0] ? scene->name : "scene", end_s, h);
+                  sim_scene_name(scene), end_s, h);
     } else if (options->single) {
         run_single(&chain, scene, options, (uint64_t)steps, result);
     } else {

@@ -8,7 +8,6 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/solvers/planar_engine.h"
-#include "host/sim/solvers/error_estimate.h"
 #include "host/sim/elements/law.h"
 
 /* ---- one run ---- */
@@ -518,23 +517,18 @@ static void answer(struct planar_engine *l, struct march *fine, const struct mar
 }
 
 /* How far two marches are apart. */
-struct difference {
-    struct sim_difference u;
-    double lift_ft;
-};
-
-static struct difference difference_of(const struct march *a, const struct march *b)
+static struct pass_difference difference_of(const struct march *a, const struct march *b)
 {
-    return (struct difference){sim_record_difference(&a->record, &b->record),
-                               fmax(sim_record_lift_difference(&a->record, &b->record),
-                                    fabs(a->max_lift_ft - b->max_lift_ft))};
+    return (struct pass_difference){sim_record_difference(&a->record, &b->record),
+                                    fmax(sim_record_lift_difference(&a->record, &b->record),
+                                         fabs(a->max_lift_ft - b->max_lift_ft))};
 }
 
 /* Whether two complete marches say the same. */
 static bool agree(const struct planar_engine *l, const struct march *coarse,
                   const struct march *fine)
 {
-    struct difference apart = difference_of(coarse, fine);
+    struct pass_difference apart = difference_of(coarse, fine);
     double threshold = pass_bow_threshold_ft(l->scene),
            lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
     return apart.u.u_ft <= PASS_DISAGREEMENT * sim_record_peak(&fine->record).u_ft +
@@ -548,7 +542,7 @@ static bool complete(const struct march *march)
     return march->done > 0 && march->status == SIM_OK;
 }
 
-static void widen(struct sim_result *result, struct difference apart)
+static void widen(struct sim_result *result, struct pass_difference apart)
 {
     result->error_u_ft = fmax(result->error_u_ft, apart.u.u_ft);
     result->error_lift_ft = fmax(result->error_lift_ft, apart.lift_ft);
@@ -558,7 +552,7 @@ static void widen(struct sim_result *result, struct difference apart)
  * chance; where the march before those two says the same, its differences count as well. */
 static void state_error(const struct planar_engine *l, const struct march *rough,
                         const struct march *coarse, const struct march *fine,
-                        struct difference apart, struct sim_result *result)
+                        struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = CAUTION * apart.u.u_ft;
     /* a node that lands has done so up to a step before it is seen to: that far it is off, whatever
@@ -566,7 +560,7 @@ static void state_error(const struct planar_engine *l, const struct march *rough
     result->error_lift_ft = fmax(CAUTION * apart.lift_ft, fine->h_s * fine->jolt_ft_s);
     if (!complete(rough))
         return;
-    struct difference before = difference_of(rough, coarse);
+    struct pass_difference before = difference_of(rough, coarse);
     if (agree(l, rough, coarse))
         widen(result, before);
 }
@@ -597,7 +591,7 @@ static void weigh_pairs(struct planar_engine *l, const struct sim_options *optio
     if (complete(&between)) {
         const struct march *const others[] = {fine, coarse, rough};
         for (int i = 0; i < 3; i++) {
-            struct difference apart = {0};
+            struct pass_difference apart = {0};
             if (complete(others[i]))
                 apart = difference_of(&between, others[i]);
             if (complete(others[i]) && agree(l, &between, others[i]))
@@ -623,7 +617,7 @@ static void doubt(struct planar_engine *l, const struct sim_options *options,
     uint64_t steps = (uint64_t)ceil((double)fine->steps / BESIDE_RATIO);
     march_aside(l, &beside, options, steps, result);
     if (complete(&beside)) {
-        struct difference apart = difference_of(&beside, fine);
+        struct pass_difference apart = difference_of(&beside, fine);
         result->error_u_ft = DOUBT * fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
         result->error_lift_ft = DOUBT * fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
     }
@@ -644,7 +638,7 @@ static void state_spread(const struct planar_engine *l, const struct march *roug
     for (int i = 0; i < 2; i++) {
         if (!complete(others[i]))
             continue;
-        struct difference apart = difference_of(fine, others[i]);
+        struct pass_difference apart = difference_of(fine, others[i]);
         divergence_find(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
         result->error_u_ft = fmax(result->error_u_ft, CAUTION * apart.u.u_ft);
         result->error_lift_ft = fmax(result->error_lift_ft, CAUTION * apart.lift_ft);
@@ -664,7 +658,7 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
                       struct march *rough, struct sim_result *result)
 {
     struct march coarse = {0}, fine = {0};
-    struct difference apart = {0};
+    struct pass_difference apart = {0};
     start_march(l, &coarse, options, fewer(steps), result);
     for (int shortened = 0;; shortened++) {
         if (coarse.status == SIM_INTERRUPTED) {
@@ -765,7 +759,7 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
             error, MR_USAGE,
             "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
             "solver implicit",
-            l->scene->name[0] ? l->scene->name : "scene", end_s, h);
+            sim_scene_name(l->scene), end_s, h);
     if (options->single) {
         struct march only = {0};
         start_march(l, &only, options, (uint64_t)steps, result);

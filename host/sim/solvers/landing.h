@@ -35,7 +35,7 @@
  * difference of the first two must stay below a fifth of the largest movement, the lifts within a
  * fifth of the bow wave's threshold or of each other, and both must agree on whether there is a
  * bow wave; else the step is shortened, 4 times at most, then the result is `unpredictable`
- * (error_estimate.h; `unstable` when dt was given). An angle beyond 85 degrees ends `folded`. With
+ * (`unstable` when dt was given). An angle beyond 85 degrees ends `folded`. With
  * options->single one march answers, unchecked (sim.h). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H

@@ -584,3 +584,49 @@ void pass_answer(const struct model *m, struct pass_outcome *pass, const struct 
     result->mats_mean = pass->mats_mean;
     pass_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result);
 }
+
+/* ---- how far two passes differ ---- */
+
+struct pass_difference pass_difference(const struct pass_outcome *a, const struct pass_outcome *b)
+{
+    return (struct pass_difference){sim_record_difference(&a->record, &b->record),
+                                    fmax(sim_record_lift_difference(&a->record, &b->record),
+                                         fabs(a->max_lift_ft - b->max_lift_ft))};
+}
+
+bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
+                  const struct pass_outcome *b, struct pass_difference apart)
+{
+    double threshold = pass_bow_threshold_ft(scene);
+    double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
+    double lift = fmin(a->max_lift_ft, b->max_lift_ft);
+    return apart.u.u_ft <= PASS_DISAGREEMENT * peak + 1e-9 * scene->length_ft &&
+           apart.lift_ft <= PASS_DISAGREEMENT * lift + 0.01 * threshold &&
+           (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
+}
+
+/* ---- runs that diverge ---- */
+
+void divergence_find(struct sim_result *result, const struct sim_record *given,
+                     const struct sim_record *other, double most_u_ft, double most_lift_ft)
+{
+    bool parted = false;
+    result->error_u_ft = fmax(result->error_u_ft, sim_record_difference(given, other).u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, sim_record_lift_difference(given, other));
+    for (size_t i = 0; i < given->snapshot_count && !parted; i++) {
+        const struct sim_snapshot *a = &given->snapshots[i], *b = &other->snapshots[i];
+        double apart_ft = 0.0;
+        int mat = 1;
+        for (int n = 1; n <= given->mats; n++) {
+            if (fabs(a->u_ft[n] - b->u_ft[n]) > apart_ft) {
+                apart_ft = fabs(a->u_ft[n] - b->u_ft[n]);
+                mat = n;
+            }
+        }
+        parted = apart_ft > most_u_ft || fabs(a->lift_ft - b->lift_ft) > most_lift_ft;
+        if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
+            sim_result_end(result, SIM_UNPREDICTABLE, mat, a->t_s);
+    }
+    if (!parted && result->status != SIM_UNPREDICTABLE) /* in a lift between those times */
+        sim_result_end(result, SIM_UNPREDICTABLE, 1, given->end_s);
+}

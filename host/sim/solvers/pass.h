@@ -40,8 +40,6 @@ void pass_run(struct pass_outcome *outcome, struct model *model, const struct pa
               const struct sim_options *options);
 void pass_free(struct pass_outcome *outcome);
 
-#define PASS_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
-
 /* A lift beyond this is a bow wave: twice the bump's height, or 0.05 ft if that is more. */
 double pass_bow_threshold_ft(const struct sim_scene *scene);
 
@@ -53,5 +51,25 @@ void pass_deliver(const struct model *model, const double *z, struct sim_record 
 /* The same of a pass, with what another, shorter or longer one cost. */
 void pass_answer(const struct model *model, struct pass_outcome *pass,
                  const struct pass_outcome *other, struct sim_result *result);
+
+#define PASS_DISAGREEMENT 0.2 /* of the largest movement or lift: passes contradict each other */
+
+/* How far two complete passes of a scene differ, and whether they contradict each other. */
+struct pass_difference {
+    struct sim_difference u;
+    double lift_ft;
+};
+
+struct pass_difference pass_difference(const struct pass_outcome *a, const struct pass_outcome *b);
+
+/* False when they contradict each other: by a fifth of the largest movement or lift, or in whether
+ * there is a bow wave. */
+bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
+                  const struct pass_outcome *b, struct pass_difference apart);
+
+/* Take two records apart at the first time they differ by more than these: widens the estimates,
+ * and t_s and mat when that is earlier than what the result has. */
+void divergence_find(struct sim_result *result, const struct sim_record *given,
+                     const struct sim_record *other, double most_u_ft, double most_lift_ft);
 
 #endif

@@ -6,7 +6,6 @@
 
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
-#include "host/sim/solvers/error_estimate.h"
 #include "host/sim/solvers/landing.h"
 #include "host/sim/solvers/pass.h"
 
@@ -52,6 +51,318 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
     w->options.go_on_ctx = w;
 }
 
+/* ---- what an answer is worth: two passes of a solver, and the runs that join them. PLANAR.md,
+ * "What an answer is worth" ---- */
+
+/* Divergence: a scene that no finer step or tolerance decides.
+ *
+ * Runs that should be alike part: each switch that falls otherwise makes their difference larger,
+ * and from some time on it is as large as what is computed. Then runs whose stiffnesses differ by
+ * less than anybody knows them, DIVERGENCE_PART, say how far apart the scene's answers can be. The
+ * result is SIM_UNPREDICTABLE: t_s and mat are where the first two of all runs part (by more than a
+ * fifth of the largest movement or lift), the error estimates the largest difference of any of
+ * them to the one whose numbers are given. */
+#define DIVERGENCE_PART 1e-9
+#define DIVERGENCE_RUNS 4 /* besides those that part */
+
+/* Between the tolerances of two passes. */
+#define ESTIMATE_CHECK_FACTOR   30.0
+/* Between two fixed steps. Not 2: the shorter steps would end wherever the longer ones do, and
+ * every other switch would be sampled at the same moment in both. */
+#define ESTIMATE_GRID_RATIO     1.9
+#define ESTIMATE_FIRST_PART     0.72 /* the first of steps that are halved and doubled */
+#define ESTIMATE_LEAST_RTOL     1e-13
+/* Where the negative real axis leaves the classical method's stability region, and, about, the
+ * order 8 method's. */
+#define ESTIMATE_RK4_REAL       2.785
+#define ESTIMATE_EXPLICIT_REACH 6.0
+#define ESTIMATE_EXPLICIT_STEPS 10000.0 /* more than these for stability alone: implicit */
+#define ESTIMATE_STEP_RATIO     4.0     /* a step of implicit costs as much as so many of event */
+
+/* The runs of one scene with one solver: a coarse one and a fine one, complete, and a third. */
+struct error_pair {
+    struct pass_outcome coarse, fine, third;
+    struct pass_request check, request; /* of coarse and fine */
+    bool coarse_answers;
+};
+
+/* The same scene, known a little otherwise: both stiffnesses up, or one up and one down, ... */
+static struct model nudged(const struct model *m, int run)
+{
+    struct model other = *m;
+    other.kl *= 1.0 + (run & 1 ? DIVERGENCE_PART : -DIVERGENCE_PART);
+    other.kv *= 1.0 + (run & 2 ? DIVERGENCE_PART : -DIVERGENCE_PART);
+    return other;
+}
+
+/* One pass of the scene, known a little otherwise: run 0 to DIVERGENCE_RUNS - 1. */
+static void divergence_nudged(const struct model *m, const struct pass_request *request,
+                              const struct sim_options *options, int run, struct pass_outcome *pass,
+                              struct sim_result *result)
+{
+    struct model near = nudged(m, run);
+    struct pass_request again = *request;
+    again.number = ++result->passes;
+    pass_run(pass, &near, &again, options);
+    result->rhs += pass->rhs;
+}
+
+/* Passes that contradict each other, both complete: `given` is the one whose numbers are taken. */
+static void divergence_state(const struct model *m, const struct pass_request *request,
+                             const struct sim_options *options, const struct pass_outcome *given,
+                             const struct pass_outcome *other, struct sim_result *result)
+{
+    double threshold = pass_bow_threshold_ft(m->scene);
+    double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&given->record).u_ft,
+           most_lift_ft = PASS_DISAGREEMENT * given->max_lift_ft + 0.01 * threshold;
+    result->status = SIM_OK;
+    result->spread_runs = 1;
+    result->spread_waves = given->max_lift_ft > threshold;
+    for (int run = -1; run < DIVERGENCE_RUNS; run++) {
+        struct pass_outcome pass = {0};
+        if (run >= 0)
+            divergence_nudged(m, request, options, run, &pass, result);
+        const struct pass_outcome *next = run < 0 ? other : &pass;
+        if (next->status == SIM_OK) {
+            result->spread_runs++;
+            result->spread_waves += next->max_lift_ft > threshold;
+            divergence_find(result, &given->record, &next->record, most_u_ft, most_lift_ft);
+            result->error_lift_ft = fmax(result->error_lift_ft,
+                                         fabs(given->max_lift_ft - next->max_lift_ft));
+        }
+        pass_free(&pass);
+    }
+}
+
+/* ---- the estimate ---- */
+
+/* An estimate beyond so many tolerances: errors grow on the way, and chance decides how much. */
+#define SENSITIVE      1000.0
+#define SENSITIVE_PART 0.05 /* without a tolerance: beyond this part of what moves */
+/* Times the difference of two passes that sample their switches: of first order the finer one's
+ * error is as large as that. */
+#define CAUTION        2.0
+#define FINER_CAUTION  1.2 /* to a finer one */
+#define LONGER_CAUTION 4.0 /* the same where the coarser one answers: twice as far off */
+#define OTHERS_CAUTION 1.5 /* to one of another method */
+/* Steps that another method may always have. */
+#define LEAST_OTHERS   5000.0
+#define EVENT_RHS      12.0 /* evaluations in a step of event */
+/* Runs that are added where no other method answers: steps and tolerances of no simple ratio. */
+#define MORE_RUNS      2
+#define MORE_GRID      1.37
+#define MORE_RTOL      2.2
+
+static bool solver_is_automatic(const struct sim_options *options)
+{
+    return !options->solver || strcmp(options->solver, "auto") == 0;
+}
+
+/* Steps of event that the stability limit alone asks for. */
+static double explicit_steps(const struct model *m, const struct sim_result *result)
+{
+    return ESTIMATE_RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) /
+           ESTIMATE_EXPLICIT_REACH;
+}
+
+static void cost_add(struct sim_result *result, const struct pass_outcome *pass)
+{
+    result->rhs += pass->rhs;
+    result->rejected += pass->rejected;
+}
+
+static void widen(struct sim_result *result, struct pass_difference apart, double factor)
+{
+    result->error_u_ft = fmax(result->error_u_ft, factor * apart.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
+}
+
+static bool samples(const struct stepper_kind *kind)
+{
+    return kind->samples || kind->samples_shape;
+}
+
+/* Another run, complete or not. */
+static void again(struct pass_outcome *pass, struct model *m, const struct pass_request *request,
+                  const struct sim_options *options, struct sim_result *result)
+{
+    struct pass_request numbered = *request;
+    numbered.number = ++result->passes;
+    pass_run(pass, m, &numbered, options);
+    cost_add(result, pass);
+}
+
+/* Two passes can be as close as they like by chance where their switches are sampled or are not the
+ * same: then a third says how far they can be apart. With a fixed step it has a longer one, where
+ * that is stable; else a tolerance between the two. One that fails says nothing. */
+static void doubt(struct model *m, const struct sim_options *options, struct error_pair *runs,
+                  struct sim_result *result)
+{
+    const struct stepper_kind *kind = runs->request.kind;
+    struct pass_request request = runs->request;
+    if (!samples(kind) && runs->coarse.switched == runs->fine.switched)
+        return;
+    request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
+    request.first_part = ESTIMATE_FIRST_PART * ESTIMATE_FIRST_PART;
+    request.dt_s = ESTIMATE_GRID_RATIO * runs->check.dt_s;
+    bool longer = request.dt_s <= result->dt_limit_s;
+    if (!longer)
+        request.dt_s = runs->request.dt_s / ESTIMATE_GRID_RATIO;
+    again(&runs->third, m, &request, options, result);
+    if (runs->third.status != SIM_OK)
+        return;
+    double share = CAUTION;
+    widen(result, pass_difference(&runs->coarse, &runs->fine), share);
+    struct pass_difference coarse = pass_difference(&runs->coarse, &runs->third),
+                           fine = pass_difference(&runs->fine, &runs->third);
+    if (!kind->fixed) {
+        widen(result, coarse, share);
+        widen(result, fine, share);
+    } else if (!longer) {
+        widen(result, fine, share);
+        widen(result, coarse, runs->coarse_answers ? share : 1.0);
+    } else if (passes_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
+        widen(result, coarse, share / ESTIMATE_GRID_RATIO);
+    }
+}
+
+/* Steps that event may have for a check: so many as cost what the runs have cost. 0: it is of no
+ * use. A solver that samples its switches is wrong by where they fall in its steps, in all of its
+ * runs alike if chance will have it; implicit by what its long steps pass over. */
+static uint64_t others_steps(const struct model *m, const struct sim_options *options,
+                             const struct error_pair *runs, const struct sim_result *result)
+{
+    const struct pass_outcome *coarse = &runs->coarse, *fine = &runs->fine;
+    bool implicit = runs->request.kind == &stepper_implicit,
+         automatic = solver_is_automatic(options);
+    double asked = explicit_steps(m, result);
+    double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
+                           : (double)(coarse->rhs + fine->rhs) / EVENT_RHS;
+    /* auto has tried event before it came to others, and to implicit where that is not the first */
+    bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
+    bool useful = samples(runs->request.kind) ||
+                  (runs->request.kind != &stepper_event && fine->events > 0);
+    most = fmax(most, LEAST_OTHERS);
+    return useful && !tried && asked <= most ? (uint64_t)most : 0;
+}
+
+/* Runs of one solver share its mistakes: a run of event, which locates every switch, joins. Whether
+ * it came to an end. */
+static bool cross(struct model *m, const struct sim_options *options, struct error_pair *runs,
+                  struct sim_result *result)
+{
+    struct pass_outcome pass = {0};
+    struct pass_request request = {
+        .kind = &stepper_event,
+        .rtol = stepper_event.rtol,
+        .most_steps = others_steps(m, options, runs, result),
+    };
+    if (request.most_steps == 0)
+        return false;
+    again(&pass, m, &request, options, result);
+    bool done = pass.status == SIM_OK;
+    if (done) {
+        sim_result_note(result, "a run of solver event, which locates its switches, is in the "
+                                "error estimate");
+        const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
+        widen(result, pass_difference(answer, &pass), OTHERS_CAUTION);
+    }
+    pass_free(&pass);
+    return done;
+}
+
+/* Switches that are sampled, and no other method to say where they are: something hovers, and each
+ * step follows it in a way of its own, as runs do that are alike by chance. More runs say how far
+ * that goes. */
+static void linger(struct model *m, const struct sim_options *options,
+                   const struct error_pair *runs, struct sim_result *result)
+{
+    struct pass_request request = runs->request;
+    if (!samples(request.kind))
+        return;
+    sim_result_note(result, "switches are sampled, and no run of another method says where they "
+                            "are: two more runs are in the error estimate");
+    for (int i = 0; i < MORE_RUNS; i++) {
+        struct pass_outcome pass = {0};
+        request.dt_s /= MORE_GRID;
+        request.rtol *= MORE_RTOL;
+        request.first_part = (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
+        again(&pass, m, &request, options, result);
+        if (pass.status == SIM_OK) {
+            widen(result, pass_difference(&runs->fine, &pass), CAUTION);
+            if (runs->coarse_answers)
+                widen(result, pass_difference(&runs->coarse, &pass), CAUTION);
+        }
+        pass_free(&pass);
+    }
+}
+
+static bool sensitive(const struct model *m, const struct error_pair *runs,
+                      const struct sim_result *result)
+{
+    if (!runs->request.kind->fixed)
+        return fmax(result->error_u_ft, result->error_lift_ft) >
+               SENSITIVE * runs->request.rtol * m->length_ft;
+    return result->error_u_ft > SENSITIVE_PART * sim_record_peak(&runs->fine.record).u_ft ||
+           result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
+}
+
+/* The answer is sensitive: what becomes of it when the scene is known a little otherwise. */
+static void feel(struct model *m, const struct sim_options *options, const struct error_pair *runs,
+                 struct sim_result *result)
+{
+    bool fixed = runs->request.kind->fixed;
+    if (!sensitive(m, runs, result))
+        return;
+    sim_result_note(result,
+                    "sensitive: errors grow %s; a finer run and %d with stiffnesses that differ by "
+                    "%g are in the error estimate",
+                    fixed ? "to more than a twentieth of what moves" : "more than 1000-fold",
+                    DIVERGENCE_RUNS, DIVERGENCE_PART);
+    const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
+    struct pass_request finer = runs->request;
+    finer.rtol = fmax(ESTIMATE_LEAST_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
+    finer.dt_s /= ESTIMATE_GRID_RATIO;
+    for (int run = -1; run < DIVERGENCE_RUNS; run++) {
+        struct pass_outcome pass = {0};
+        if (run < 0)
+            again(&pass, m, &finer, options, result);
+        else
+            divergence_nudged(m, &runs->request, options, run, &pass, result);
+        if (pass.status == SIM_OK)
+            widen(result, pass_difference(answer, &pass),
+                  run < 0 && !fixed ? FINER_CAUTION : CAUTION);
+        pass_free(&pass);
+    }
+}
+
+/* The error estimate of the result, with more runs where it needs them; false when the two passes
+ * contradict each other. `where`: their largest difference. */
+static bool error_estimate(struct model *m, const struct sim_options *options,
+                           struct error_pair *runs, struct sim_result *result,
+                           struct sim_difference *where)
+{
+    const struct stepper_kind *kind = runs->request.kind;
+    const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
+    struct pass_difference apart = pass_difference(a, b);
+    /* two passes can agree more closely than either is right */
+    double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
+    *where = apart.u;
+    result->error_u_ft = result->error_lift_ft = 0.0;
+    widen(result, apart, !samples(kind) ? 1.0 : runs->coarse_answers ? LONGER_CAUTION : CAUTION);
+    if (!passes_agree(m->scene, a, b, apart))
+        return false;
+    doubt(m, options, runs, result);
+    if (!cross(m, options, runs, result))
+        linger(m, options, runs, result);
+    feel(m, options, runs, result);
+    if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
+        result->error_u_ft = fmax(result->error_u_ft, least_ft);
+    if (fmin(a->max_lift_ft, b->max_lift_ft) > 0.0)
+        result->error_lift_ft = fmax(result->error_lift_ft, least_ft);
+    return true;
+}
+
 /* ---- moreau's runs ----
  *
  * The method is in moreau.c.
@@ -62,15 +373,14 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  * the shortest steps' error is 1.1 times the last difference, 2.6 times for order 1/2: stated is
  * three times the larger of the last difference and of the one before divided by 1.9, so that runs
  * that are close by chance are not believed. Runs that contradict each other with the shortest
- * steps are `unpredictable` (error_estimate.h). With a given step: that, 1.9 and 3.6 times it. */
+ * steps are `unpredictable` (above). With a given step: that, 1.9 and 3.6 times it. */
 #define MOREAU_WORK 1.5e7 /* evaluations times mats: some 10 s */
 
-#define RATIO       1.9
-#define CAUTION     3.0
-#define FIRST_STEPS 500.0
-#define CLOSE       1e-4
-#define RUNS_MOST   16
-#define RUNS        3
+#define MOREAU_CAUTION 3.0
+#define FIRST_STEPS    500.0
+#define CLOSE          1e-4
+#define RUNS_MOST      16
+#define RUNS           3
 
 /* The last runs, the one with the shortest steps last. */
 struct ladder {
@@ -107,9 +417,9 @@ static bool agrees(const struct ladder *l, const struct sim_scene *scene)
 
 static void state(const struct ladder *l, struct sim_result *result)
 {
-    double before = l->count == RUNS ? 1.0 / RATIO : 0.0;
-    result->error_u_ft = CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft);
-    result->error_lift_ft = CAUTION * fmax(l->last.lift_ft, before * l->before.lift_ft);
+    double before = l->count == RUNS ? 1.0 / ESTIMATE_GRID_RATIO : 0.0;
+    result->error_u_ft = MOREAU_CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft);
+    result->error_lift_ft = MOREAU_CAUTION * fmax(l->last.lift_ft, before * l->before.lift_ft);
 }
 
 static bool close_enough(const struct ladder *l, const struct sim_scene *scene,
@@ -141,9 +451,13 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     struct ladder ladder = {0};
     bool given = options->dt_s > 0.0;
     double work = 0.0, end_s = sim_scene_end_s(m.scene);
-    struct pass_request request = {
-        &stepper_moreau, 0.0, given ? options->dt_s * RATIO * RATIO : end_s / FIRST_STEPS,
-        UINT64_MAX,      0,   0.0};
+    struct pass_request request = {&stepper_moreau,
+                                   0.0,
+                                   given ? options->dt_s * ESTIMATE_GRID_RATIO * ESTIMATE_GRID_RATIO
+                                         : end_s / FIRST_STEPS,
+                                   UINT64_MAX,
+                                   0,
+                                   0.0};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
         sim_result_note(result, "friction sign is taken as stick, its exact form");
@@ -156,8 +470,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         request.most_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
         pass_run(&run, &m, &request, options);
         double done = (double)run.rhs * m.mats;
-        result->rhs += run.rhs;
-        result->rejected += run.rejected;
+        cost_add(result, &run);
         work += done;
         if (run.status == SIM_INTERRUPTED) {
             sim_result_end(result, run.status, run.mat, run.t_s);
@@ -166,7 +479,8 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
             restart(&ladder);
             return;
         }
-        bool more = given ? i + 1 < RUNS : i + 1 < RUNS_MOST && work + RATIO * done < MOREAU_WORK;
+        bool more = given ? i + 1 < RUNS
+                          : i + 1 < RUNS_MOST && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
         if (run.status == SIM_OK) {
             climb(&ladder, &run);
             state(&ladder, result);
@@ -177,7 +491,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         }
         if (!more || (!given && close_enough(&ladder, m.scene, result)))
             break;
-        request.dt_s /= RATIO;
+        request.dt_s /= ESTIMATE_GRID_RATIO;
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
@@ -226,13 +540,6 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
     return &stepper_implicit;
 }
 
-static void refuse(struct sim_result *result, enum sim_status status, int mat, double t_s)
-{
-    result->status = status;
-    result->mat = mat;
-    result->t_s = t_s;
-}
-
 /* Run coarse and fine; the answer is `coarse` when coarse_answers. With `last`, what contradicts
  * itself is unpredictable. */
 static void run_pair(struct model *m, const struct sim_options *options,
@@ -256,7 +563,7 @@ static void run_pair(struct model *m, const struct sim_options *options,
     cost_add(result, coarse);
     runs.request.number = result->passes + 1;
     if (coarse->status == SIM_INTERRUPTED) {
-        refuse(result, coarse->status, coarse->mat, coarse->t_s);
+        sim_result_end(result, coarse->status, coarse->mat, coarse->t_s);
         pass_answer(m, coarse, coarse, result);
     } else {
         result->passes++;
@@ -266,10 +573,10 @@ static void run_pair(struct model *m, const struct sim_options *options,
                                           : coarse->status != SIM_OK ? coarse
                                                                      : NULL;
         if (failed) {
-            refuse(result, failed->status, failed->mat, failed->t_s);
+            sim_result_end(result, failed->status, failed->mat, failed->t_s);
             *contradicted = fine->status == SIM_OK;
         } else if (!error_estimate(m, options, &runs, result, &where)) {
-            refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
+            sim_result_end(result, SIM_UNSTABLE, where.mat, where.t_s);
             *contradicted = true;
             if (last)
                 divergence_state(m, &runs.request, options, fine, coarse, result);
@@ -294,13 +601,13 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
             error, MR_USAGE,
             "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
             "or solver implicit",
-            m->scene->name[0] ? m->scene->name : "scene", end, dt);
+            sim_scene_name(m->scene), end, dt);
     sim_result_note(
         result, "error estimate: from the largest differences to runs with 1.9 times and, where "
                 "that is stable, 3.6 times the step");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
-        refuse(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
+        sim_result_end(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
         return MR_OK;
     }
     run_pair(m, options, request, given, false, &contradicted, result);

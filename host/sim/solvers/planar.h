@@ -7,11 +7,11 @@
  * The error estimate is the largest difference of the two, over all mats at 64 even times and t_out
  * for u, over the same and the run's largest lift for lift; never less than the tolerance times L
  * for what moves at all. Two runs can agree by chance, and share what their solver does wrong:
- * error_estimate.h has what joins them.
+ * planar.c has what joins them.
  *
  * The first two have to agree within a fifth (of the largest movement, of the lift) and on whether
  * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then
- * the run is `unpredictable` (error_estimate.h); `unstable` when the step or tolerance was given.
+ * the run is `unpredictable`; `unstable` when the step or tolerance was given.
  * A fixed step beyond the stability limit of the equations with every node on the ground is
  * refused before it runs: what it would return can look right.
  *

@@ -84,7 +84,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
             error, MR_USAGE,
             "not available: %s: friction tanh or sign with solver staggered; give stick, or "
             "solver event",
-            scene->name[0] ? scene->name : "scene");
+            sim_scene_name(scene));
     if (model_make(&l->model, scene, true, error) != MR_OK)
         return error->status;
     if (result) /* before the landing takes over what it has of its own */
