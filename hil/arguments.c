@@ -15,7 +15,7 @@
 #include "common/decimal.h"
 #include "hil/board/board.h"
 #include "hil/core/state.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 
 #define STALL_S 30.0

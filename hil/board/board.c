@@ -22,7 +22,7 @@
 #include "hil/core/exception.h"
 #include "hil/core/state.h"
 #include "hil/core/nvic.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "hil/periph/cells.h"
 
 /* RAM after a power cut: neither what was there nor zero. */

@@ -31,7 +31,7 @@
 #include "common/status.h"
 #include "hil/core/state.h"
 #include "hil/core/core.h"
-#include "hil/periph/can_frame.h"
+#include "hil/periph/canbits.h"
 #include "hil/periph/options.h"
 #include "hil/rig/lines.h"
 

@@ -6,11 +6,10 @@
 #include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/access.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
-#include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 #include "hil/periph/rules.h"
 

@@ -4,12 +4,28 @@
 
 #include "hil/core/core.h"
 #include "hil/core/event.h"
+#include "hil/core/access.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/canbits.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
+#define MCR               0x000u
+#define MSR               0x004u
+#define TSR               0x008u
+#define RF0R              0x00cu
+#define RF1R              0x010u
+#define ESR               0x018u
+#define BTR               0x01cu
+#define MAILBOXES         0x180u
+#define FIFOS             0x1b0u
+#define FMR               0x200u
+#define FA1R              0x21cu
+#define BANKS             0x240u
+#define MCR_RESET         0x8000u
+#define RFR_RFOM          32u
+#define FMR_FINIT         1u
 #define MCR_INRQ          1u
 #define MCR_SLEEP         2u
 #define MCR_TXFP          4u
@@ -36,14 +52,14 @@
 #define JOIN_BITS         11u
 #define RECOVERY_BITS     (128u * 11u)
 
-uint64_t hil_can_bit_cycles(const struct hil_can_device *dev)
+static uint64_t bit_cycles(const struct hil_can_device *dev)
 {
     uint32_t btr = dev->state->btr;
     uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
     return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_apb1_divider(dev->rcc);
 }
 
-uint32_t hil_can_esr(const struct hil_can *c)
+static uint32_t esr_value(const struct hil_can *c)
 {
     uint32_t tec = c->bus_off ? 0xffu : c->tec > 255 ? 255 : c->tec;
     bool warning = c->tec >= 96 || c->rec >= 96, passive = c->tec > 127 || c->rec > 127;
@@ -52,12 +68,12 @@ uint32_t hil_can_esr(const struct hil_can *c)
            (c->rec > 255 ? 255u : c->rec) << 24;
 }
 
-bool hil_can_mailbox_empty(const struct hil_can *c, unsigned m)
+static bool mailbox_empty(const struct hil_can *c, unsigned m)
 {
     return !(c->mailbox[m].tir & TIR_TXRQ);
 }
 
-void hil_can_mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
+static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
 {
     *frame = (struct hil_can_frame){
         .extended = (m->tir & 4u) != 0,
@@ -75,8 +91,8 @@ static bool before(const struct hil_can *c, unsigned a, unsigned b)
     if (c->mcr & MCR_TXFP)
         return c->mailbox[a].order < c->mailbox[b].order;
     struct hil_can_frame fa, fb;
-    hil_can_mailbox_frame(&c->mailbox[a], &fa);
-    hil_can_mailbox_frame(&c->mailbox[b], &fb);
+    mailbox_frame(&c->mailbox[a], &fa);
+    mailbox_frame(&c->mailbox[b], &fb);
     return hil_can_arbitration(&fa) < hil_can_arbitration(&fb);
 }
 
@@ -84,23 +100,23 @@ static int next_mailbox(const struct hil_can *c)
 {
     int best = -1;
     for (unsigned m = 0; m < 3; m++) {
-        if (!hil_can_mailbox_empty(c, m) && (best < 0 || before(c, m, (unsigned)best)))
+        if (!mailbox_empty(c, m) && (best < 0 || before(c, m, (unsigned)best)))
             best = (int)m;
     }
     return best;
 }
 
-uint32_t hil_can_tsr(const struct hil_can *c)
+static uint32_t tsr_value(const struct hil_can *c)
 {
     uint32_t value = c->tsr;
     unsigned empty = 0, code = 3, last = 0;
     for (unsigned m = 0; m < 3; m++) {
-        if (hil_can_mailbox_empty(c, m)) {
+        if (mailbox_empty(c, m)) {
             value |= 1u << (26 + m);
             empty++;
             if (code == 3)
                 code = m;
-        } else if (hil_can_mailbox_empty(c, last) || !before(c, m, last)) {
+        } else if (mailbox_empty(c, last) || !before(c, m, last)) {
             last = m; /* lowest priority of the pending ones */
         }
     }
@@ -109,7 +125,7 @@ uint32_t hil_can_tsr(const struct hil_can *c)
     return value | (empty ? code : last) << 24;
 }
 
-void hil_can_update_irq(struct hil_can_device *dev)
+static void update_irq(struct hil_can_device *dev)
 {
     struct hil_can *c = dev->state;
     bool tx = (c->ier & 1u) && (c->tsr & 0x010101u);
@@ -130,18 +146,18 @@ void hil_can_update_irq(struct hil_can_device *dev)
 static void error_states(struct hil_can_device *dev, uint32_t esr_before, bool new_lec)
 {
     struct hil_can *c = dev->state;
-    uint32_t rising = hil_can_esr(c) & ~esr_before & 7u;
+    uint32_t rising = esr_value(c) & ~esr_before & 7u;
     if ((rising & c->ier >> 8 & 7u) || (new_lec && (c->ier >> 11 & 1u)))
         c->msr |= MSR_ERRI;
-    hil_can_update_irq(dev);
+    update_irq(dev);
 }
 
-bool hil_can_on_bus(const struct hil_can *c)
+static bool on_bus(const struct hil_can *c)
 {
     return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
 }
 
-void hil_can_forget_other(struct hil_can *c)
+static void forget_other(struct hil_can *c)
 {
     c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
     c->queue_count--;
@@ -149,10 +165,10 @@ void hil_can_forget_other(struct hil_can *c)
 
 /* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil
  * every frame. */
-enum hil_can_bus hil_can_bus_seen(const struct hil_can_device *dev)
+static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
-    double rate = (double)dev->core->state.clock.hclk_hz / (double)hil_can_bit_cycles(dev);
+    double rate = (double)dev->core->state.clock.hclk_hz / (double)bit_cycles(dev);
     double ratio = rate / HIL_CAN_HOST_RATE;
     if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
@@ -167,7 +183,7 @@ static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint
                       uint64_t bits)
 {
     dev->state->phase = phase;
-    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * hil_can_bit_cycles(dev));
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
 }
 
 /* The other node's next frame, after what befalls it before the wire. */
@@ -183,7 +199,7 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
     }
     while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame",
                                                c->queue[c->queue_head].id))
-        hil_can_forget_other(c);
+        forget_other(c);
     if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame",
                                               c->queue[c->queue_head].id))
         return c->queue_count != 0;
@@ -192,19 +208,14 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
     return false;
 }
 
-void hil_can_other_event(void *device, uint64_t at)
-{
-    hil_can_try_start(device, at);
-}
-
 /* The bus is free: let whoever wins start a frame. */
-void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
+static void try_start(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    if (c->phase != HIL_CAN_IDLE || !hil_can_on_bus(c))
+    if (c->phase != HIL_CAN_IDLE || !on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = hil_can_bus_seen(dev);
+    enum hil_can_bus bus = bus_seen(dev);
     int mine = silent && !loopback ? -1 : next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
@@ -212,7 +223,7 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
                  other_is_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
-        hil_can_mailbox_frame(&c->mailbox[mine], &frame);
+        mailbox_frame(&c->mailbox[mine], &frame);
     if (other &&
         (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
         if (mine >= 0) { /* lost arbitration */
@@ -228,7 +239,7 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
         phase_for(dev, HIL_CAN_FRAME, at,
                   hil_can_frame_bits(&c->queue[c->queue_head]).length -
                       (c->spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
-        hil_can_update_irq(dev);
+        update_irq(dev);
         return;
     }
     if (mine < 0)
@@ -247,6 +258,11 @@ void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
     if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
     phase_for(dev, HIL_CAN_FRAME, at, length);
+}
+
+void hil_can_other_event(void *device, uint64_t at)
+{
+    try_start(device, at);
 }
 
 /* A state that so many recessive bits in a row end: not while the bus is held dominant. */
@@ -270,7 +286,7 @@ static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itse
 static void jammed(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    uint32_t before_esr = hil_can_esr(c);
+    uint32_t before_esr = esr_value(c);
     bool transmits = c->sender >= 0 && c->sender != HIL_CAN_OTHER_NODE;
     c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
     *(transmits ? &c->tec : &c->rec) += 8u;
@@ -286,12 +302,61 @@ static void jammed(struct hil_can_device *dev, uint64_t at)
     error_states(dev, before_esr, true);
 }
 
-void hil_can_mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
+static void mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
 {
     struct hil_can *c = dev->state;
     c->mailbox[m].tir &= ~TIR_TXRQ;
     c->tsr = (c->tsr & ~(0xfu << (8u * m))) | (flags | 1u) << (8u * m);
-    hil_can_update_irq(dev);
+    update_irq(dev);
+}
+
+/* --- acceptance filters (32.7.4): banks of 32 bits, mask or list --- */
+
+struct best {
+    bool any;
+    unsigned rank; /* lower wins: list before mask */
+    unsigned fifo;
+    unsigned match;
+};
+
+static uint32_t image32(const struct hil_can_frame *f)
+{
+    uint32_t id = f->extended ? f->id << 3 | 4u : f->id << 21;
+    return id | (uint32_t)f->remote << 1;
+}
+
+static void offer(struct best *best, bool matches, unsigned rank, unsigned fifo, unsigned match)
+{
+    if (matches && (!best->any || rank < best->rank))
+        *best = (struct best){true, rank, fifo, match};
+}
+
+bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,
+                    unsigned *match)
+{
+    unsigned number[2] = {0, 0}; /* filters so far, per FIFO; inactive banks count too */
+    unsigned banks = can->fmr >> 8 & 0x3fu;
+    struct best best = {0};
+    if (can->fmr & FMR_FINIT) /* nothing is received while filters are written */
+        return false;
+    uint32_t wide = image32(frame);
+    for (unsigned i = 0; i < banks && i < HIL_CAN_BANKS; i++) {
+        unsigned to = can->ffa1r >> i & 1u;
+        bool list = (can->fm1r >> i & 1u) != 0;
+        bool active = (can->fa1r >> i & 1u) != 0;
+        uint32_t a = can->filter[i][0], b = can->filter[i][1];
+        unsigned n = number[to];
+        if (list) {
+            offer(&best, active && (wide & ~1u) == (a & ~1u), 0, to, n);
+            offer(&best, active && (wide & ~1u) == (b & ~1u), 0, to, n + 1);
+        } else {
+            offer(&best, active && ((wide ^ a) & b & ~1u) == 0, 1, to, n);
+        }
+        number[to] += list ? 2 : 1;
+    }
+    *fifo = best.fifo;
+    *match = best.match;
+    return best.any;
 }
 
 static void receive(struct hil_can_device *dev, const struct hil_can_frame *frame)
@@ -318,14 +383,14 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
         if (c->fifo_count[f] == 3)
             c->rfr[f] |= RFR_FULL;
     }
-    hil_can_update_irq(dev);
+    update_irq(dev);
 }
 
 static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil_can_bus bus,
                                 uint64_t at)
 {
     struct hil_can *c = dev->state;
-    uint32_t before_esr = hil_can_esr(c);
+    uint32_t before_esr = esr_value(c);
     bool passive = c->tec > 127;
     dev->core->state.counters.can_errors++;
     uint32_t lec = c->spoiled                                 ? LEC_BIT_RECESSIVE
@@ -336,7 +401,7 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
     if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
     if ((c->mcr & MCR_NART) || c->abort_current)
-        hil_can_mailbox_done(dev, m, 8u);
+        mailbox_done(dev, m, 8u);
     else
         c->tsr |= 8u << (8u * m);
     if (c->tec > 255) {
@@ -355,7 +420,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
-    uint32_t before_esr = hil_can_esr(c);
+    uint32_t before_esr = esr_value(c);
     if (c->sender == HIL_CAN_OTHER_NODE && c->spoiled) { /* its sender tries again */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
@@ -369,7 +434,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
         c->repeated = !c->repeated &&
                       dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
         if (!c->repeated)
-            hil_can_forget_other(c);
+            forget_other(c);
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
@@ -379,16 +444,16 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
     }
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = hil_can_bus_seen(dev);
+    enum hil_can_bus bus = bus_seen(dev);
     if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
         transmission_failed(dev, m, bus, at);
         return;
     }
-    hil_can_mailbox_frame(&c->mailbox[m], &frame);
+    mailbox_frame(&c->mailbox[m], &frame);
     c->esr = 0;
     if (c->tec)
         c->tec--;
-    hil_can_mailbox_done(dev, m, 2u);
+    mailbox_done(dev, m, 2u);
     phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
     error_states(dev, before_esr, false);
     if (loopback)
@@ -400,7 +465,7 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
 }
 
 /* MCR asks for initialisation or sleep; granted when no frame is under way. */
-void hil_can_update_mode(struct hil_can_device *dev, uint64_t at)
+static void update_mode(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     if (c->phase == HIL_CAN_FRAME)
@@ -443,8 +508,8 @@ void hil_can_event(void *device, uint64_t at)
     case HIL_CAN_JAMMED: jammed(dev, at); return;
     default: c->phase = HIL_CAN_IDLE; break;
     }
-    hil_can_update_mode(dev, at);
-    hil_can_try_start(dev, at);
+    update_mode(dev, at);
+    try_start(dev, at);
 }
 
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame)
@@ -456,7 +521,7 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
     }
     c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
     c->queue_count++;
-    hil_can_try_start(dev, hil_now(dev->core));
+    try_start(dev, hil_now(dev->core));
     return MR_OK;
 }
 
@@ -469,7 +534,7 @@ static void begin_jam(struct hil_can_device *dev, uint64_t at)
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
         return;
     }
-    if (!hil_can_on_bus(c) || (c->btr & BTR_LBKM))
+    if (!on_bus(c) || (c->btr & BTR_LBKM))
         return;
     if (c->phase == HIL_CAN_FRAME && c->sender != HIL_CAN_OTHER_NODE)
         dev->core->state.counters.can_errors++;
@@ -498,7 +563,7 @@ void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
         begin_jam(dev, now);
     else if (before == HIL_CAN_DOMINANT && can_bus != HIL_CAN_DOMINANT)
         end_jam(dev, now);
-    hil_can_try_start(dev, now);
+    try_start(dev, now);
 }
 
 void hil_can_reset(void *device, unsigned unit)
@@ -514,5 +579,145 @@ void hil_can_reset(void *device, unsigned unit)
     c->queue_count = before.queue_count;
     memcpy(c->queue, before.queue, sizeof c->queue);
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
-    hil_can_update_irq(dev);
+    update_irq(dev);
+}
+
+/* --- registers (RM0090 32.9) --- */
+
+static bool is_mailbox(uint32_t offset)
+{
+    return offset >= MAILBOXES && offset < FIFOS;
+}
+
+static uint32_t *mailbox_register(struct hil_can *c, uint32_t offset)
+{
+    return &c->mailbox[(offset - MAILBOXES) / 16u].word[offset / 4u % 4u];
+}
+
+static uint32_t *filter_register(struct hil_can *c, uint32_t offset)
+{
+    return offset < BANKS ? &c->filter_word[(offset - FMR) / 4u]
+                          : &c->filter[(offset - BANKS) / 8u][offset / 4u % 2u];
+}
+
+uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
+{
+    struct hil_can_device *dev = device;
+    struct hil_can *c = dev->state;
+    bool in_frame = c->phase == HIL_CAN_FRAME;
+    (void)unit;
+    if (is_mailbox(offset))
+        return *mailbox_register(c, offset);
+    if (offset >= FMR)
+        return *filter_register(c, offset);
+    if (offset >= FIFOS)
+        return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
+    switch (offset) {
+    case MSR: /* RX and SAMP: the pin, recessive between frames */
+        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != HIL_CAN_OTHER_NODE) << 8 |
+               (uint32_t)(in_frame && c->sender == HIL_CAN_OTHER_NODE) << 9;
+    case TSR: return tsr_value(c);
+    case RF0R:
+    case RF1R: return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
+    case ESR: return esr_value(c);
+    default: return c->word[offset / 4u];
+    }
+}
+
+static void tsr_write(struct hil_can_device *dev, uint32_t value)
+{
+    struct hil_can *c = dev->state;
+    for (unsigned m = 0; m < 3; m++) {
+        uint32_t bits = value >> (8u * m);
+        if (bits & 1u) /* RQCP clears its companions too */
+            c->tsr &= ~(0xfu << (8u * m));
+        if ((bits & 0x80u) && !mailbox_empty(c, m)) { /* ABRQ */
+            bool begun = c->phase == HIL_CAN_FRAME;
+            if (begun && c->sender == (int)m)
+                c->abort_current = true;
+            else
+                mailbox_done(dev, m, 0);
+        }
+    }
+}
+
+static void release_fifo(struct hil_can *c, unsigned f, uint32_t value)
+{
+    c->rfr[f] &= ~(value & (RFR_FULL | RFR_FOVR));
+    if ((value & RFR_RFOM) && c->fifo_count[f]) {
+        c->fifo_count[f]--;
+        c->rfr[f] &= ~RFR_FULL;
+        c->fifo[f][0] = c->fifo[f][1];
+        c->fifo[f][1] = c->fifo[f][2];
+    }
+}
+
+static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+{
+    struct hil_can *c = dev->state;
+    unsigned m = (offset - MAILBOXES) / 16u;
+    if (!mailbox_empty(c, m)) {
+        hil_trace(dev->core, "CAN mailbox %u is pending: write ignored", m);
+        return;
+    }
+    *mailbox_register(c, offset) = value;
+    if (offset % 16u == 0 && (value & TIR_TXRQ)) {
+        c->mailbox[m].order = c->orders++;
+        dev->core->state.counters.can_ends_unseen += c->tsr >> (8u * m) & 1u;
+        c->tsr &= ~(0xfu << (8u * m));
+        try_start(dev, hil_now(dev->core));
+    }
+}
+
+static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+{
+    struct hil_can *c = dev->state;
+    bool initialising = (c->fmr & 1u) != 0;
+    if (offset > FMR && offset < FA1R && !initialising)
+        hil_bus_refuse(
+            dev->core,
+            "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
+    if (offset >= BANKS && !initialising && (c->fa1r >> (offset - BANKS) / 8u & 1u))
+        hil_bus_refuse(dev->core, "the bank of an active filter: silicon ignores it");
+    if (offset == FA1R && (value & ~c->fs1r))
+        hil_bus_refuse(dev->core, "a filter of 16 bits");
+    *filter_register(c, offset) = value;
+}
+
+static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+{
+    struct hil_can *c = dev->state;
+    switch (offset) {
+    case MCR:
+        c->mcr = value;
+        update_mode(dev, hil_now(dev->core));
+        break;
+    case MSR: /* ERRI, WKUI, SLAKI are cleared by writing 1 */ c->msr &= ~(value & 0x1cu); break;
+    case TSR: tsr_write(dev, value); break;
+    case RF0R:
+    case RF1R: release_fifo(c, (offset - RF0R) / 4u, value); break;
+    case ESR: /* LEC can be set by software, to see it change */ c->esr = value & 0x70u; break;
+    default:
+        if (offset == BTR && !(c->msr & MSR_INAK))
+            hil_bus_refuse(dev->core, "BTR outside initialisation: silicon ignores it");
+        c->word[offset / 4u] = value;
+        break;
+    }
+}
+
+void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
+{
+    struct hil_can_device *dev = device;
+    (void)unit;
+    if (offset == MCR && (value & MCR_RESET)) {
+        hil_can_reset(dev, 0);
+        return;
+    }
+    if (is_mailbox(offset))
+        mailbox_write(dev, offset, value);
+    else if (offset >= FMR)
+        filter_write(dev, offset, value);
+    else
+        control_write(dev, offset, value);
+    update_irq(dev);
 }

@@ -15,7 +15,7 @@
 
 #include "common/status.h"
 #include "hil/core/state.h"
-#include "hil/periph/can_frame.h"
+#include "hil/periph/canbits.h"
 #include "hil/periph/wire.h"
 
 struct hil_core;
@@ -87,22 +87,6 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset);
 void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
 void hil_can_event(void *device, uint64_t at);
 void hil_can_other_event(void *device, uint64_t at);
-
-/* Between the bus (can.c) and the registers (can_registers.c): error and transmit status as
- * software reads them, whether a mailbox is free, and what follows from a change. */
-uint32_t hil_can_esr(const struct hil_can *can);
-uint32_t hil_can_tsr(const struct hil_can *can);
-bool hil_can_mailbox_empty(const struct hil_can *can, unsigned mailbox);
-void hil_can_mailbox_done(struct hil_can_device *dev, unsigned mailbox, uint32_t flags);
-void hil_can_update_irq(struct hil_can_device *dev);
-void hil_can_update_mode(struct hil_can_device *dev, uint64_t at);
-void hil_can_try_start(struct hil_can_device *dev, uint64_t at);
-
-uint64_t hil_can_bit_cycles(const struct hil_can_device *dev);
-enum hil_can_bus hil_can_bus_seen(const struct hil_can_device *dev);
-bool hil_can_on_bus(const struct hil_can *can);
-void hil_can_mailbox_frame(const struct hil_can_mailbox *mailbox, struct hil_can_frame *frame);
-void hil_can_forget_other(struct hil_can *can);
 
 /* Does the frame pass the filters, into which FIFO, by which filter number? (32.7.4) */
 bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,

@@ -1,10 +1,24 @@
-/* Length of a CAN 2.0 frame on the wire, from its real bit stream (ISO 11898-1 10.4 to 10.5). */
+/* A CAN frame, what the bus can be like, and the length of a frame on the wire, from its real bit stream (ISO 11898-1 10.4 to 10.5). */
 #ifndef MATRIG_HIL_CANBITS_H
 #define MATRIG_HIL_CANBITS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/periph/can_frame.h"
+enum hil_can_bus {
+    HIL_CAN_CONNECTED, /* the other side acknowledges */
+    HIL_CAN_UNPLUGGED, /* nobody acknowledges */
+    HIL_CAN_SHORTED,   /* wires touching: every bit reads back recessive */
+    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, nobody leaves initialisation */
+};
+
+struct hil_can_frame {
+    uint32_t id; /* 11 or 29 bits */
+    bool extended;
+    bool remote;
+    uint8_t length; /* 0..8 */
+    uint8_t data[8];
+};
 
 /* Bits after the stuffed part: CRC delimiter, ACK slot, ACK delimiter, seven of end of frame. */
 #define HIL_CAN_TAIL_BITS         10u

@@ -5,7 +5,7 @@
 #include "hil/core/core.h"
 #include "hil/core/access.h"
 #include "hil/core/registers.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 
 #define FIRST_PORT 0x40020000u
 #define MODER      0x00u

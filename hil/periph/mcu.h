@@ -17,7 +17,6 @@
 #include "hil/periph/flash.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/i2c.h"
-#include "hil/periph/iwdg.h"
 #include "hil/periph/rcc.h"
 #include "hil/periph/rules.h"
 #include "hil/periph/spi.h"

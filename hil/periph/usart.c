@@ -7,10 +7,9 @@
 #include "hil/core/nvic.h"
 #include "hil/core/access.h"
 #include "hil/core/state.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
-#include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
 #define SR         0x00u

@@ -5,9 +5,8 @@
 
 #include "hil/core/state.h"
 #include "hil/periph/adc.h"
-#include "hil/periph/board_type.h"
-#include "hil/periph/cells.h"
 #include "hil/periph/options.h"
+#include "hil/periph/cells.h"
 
 #define ROOM_C               20.0
 #define S_PER_H              3600.0

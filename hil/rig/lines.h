@@ -9,7 +9,7 @@
 #include <stdio.h>
 
 #include "hil/core/state.h"
-#include "hil/periph/can_frame.h"
+#include "hil/periph/canbits.h"
 #include "hil/periph/wire.h"
 
 struct hil_core;

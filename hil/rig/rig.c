@@ -4,7 +4,7 @@
 
 #include "hil/core/core.h"
 #include "hil/core/event.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "hil/rig/electronics.h"
 
 #define PORT_D              3u

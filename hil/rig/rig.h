@@ -1,6 +1,6 @@
 /* The rig: physical truth of a run into what the board's pins see.
  *
- * On which pin each of these is says the board's type (hil/periph/board_type.h); the pins named
+ * On which pin each of these is says the board's type (hil/periph/options.h); the pins named
  * here are those of zg.
  *
  * Three rules say what is relative to what (common/channels.h has them for the firmware; these are

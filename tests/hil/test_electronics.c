@@ -6,7 +6,7 @@
 #include "common/channels.h"
 #include "common/fault.h"
 #include "firmware/config.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "tests/electronics/boards.h"
 #include "tests/hil/ear.h"
 #include "tests/long.h"

@@ -5,7 +5,7 @@
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
 #include "hil/core/registers.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 

@@ -3,7 +3,7 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/periph/adc.h"
-#include "hil/periph/board_type.h"
+#include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 #include "hil/symbols.h"
 #include "tests/hil/ear.h"
