@@ -16,7 +16,6 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 #include "host/store/store_import.h"
-#include "host/store/store_log.h"
 
 /* Means over a landing of what the board tells again and again: the quantities of the catalogue
  * that the campaign keeps. */
@@ -83,7 +82,6 @@ struct summary {
     size_t channel_events;
     struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
     struct summary_ready ready[SUMMARY_READY_KINDS];
-    struct store_held held; /* while it was logged */
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
@@ -115,11 +113,6 @@ const char *summary_link_name(int link);
 void summary_troubles(const int64_t *trouble, char *out, size_t size);
 /* The same as an object: {"bus off": 1, ...}. The caller owns it. */
 json_t *summary_troubles_json(const int64_t *trouble);
-
-/* What kept a landing's campaign from being written while it was logged. */
-
-/* for people nothing when nothing did */
-void summary_held_answer(const struct store_held *held, struct answer *answer);
 
 /* The part of a landing's summary that is about its links: frames received, lost and doubted,
  * troubles, gaps, CAN against serial. */

@@ -18,7 +18,11 @@
 /* In the child. Does not return. */
 static void become(const char *const words[], const int streams[3])
 {
+    sigset_t none;
+    sigemptyset(&none);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
+    sigprocmask(SIG_SETMASK, &none, NULL); /* this program may have some blocked, */
+    signal(SIGPIPE, SIG_DFL);              /* and ignore this one */
     for (int i = 0; i < 3; i++) {
         if (streams[i] < 0)
             continue;

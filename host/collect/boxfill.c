@@ -22,35 +22,6 @@ struct messages {
     struct slot slot;
 };
 
-struct known {
-    uint32_t *index; /* of the blocks the database has, ascending */
-    size_t count;
-};
-
-static enum mr_status know_block(void *context, const uint8_t *record, size_t length, int link)
-{
-    (void)link;
-    struct known *known = context;
-    struct mr_block block;
-    if (mr_block_get(&block, record, length) != MR_OK)
-        return MR_OK;
-    if (!list_grow(&known->index, known->count, sizeof *known->index))
-        abort();
-    known->index[known->count++] = block.index;
-    return MR_OK;
-}
-
-static int compare_index(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
-static bool knows(const struct known *known, uint32_t index)
-{
-    return known->count && bsearch(&index, known->index, known->count, sizeof index, compare_index);
-}
-
 static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start *start,
                                    const char *uid, int64_t *run, struct error *error)
 {
@@ -137,94 +108,60 @@ static enum mr_status take_message(struct messages *m, const struct mr_record *r
     return collect_message(&m->collector, &m->side, &event, error);
 }
 
-static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record,
-                                const struct mr_block *block, struct boxfill *result,
-                                struct error *error)
-{
-    struct mr_edge edge;
-    struct store_edge *rows = NULL;
-    size_t count = 0;
-    if (mr_edge_get(&edge, record->payload, record->length) != MR_OK)
-        return MR_OK;
-    enum mr_status status = store_edges(store, run, &rows, &count, error);
-    bool there = false;
-    for (size_t i = 0; i < count; i++)
-        there |= rows[i].count == edge.count;
-    free(rows);
-    if (status != MR_OK || there)
-        return status;
-    result->filled_edges++;
-    /* a few blocks from the edge */
-    uint32_t origin = mr_boardtime_origin(block->index, block->tick);
-    double board_us = (double)mr_boardtime_ticks(origin, block->index, edge.tick) / MR_TICKS_PER_US;
-    struct store_edge row = {.board_us = board_us, .links = BOXFILL_LINK};
-    collect_edge_row(&row, &edge);
-    return store_edge_put(store, run, &row, error);
-}
-
-/* A row that is there is only marked. `*number`: of the film frame before it, as it comes round. */
-static enum mr_status fill_film(struct store *store, int64_t run, const struct mr_record *record,
-                                const struct mr_block *block, int64_t *number, struct error *error)
-{
-    struct mr_film_frame frame;
-    if (mr_film_frame_get(&frame, record->payload, record->length) != MR_OK)
-        return MR_OK;
-    *number += (int16_t)(uint16_t)(frame.number - (uint16_t)*number);
-    uint32_t origin = mr_boardtime_origin(block->index, block->tick);
-    double board_us = (double)mr_boardtime_ticks(origin, block->index, frame.tick) /
-                      MR_TICKS_PER_US;
-    return store_film_frame_put(
-        store, run,
-        &(struct store_film_frame){
-            .number = *number, .tick = frame.tick, .board_us = board_us, .links = BOXFILL_LINK},
-        error);
-}
-
-static enum mr_status fill_block(struct store *store, int64_t session, int64_t run,
-                                 const struct known *known, const struct mr_block *block,
+static enum mr_status fill_block(struct store *store, int64_t session, const struct mr_block *block,
                                  struct boxfill *result, struct error *error)
 {
     uint8_t bytes[MR_BLOCK_BYTES_MAX];
+    int64_t known = -1;
     result->blocks++;
-    if (knows(known, block->index))
-        return MR_OK;
+    enum mr_status status = store_block_within(store, result->run, block->index, block->index,
+                                               &known, error);
+    if (status != MR_OK || known >= 0)
+        return status;
     result->filled_blocks++;
-    return store_block_put(store, session, 0, run, STORE_LINK_BOX, block->index,
+    return store_block_put(store, session, 0, result->run, STORE_LINK_BOX, block->index,
                            (int64_t)link_now_us(), bytes, mr_block_put(block, bytes), error);
 }
 
-static enum mr_status fill(struct store *store, int64_t session, const struct known *known,
-                           struct mr_boxread *reader, struct boxfill *result, struct error *error)
+static enum mr_status count_edges(struct store *store, int64_t run, int64_t *edges,
+                                  struct error *error)
+{
+    struct store_edge *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_edges(store, run, &rows, &count, error);
+    free(rows);
+    *edges = (int64_t)count;
+    return status;
+}
+
+static enum mr_status fill(struct store *store, int64_t session, struct mr_boxread *reader,
+                           struct boxfill *result, struct error *error)
 {
     struct mr_record record;
-    struct mr_block newest = {0};
-    struct messages *messages = malloc(sizeof *messages);
+    struct messages *messages = xmalloc(sizeof *messages);
     struct store_landing landing;
-    uint32_t first = 0;
-    int64_t film_number = 0;
-    if (!messages)
-        abort();
+    int64_t first = 0, newest = 0, edges = 0, more = 0;
     enum mr_status status = store_landing_get(store, result->run, &landing, error);
+    if (status == MR_OK)
+        status = count_edges(store, result->run, &edges, error);
     if (status == MR_OK)
         begin_messages(messages, store, &landing);
     while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
-        if (record.kind == MR_RECORD_BLOCK) {
-            if (!result->blocks)
-                first = record.block.index;
-            newest = record.block;
-            timebase_clock(&messages->side.time, newest.index, newest.tick);
-            status = fill_block(store, session, result->run, known, &newest, result, error);
-        } else if (record.id == MR_ID_EDGE) {
-            status = fill_edge(store, result->run, &record, &newest, result, error);
-        } else if (record.id == MR_ID_FILM_FRAME) {
-            status = fill_film(store, result->run, &record, &newest, &film_number, error);
-        } else {
+        if (record.kind != MR_RECORD_BLOCK) {
             status = take_message(messages, &record, result->made, error);
+            continue;
         }
+        newest = record.block.index;
+        first = result->blocks ? first : newest;
+        timebase_clock(&messages->side.time, record.block.index, record.block.tick);
+        status = fill_block(store, session, &record.block, result, error);
     }
     free(messages);
+    if (status == MR_OK)
+        status = count_edges(store, result->run, &more, error);
+    result->filled_edges = more - edges;
     if (result->blocks)
-        result->absent_blocks = (int64_t)(newest.index - first) + 1 - result->blocks;
+        result->absent_blocks = newest - first + 1 - result->blocks;
     return status;
 }
 
@@ -235,7 +172,6 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
     struct mr_boxpage_header header = {0};
     struct mr_boxpage_start start;
     struct mr_boxread reader;
-    struct known known = {0};
     struct store_session session = {.started_us = (int64_t)link_now_us(), .serial_link = link};
     char uid[25];
     if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK ||
@@ -259,11 +195,9 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
     result->made = status == MR_OK && !result->run;
     if (result->made)
         status = make_landing(store, session.id, &start, uid, &result->run, error);
-    if (status == MR_OK)
-        status = store_blocks_each(store, result->run, know_block, &known, error);
     mr_boxread_begin(&reader, pages[0], present, count);
     if (status == MR_OK)
-        status = fill(store, session.id, &known, &reader, result, error);
+        status = fill(store, session.id, &reader, result, error);
     if (status == MR_OK)
         status =
             store_event_put(store,
@@ -281,6 +215,5 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
         status = store_session_end(store, session.id, (int64_t)link_now_us(), "black box", error);
     if (status == MR_OK)
         status = store_commit(store, error);
-    free(known.index);
     return status;
 }

@@ -245,14 +245,6 @@ int64_t collector_take_finished(struct collector *collector)
     return run;
 }
 
-int64_t collector_take_same(struct collector *collector, struct store_same *same)
-{
-    int64_t run = collector->same_run;
-    *same = collector->same;
-    collector->same_run = 0;
-    return run;
-}
-
 static void tell_other_on_can(const struct collector *collector,
                               struct collector_progress *progress)
 {
@@ -315,53 +307,6 @@ void collector_back_to_mark(struct collector *collector)
 void collector_forget_time(struct collector *collector, enum link_kind kind)
 {
     collect_forget_time(&collector->side[kind]);
-}
-
-static int64_t run_of(const struct collector *collector)
-{
-    int64_t run = STORE_NONE;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct slot *slot = collector->side[kind].current;
-        if (slot && slot->row.id > run)
-            run = slot->row.id;
-    }
-    return run;
-}
-
-int64_t collector_marked_run(const struct collector *collector)
-{
-    return collector->mark ? run_of(collector->mark) : STORE_NONE;
-}
-
-int64_t collector_since_us(const struct collector *collector)
-{
-    int64_t since_us = STORE_NONE;
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct slot *slot = collector->side[kind].current;
-        if (slot && (since_us == STORE_NONE || slot->row.armed_us < since_us))
-            since_us = slot->row.armed_us;
-    }
-    return since_us;
-}
-
-enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause,
-                              int64_t permille, int64_t us, struct error *error)
-{
-    struct store_event event = {.session = collector->session,
-                                .run = run,
-                                .board_us = STORE_NONE,
-                                .host_us = (int64_t)link_now_us(),
-                                .kind = "held",
-                                .code = cause,
-                                .detail = permille,
-                                .value = us};
-    if (run == STORE_NONE)
-        event.run = run_of(collector);
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct side *side = &collector->side[kind];
-        event.boot = side->boot > event.boot ? side->boot : event.boot;
-    }
-    return store_event_put(collector->store, &event, error);
 }
 
 void collector_move(struct collector *collector, struct store *store)

@@ -21,7 +21,6 @@
 #include "host/board/health_client.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
-#include "host/store/store_same.h"
 
 struct collector;
 
@@ -59,16 +58,6 @@ void collector_forget_time(struct collector *collector, enum link_kind kind);
  * same may then go in again. */
 enum mr_status collector_mark(struct collector *collector, struct error *error);
 void collector_back_to_mark(struct collector *collector);
-/* The landing that was going on at the mark; STORE_NONE: none. */
-int64_t collector_marked_run(const struct collector *collector);
-/* When the landing that is going on was armed, or first heard of, Unix microseconds; STORE_NONE:
- * none. */
-int64_t collector_since_us(const struct collector *collector);
-/* The campaign took nothing for `us`: an event `held`, of landing `run`, or of the one that is
- * going on (STORE_NONE). `cause`: enum store_held_cause (host/store/store_log.h); `permille`: so
- * full was the queue. */
-enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause,
-                              int64_t permille, int64_t us, struct error *error);
 /* From now on into this store, which has all that was committed to the one before. Between two
  * transactions. */
 void collector_move(struct collector *collector, struct store *store);
@@ -90,10 +79,6 @@ bool collector_lacks_configuration(const struct collector *collector);
 
 /* RUN of a landing that has ended since the last call; 0: none. */
 int64_t collector_take_finished(struct collector *collector);
-/* RUN of a landing of which an earlier session has a part, since the last call, and that part; 0:
- * none. */
-int64_t collector_take_same(struct collector *collector, struct store_same *same);
-
 /* A processor fault that the board told of, since the last call; NULL: none. */
 const struct crash_report *collector_take_crash(struct collector *collector);
 /* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */

@@ -17,6 +17,7 @@
 #define GONE_BLOCKS   5000
 /* A message tells of a moment that is past: so far around what serial lost CAN fills. */
 #define AROUND_BLOCKS 1000
+#define AHEAD_BLOCKS  1000 /* the newest block that is known may be so old */
 
 /* Gives up what a link should have brought of a landing and did not. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
@@ -41,26 +42,22 @@ static enum mr_status add_silence(struct collector *collector, const struct slot
     return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
 }
 
-/* It may be what was saved when an earlier log was ended in the middle of it. */
-static enum mr_status find_same(struct collector *collector, const struct slot *slot,
-                                struct error *error)
-{
-    struct store_same same;
-    enum mr_status status = store_find_same(collector->store, slot->row.id, (int64_t)link_now_us(),
-                                            &same, error);
-    if (status == MR_OK && same.cut) {
-        collector->same = same;
-        collector->same_run = slot->row.id;
-    }
-    return status;
-}
+/* CAN fills what serial lost of a landing that is over. */
+struct filling {
+    struct collector *collector;
+    struct side can; /* as it was then */
+    struct store_gap *gaps;
+    size_t count;
+    struct error *error;
+};
 
 /* Whether serial lost something about then. */
-static bool serial_lost(const struct store_gap *gaps, size_t count, int64_t block)
+static bool serial_lost(const struct filling *filling, int64_t block)
 {
-    for (size_t i = 0; i < count; i++) {
-        int64_t from = gaps[i].from_block, to = gaps[i].to_block;
-        if (gaps[i].link == LINK_SERIAL && (from == STORE_NONE || block + AROUND_BLOCKS >= from) &&
+    for (size_t i = 0; i < filling->count; i++) {
+        const struct store_gap *gap = &filling->gaps[i];
+        int64_t from = gap->from_block, to = gap->to_block;
+        if (gap->link == LINK_SERIAL && (from == STORE_NONE || block + AROUND_BLOCKS >= from) &&
             (to == STORE_NONE || block - AROUND_BLOCKS <= to))
             return true;
     }
@@ -68,56 +65,37 @@ static bool serial_lost(const struct store_gap *gaps, size_t count, int64_t bloc
 }
 
 /* What the gear, the predictor and the bands did: as if it came now. Rows that are there stay. */
-static enum mr_status understand(struct collector *collector, struct side *side,
-                                 const struct store_kept_frame *frame, struct error *error)
+static enum mr_status fill_frame(void *context, const struct store_frame *frame)
 {
+    struct filling *filling = context;
     struct mr_message message;
-    if (frame->id > UINT16_MAX ||
+    if (frame->board_us == STORE_NONE || frame->direction != 0 || frame->id > UINT16_MAX ||
+        !serial_lost(filling, frame->board_us / 1000) ||
         mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
         message.info->direction == MR_DIRECTION_HOST)
         return MR_OK;
-    const struct collector_event event = {.link = side->kind,
+    filling->can.time.block = frame->board_us / 1000;
+    const struct collector_event event = {.link = LINK_CAN,
                                           .message = &message,
-                                          .host_us = frame->host_us,
+                                          .host_us = (uint64_t)frame->host_us,
                                           .board_us = frame->board_us};
-    return collect_message_again(collector, side, &event, error);
+    return collect_message_again(filling->collector, &filling->can, &event, filling->error);
 }
 
-static enum mr_status understand_again(struct collector *collector, struct side *side,
-                                       const struct slot *slot, int64_t mark, struct error *error)
-{
-    struct store_kept_frame *frame = NULL;
-    size_t count = 0;
-    enum mr_status status = store_frames_since(collector->store, slot->row.id, (int)side->kind,
-                                               mark, &frame, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++)
-        status = understand(collector, side, &frame[i], error);
-    free(frame);
-    return status;
-}
-
-/* A landing is over: CAN fills what serial lost of it. */
 static enum mr_status fill(struct collector *collector, struct slot *slot, struct error *error)
 {
-    struct side can = collector->side[LINK_CAN]; /* as it was then */
-    struct store_gap *gaps = NULL;
-    struct store_kept_frame *frame = NULL;
-    size_t count = 0, frames = 0;
+    struct filling filling = {
+        .collector = collector, .can = collector->side[LINK_CAN], .error = error};
     bool lost = false;
-    enum mr_status status = store_gaps(collector->store, slot->row.id, &gaps, &count, error);
-    for (size_t i = 0; i < count; i++)
-        lost |= gaps[i].link == LINK_SERIAL;
+    filling.can.current = slot;
+    enum mr_status status = store_gaps(collector->store, slot->row.id, &filling.gaps,
+                                       &filling.count, error);
+    for (size_t i = 0; i < filling.count; i++)
+        lost |= filling.gaps[i].link == LINK_SERIAL;
     if (status == MR_OK && lost && slot->entered[LINK_CAN] && slot->entered[LINK_SERIAL])
-        status = store_frames_since(collector->store, slot->row.id, LINK_CAN, 0, &frame, &frames,
-                                    error);
-    can.current = slot;
-    for (size_t i = 0; i < frames && status == MR_OK; i++) {
-        can.time.block = frame[i].board_us / 1000;
-        if (frame[i].board_us != STORE_NONE && serial_lost(gaps, count, can.time.block))
-            status = understand(collector, &can, &frame[i], error);
-    }
-    free(frame);
-    free(gaps);
+        status = store_frames_each(collector->store, slot->row.id, LINK_CAN, fill_frame, &filling,
+                                   error);
+    free(filling.gaps);
     return status;
 }
 
@@ -139,8 +117,6 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
                                     slot->begun_mark, slot->left[LINK_SERIAL], error);
     if (status == MR_OK)
         status = fill(collector, slot, error);
-    if (status == MR_OK)
-        status = find_same(collector, slot, error);
     if (collector->finished_count < SLOTS)
         collector->finished[collector->finished_count++] = slot->row.id;
     return status;
@@ -237,17 +213,6 @@ void collect_leave(struct side *side)
     account_break(&side->account);
 }
 
-/* Nobody vouches for that: the frames from here on may turn out to be its own. */
-static enum mr_status leave(struct collector *collector, struct side *side, struct error *error)
-{
-    struct slot *slot = side->current;
-    enum mr_status status = MR_OK;
-    if (slot && side->kind == LINK_CAN)
-        status = store_frames_mark(collector->store, &slot->left_mark, error);
-    collect_leave(side);
-    return status;
-}
-
 static enum mr_status enter(struct collector *collector, struct side *side,
                             const struct mr_landing *landing, uint64_t host_us, struct error *error)
 {
@@ -255,10 +220,11 @@ static enum mr_status enter(struct collector *collector, struct side *side,
     struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
     if (slot && slot == side->current)
         return MR_OK;
-    enum mr_status status = leave(collector, side, error);
-    if (status == MR_OK && !slot)
+    enum mr_status status = MR_OK;
+    collect_leave(side);
+    if (!slot)
         status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
-    else if (status == MR_OK) /* what this link reported before it came to the landing */
+    else /* what this link reported before it came to the landing */
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
@@ -289,99 +255,23 @@ static enum mr_status follow(struct collector *collector, struct side *side,
         slot->row.state = landing->state;
         status = store_landing_put(collector->store, &slot->row, error);
     }
-    return status == MR_OK && !going_on ? leave(collector, side, error) : status;
-}
-
-/* ---- join ----
- *
- * A landing that frames of a stranger tore, on CAN alone: the board says in the end that it goes
- * on. What came meanwhile was taken for nobody's, or for that of a landing which the stranger
- * began. */
-
-#define BEHIND_BLOCKS 200 /* a reading may be so old (collect_links.c) */
-
-static struct slot *find_torn(struct collector *collector, const struct side *side)
-{
-    struct slot *torn = NULL;
-    for (size_t i = 0; i < SLOTS; i++) {
-        struct slot *slot = &collector->slot[i];
-        if (slot->row.id && slot->row.boot == side->boot &&
-            slot->row.board_landing == side->story.said.landing && slot->left[side->kind] &&
-            (!torn || slot->row.id > torn->row.id))
-            torn = slot;
-    }
-    return torn;
-}
-
-/* The frames of others that no block of the board dates stay where they are. */
-static enum mr_status take_frames(struct collector *collector, const struct side *side,
-                                  const struct slot *torn, int64_t from_run, int64_t end_block,
-                                  struct error *error)
-{
-    const struct store_frames_span span = {.session = collector->session,
-                                           .link = (int)side->kind,
-                                           .mark = torn->left_mark,
-                                           .from_us = 1000 * (end_block - BEHIND_BLOCKS),
-                                           .to_us = 1000 * (collect_newest_block(side) + 1)};
-    return store_frames_join(collector->store, &span, from_run, torn->row.id, error);
-}
-
-/* Landings that began since then, of which no other link knows. */
-static enum mr_status take_from_others(struct collector *collector, const struct side *side,
-                                       const struct slot *torn, int64_t end_block,
-                                       struct error *error)
-{
-    enum mr_status status = take_frames(collector, side, torn, STORE_NONE, end_block, error);
-    for (size_t i = 0; i < SLOTS && status == MR_OK; i++) {
-        const struct slot *slot = &collector->slot[i];
-        if (slot->row.id <= torn->row.id || slot->entered[1 - side->kind])
-            continue;
-        struct store_change change = {.run = slot->row.id,
-                                      .made_us = (int64_t)link_now_us(),
-                                      .who = "matrig log",
-                                      .field = "void",
-                                      .value = "yes"};
-        snprintf(change.reason, sizeof change.reason,
-                 "a stranger on CAN began it; what came is of RUN %lld", (long long)torn->row.id);
-        status = store_change_add(collector->store, &change, error);
-        if (status == MR_OK)
-            status = take_frames(collector, side, torn, slot->row.id, end_block, error);
-    }
-    return status;
-}
-
-static enum mr_status join(struct collector *collector, struct side *side, struct error *error)
-{
-    const struct slot *phantom = side->current;
-    bool goes_on = side->story.said.state >= MR_LANDING_ARMED &&
-                   side->story.said.state <= MR_LANDING_SETTLING;
-    if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on))
+    if (!going_on)
         collect_leave(side);
-    struct slot *torn = goes_on && !side->current ? find_torn(collector, side) : NULL;
-    if (!torn)
-        return MR_OK;
-    const int64_t end_block = torn->end_block;
-    torn->left[side->kind] = torn->finished = false;
-    torn->end_block = torn->left[1 - side->kind] ? torn->end_block : -1;
-    torn->state_block = side->story.said.block;
-    side->current = torn;
-    account_break(&side->account);
-    enum mr_status status = take_from_others(collector, side, torn, end_block, error);
-    return status == MR_OK ? understand_again(collector, side, torn, torn->left_mark, error)
-                           : status;
+    return status;
 }
 
 enum mr_status collect_landing(struct collector *collector, struct side *side,
                                const struct mr_landing *landing, uint64_t host_us, bool *believed,
                                struct error *error)
 {
-    enum mr_status status = MR_OK;
-    struct landing_story *story = &side->story;
-    enum landing_belief belief = side->kind == LINK_CAN
-                                   ? landing_story_hear(story, landing, collect_newest_block(side))
-                                   : landing_story_believe(story, landing);
-    *believed = belief != LANDING_DOUBTED;
-    if (belief == LANDING_TAKEN_BACK)
-        status = join(collector, side, error);
-    return status == MR_OK && *believed ? follow(collector, side, landing, host_us, error) : status;
+    int64_t newest = collect_newest_block(side);
+    /* on CAN: no state, or of a time to come, or one that waited in a controller */
+    *believed = side->kind != LINK_CAN ||
+                (landing->state <= MR_LANDING_DONE && landing->cause <= MR_LANDING_BY_LIMIT &&
+                 landing->block >= side->state_block &&
+                 (newest < 0 || (int64_t)landing->block <= newest + AHEAD_BLOCKS));
+    if (!*believed)
+        return MR_OK;
+    side->state_block = landing->block;
+    return follow(collector, side, landing, host_us, error);
 }

@@ -26,7 +26,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     if (status != MR_OK)
         return status;
     collect_leave(side);
-    landing_story_start(&side->story);
+    side->state_block = 0;
     side->time_doubt = (struct timebase_doubt){0};
     side->boot++;
     side->time = (struct timebase){0};
@@ -209,7 +209,7 @@ static enum mr_status hear(struct collector *collector, struct side *side,
             return error->status;
         if (collector->hello && is_of_both(event->message)) {
             note_identity(collector, side, event->message);
-            landing_story_start(&side->story); /* it begins anew when serial falls silent */
+            side->state_block = 0; /* it begins anew when serial falls silent */
             return MR_OK;
         }
     }

@@ -12,7 +12,6 @@
 #include "host/collect/account.h"
 #include "host/collect/collect.h"
 #include "host/collect/collect_rows.h"
-#include "host/collect/landing_story.h"
 #include "host/collect/timebase.h"
 #include "host/link/timemap.h"
 
@@ -24,7 +23,6 @@ struct slot {
     bool finished;
     int64_t state_block; /* of the newest change of state reported */
     int64_t end_block;   /* where the first link left it; -1: still going on */
-    int64_t left_mark;   /* the newest frame of the campaign when CAN alone left it */
     int64_t begun_mark;  /* a frame of some seconds before it began */
     unsigned edges;
     double first_edge_us; /* board time; 0: none yet */
@@ -71,8 +69,8 @@ struct side {
     int64_t pending_run;
     int64_t pending_us; /* board time */
     bool any_pending;
-    uint64_t heard_us; /* when the newest message came */
-    struct landing_story story;
+    uint64_t heard_us;     /* when the newest message came */
+    uint32_t state_block;  /* of the newest state of a landing that was believed */
     unsigned others;       /* hellos and identities of another board since one of this board */
     bool own_heard;        /* an identity of this board came */
     uint32_t other_uid[2]; /* of the other one, words 0 and 1 */
@@ -91,8 +89,6 @@ struct collector {
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
     size_t finished_count;
-    struct store_same same; /* and nobody has asked for yet; of landing same_run */
-    int64_t same_run;
 
     /* What the board last said about itself. */
     struct store_landing identity; /* uid, firmware, CRCs, clock, site */
@@ -179,7 +175,7 @@ enum mr_status collect_film_frame(struct collector *collector, struct side *side
                                   const struct mr_film_frame *frame, struct error *error);
 
 /* The side reports a landing: enter, follow or leave it. */
-/* Not `*believed`: perhaps not the board's, and nothing was done. */
+/* Not `*believed`: it cannot be of now, and nothing was done. */
 enum mr_status collect_landing(struct collector *collector, struct side *side,
                                const struct mr_landing *landing, uint64_t host_us, bool *believed,
                                struct error *error);

@@ -6,7 +6,7 @@
 #include "host/commands/commands.h"
 #include "host/exchange/import.h"
 #include "host/link/link.h"
-#include "host/store/store_same.h"
+#include "host/store/store_journal.h"
 
 static void verdict_answer(const struct verdict *v, struct answer *answer)
 {

@@ -161,7 +161,6 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
 static enum mr_status open_collector(struct logger *logger, struct error *error)
 {
     const struct link *can = logger->link[LINK_CAN], *serial = logger->link[LINK_SERIAL];
-    logger->hold_run = STORE_NONE;
     return collector_open(logger->store, can ? link_spec(can) : NULL, logger->base,
                           serial ? link_spec(serial) : NULL, &logger->collector, error);
 }
@@ -369,8 +368,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                             .landings = json_array(),
                             .symbols = symbols,
                             .wait_s = r.wait_s,
-                            .look = {.db = r.db, .page = r.page, .si = cli->si}};
-    logger.hold.cause = WATCH_NONE;
+                            .db = r.db,
+                            .page = r.page};
     logger.news = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
         logger.mute[link] = r.listen;
@@ -384,7 +383,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
-    quicklook_service(&logger.look, true);
+    logger_serve_page(&logger, true);
     json_decref(logger.landings);
     live_close(&logger.live);
     close_all(&logger);

@@ -9,7 +9,6 @@
 #include "host/base/command.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
-#include "host/store/store_same.h"
 #include "host/store/store_journal.h"
 
 /* ---- all of them ---- */

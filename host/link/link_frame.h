@@ -42,8 +42,9 @@ struct link_frame {
  * (struct link_counters), recorded in the campaign and shown to the user. The numbers are in
  * campaign databases: new ones go to the end.
  *
- * The first group is what CAN error frames say (linux/can/error.h), the second what the ways into this computer lost, the last what the queue to the campaign
- * had no room for (host/link/reader.h): frames of CAN, bytes of serial. */
+ * The first group is what CAN error frames say (linux/can/error.h), the second what the ways into
+ * this computer lost, the last what the queue to the campaign had no room for (host/link/reader.h):
+ * frames of CAN, bytes of serial. */
 
 /*        name                     text of one or more of them */
 /* clang-format off */

@@ -217,15 +217,6 @@ bool live_buckets_calibrated(const struct live_buckets *b, unsigned index)
            (!mr_channel_measures(known) || (b->calibration_known[index] & needed) == needed);
 }
 
-bool live_buckets_lack_calibration(const struct live_buckets *b)
-{
-    for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
-        if (!live_buckets_calibrated(b, i))
-            return true;
-    }
-    return false;
-}
-
 const char *live_buckets_why(const struct live_buckets *b, unsigned index)
 {
     const struct live_reading *r = &b->reading[index];

@@ -423,14 +423,6 @@ void live_hub_counts(struct live_hub *hub, enum link_kind kind,
     pthread_mutex_unlock(&hub->lock);
 }
 
-bool live_hub_lacks_calibration(struct live_hub *hub)
-{
-    pthread_mutex_lock(&hub->lock);
-    bool lacks = live_buckets_lack_calibration(&hub->buckets);
-    pthread_mutex_unlock(&hub->lock);
-    return lacks;
-}
-
 /* The newest of each message, as a list. */
 static char *slots_text(const struct live_hub *hub)
 {

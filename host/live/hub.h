@@ -29,7 +29,6 @@ void live_hub_counts(struct live_hub *hub, enum link_kind kind,
 /* Makes the events that are due. Call it 20 times a second or oftener. */
 void live_hub_turn(struct live_hub *hub);
 
-bool live_hub_lacks_calibration(struct live_hub *hub); /* live_buckets_lack_calibration */
 /* {"configuration", "messages", "state"}, to be freed; NULL: no memory. */
 char *live_hub_snapshot(struct live_hub *hub);
 

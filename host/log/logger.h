@@ -1,7 +1,5 @@
-/* Insides of matrig log: what it holds while it collects, and its parts: links.c (what comes),
- * write.c (transactions), watch.c (what is told while they wait), rescue.c (a campaign that was
- * taken away), finish.c (the end), orders.c (what is asked of the board), typed.c (commands on
- * standard input), tell.c (what the user is told). Its loop is host/commands/log_command.c.
+/* Insides of matrig log: what it holds while it collects. logger.c does the work, tell.c talks to
+ * the user, watch.c tells while they wait. Its loop is host/commands/log_command.c.
  *
  * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the
  * queues and writes: the store and the collectors are its alone. The third kind looks on (watch.h).
@@ -14,24 +12,39 @@
 #include "host/board/health_client.h"
 #include "host/base/cli.h"
 #include "host/collect/collect.h"
-#include "host/collect/quicklook.h"
 #include "host/live/server.h"
 #include "host/link/reader.h"
-#include "host/log/typed.h"
 #include "host/log/watch.h"
+
+/* Commands on standard input. */
+struct typed {
+    bool on, terminal;
+    bool ended;     /* there is no more to read */
+    char text[256]; /* read, and not yet obeyed */
+    size_t length;
+    struct mr_command command; /* the one asked about, or sent */
+    bool asked;                /* whether it is meant; `yes` is waited for */
+    bool sent;                 /* its answer is waited for until until_us */
+    uint16_t tag;              /* of the last one */
+    uint64_t until_us;
+    uint64_t hold_us; /* no progress is drawn until then, over what is being typed */
+};
 
 struct logger {
     const struct cli *cli;
     struct store *store;
     struct collector *collector; /* NULL until the session begins */
     uint16_t base;               /* of the board on CAN */
-    int64_t hold_run;            /* the landing that was going on at the last commit */
-    struct link_frame hello;     /* the board's newest on CAN; length 0: none */
-    struct quicklook_silence silence;
-    uint64_t asked_us;   /* for the configuration; 0: not, or a landing came in between */
-    unsigned asks;       /* since the beginning or the last landing */
-    bool exchanged_told; /* that CAN and serial are two boards */
-    bool other_heard;    /* a hello at other_base, of another board */
+    const char *db, *page;       /* page: NULL, none is written */
+    pid_t page_child;            /* writes it; 0: none */
+    bool page_again;             /* another one is due after it */
+    int64_t silent_block;        /* the newest, */
+    uint64_t silent_us;          /* and since when; 0: not begun */
+    int64_t silent_run;          /* the landing whose silence was told */
+    uint64_t asked_us;           /* for the configuration; 0: not, or a landing came in between */
+    unsigned asks;               /* since the beginning or the last landing */
+    bool exchanged_told;         /* that CAN and serial are two boards */
+    bool other_heard;            /* a hello at other_base, of another board */
     uint16_t other_base;
     bool other_told; /* that there is another board */
     struct link *link[LINK_KINDS];
@@ -48,16 +61,15 @@ struct logger {
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
-    uint64_t commit_us;     /* the last one took so long */
-    uint64_t again_us;      /* until then nothing is written: the campaign took nothing */
-    struct watch_hold hold; /* what was in the way of the last commit; to be recorded */
-    char saved[4096];       /* the campaign was taken away, and is here now; "": not */
-    char taken[9000];       /* what became of the one that was named, in a sentence */
-    char lost_before[40];   /* what came before that time of day is lost with it; "": nothing */
-    bool refilled;          /* the queues give all that they have kept once more */
-    bool emptied;           /* what was logged is no longer in it */
-    bool followed;          /* the watch knows the campaign with its journal */
-    uint64_t rescue_us;     /* when saving was tried */
+    uint64_t commit_us;   /* the last one took so long */
+    uint64_t again_us;    /* until then nothing is written: the campaign took nothing */
+    char saved[4096];     /* the campaign was taken away, and is here now; "": not */
+    char taken[9000];     /* what became of the one that was named, in a sentence */
+    char lost_before[40]; /* what came before that time of day is lost with it; "": nothing */
+    bool refilled;        /* the queues give all that they have kept once more */
+    bool emptied;         /* what was logged is no longer in it */
+    bool followed;        /* the watch knows the campaign with its journal */
+    uint64_t rescue_us;   /* when saving was tried */
     uint64_t shown_us;
     bool mute[LINK_KINDS];   /* nothing can be sent on it */
     double wait_s;           /* for a device that went away */
@@ -66,22 +78,16 @@ struct logger {
     uint64_t signalled_us;   /* when it was asked for first; 0: not yet */
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
-    unsigned shown; /* landings summarised */
-    struct quicklook look;
+    unsigned shown;         /* landings summarised */
     struct live live;       /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
     uint64_t unheard_us;    /* from when on it is told that no board is heard; 0: not begun */
     bool unheard_told;
-    uint64_t live_us;      /* when the board was asked to be live; 0: not yet */
-    uint64_t channels_us;  /* when the live view asked for the channels, */
-    unsigned channel_asks; /* and how often */
-    struct typed typed;    /* commands on standard input */
+    uint64_t live_us; /* when the board was asked to be live; 0: not yet */
+    struct typed typed;
 };
 
-/* The board has said hello. */
-bool logger_heard(const struct logger *logger);
-
-/* ---- links.c ---- */
+/* ---- logger.c ---- */
 
 /* A signal that asks for the end came; the second one hurries it. */
 bool logger_signalled(struct logger *logger, int signals);
@@ -89,41 +95,20 @@ bool logger_signalled(struct logger *logger, int signals);
 enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error);
 /* Leaves of two links that are ready the one that is behind in board time. */
 void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
-
-/* ---- write.c ---- */
-
 /* The transaction that is open around all that is written. Committing none is MR_OK. */
 enum mr_status logger_begin(struct logger *logger, struct error *error);
 enum mr_status logger_commit(struct logger *logger, struct error *error);
-/* Takes back what was put since logger_begin: it is in the queues again. */
 /* It has been open for long enough: what was received is to be on disk within 100 ms. */
 bool logger_commit_due(struct logger *logger);
-void logger_take_back(struct logger *logger);
 /* After an error: when the store refused for a reason that may pass, takes back and forgets the
  * error: it is tried again at again_us. Else returns the error's status. */
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
-
-/* ---- rescue.c ---- */
-
-/* Where the campaign is, and whether it still is what was logged. */
-enum store_place logger_place(struct logger *logger);
-/* When it is no longer where it was: saves it beside, and goes on there. When it is no longer what
- * it was: begins a new one beside it, with what the queues have kept. */
+/* When the campaign is no longer where it was: saves it beside, and goes on there. When it is no
+ * longer what it was: begins a new one beside it, with what the queues have kept. */
 enum mr_status logger_rescue(struct logger *logger, struct error *error);
-
-/* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none
- * was found. */
-bool logger_beside(const char *folder, const char *path, const char *what, const char *ending,
-                   char *out, size_t size);
-
-/* ---- finish.c ---- */
-
-/* Writes what is in the queues, and the end of the session. What cannot be written in time is saved
- * beside the campaign. */
+/* Writes what is in the queues, and the end of the session. What a campaign does not take in time
+ * goes with all that the queues keep into a new one beside it. */
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
-
-/* ---- orders.c ---- */
-
 /* Sends it to the board, over serial when that can be, else over CAN; false: over neither.
  * `unasked`: nobody waits for it, so a link that does not take it is not tried again. */
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
@@ -151,5 +136,17 @@ enum mr_status logger_check_heard(const struct logger *logger, struct error *err
 /* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit
  * code of a failed output: people may have gone away while it logged. */
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);
+
+/* Looks after the process that writes the page; `end`: waits for it, a minute at most. */
+void logger_serve_page(struct logger *logger, bool end);
+
+/* `commands`: also when standard input is no terminal. `listen`: never. */
+void typed_begin(struct typed *typed, bool commands, bool listen);
+/* To be waited for until it can be read, then typed_read; -1: nothing is. */
+int typed_fd(const struct typed *typed);
+void typed_read(struct typed *typed);
+/* Obeys a line, and looks for the answer of the command before. Every turn. */
+void typed_turn(struct logger *logger);
+bool typed_holds(const struct typed *typed, uint64_t now_us);
 
 #endif

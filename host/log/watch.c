@@ -338,44 +338,43 @@ void watch_refused(struct watch *watch, enum store_refusal refused, const char *
     pthread_mutex_unlock(&watch->lock);
 }
 
-struct watch_hold watch_written(struct watch *watch)
+void watch_written(struct watch *watch)
 {
     char line[400] = "";
-    uint64_t at_us = monotonic_us(), since_us;
-    struct watch_hold hold = {.cause = WATCH_NONE};
+    uint64_t at_us = monotonic_us(), since_us, held_us = 0;
+    enum watch_cause cause = WATCH_NONE; /* of what was in the way until now */
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
     watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
     if (watch->refused != STORE_TAKES) {
-        hold.cause = cause_of(watch, at_us, &since_us);
-        hold.us = at_us - watch->refused_us;
-        watch->held_us[hold.cause] += hold.us;
+        cause = cause_of(watch, at_us, &since_us);
+        held_us = at_us - watch->refused_us;
     } else if (watch->call_took_us > SLOW_CALL_US) {
-        hold.cause = WATCH_SLOW_DISK;
-        hold.us = watch->call_took_us;
-        watch->held_us[hold.cause] += hold.us;
+        cause = WATCH_SLOW_DISK;
+        held_us = watch->call_took_us;
     }
-    if (hold.cause != WATCH_NONE) /* what was held up is written now: news only if it grows */
+    if (cause != WATCH_NONE) { /* what was held up is written now: news only if it grows */
+        watch->held_us[cause] += held_us;
         watch->low_permille = full;
-    hold.permille = full > watch->hold_permille ? full : watch->hold_permille;
+    }
+    full = full > watch->hold_permille ? full : watch->hold_permille;
     watch->hold_permille = 0;
     watch->refused = STORE_TAKES;
-    if (watch->told == hold.cause && hold.cause != WATCH_NONE) {
+    if (watch->told == cause && cause != WATCH_NONE) {
         char lost[200];
         lost_text(watch, lost, sizeof lost);
         snprintf(line, sizeof line,
                  "the campaign is written again, after %.1f s; the queue was %u %% full, %s",
-                 (double)hold.us / 1e6, hold.permille / 10, lost);
+                 (double)held_us / 1e6, full / 10, lost);
         watch->told = WATCH_NONE;
     }
-    if (full <= CAUGHT_UP_PERMILLE) {
+    if (permille(watch) <= CAUGHT_UP_PERMILLE) {
         watch->caught_up_us = at_us;
         watch->in_calls_us = 0;
         watch->told = WATCH_NONE;
     }
     pthread_mutex_unlock(&watch->lock);
     note(watch, line);
-    return hold;
 }
 
 uint64_t watch_refused_us(struct watch *watch)
@@ -411,14 +410,15 @@ json_t *watch_json(struct watch *watch)
 
 void watch_session(struct watch *watch, char *out, size_t size)
 {
+    static const char *const texts[] = {"another program held the campaign", "the disk was slow",
+                                        "the disk was full", "the disk took nothing"};
     size_t used = 0;
     out[0] = '\0';
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_PROCESSOR && used < size; cause++) {
         if (watch->held_us[cause] >= TELL_US)
             used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "",
-                                     store_held_text((enum store_held_cause)cause),
-                                     (double)watch->held_us[cause] / 1e6);
+                                     texts[cause], (double)watch->held_us[cause] / 1e6);
     }
     if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
         snprintf(out + used, size - used, "%squeue %u %% full at most", used ? "; " : "",

@@ -14,10 +14,10 @@
 #include "host/store/store_log.h"
 
 enum watch_cause {
-    WATCH_LOCK = STORE_HELD_LOCK,
-    WATCH_SLOW_DISK = STORE_HELD_SLOW_DISK,
-    WATCH_FULL_DISK = STORE_HELD_FULL_DISK,
-    WATCH_FAILING = STORE_HELD_FAILING,
+    WATCH_LOCK,
+    WATCH_SLOW_DISK,
+    WATCH_FULL_DISK,
+    WATCH_FAILING,
     WATCH_PROCESSOR, /* nothing but this computer */
     WATCH_CAUSES,
     WATCH_NONE = WATCH_CAUSES
@@ -70,13 +70,8 @@ enum store_place watch_place_now(struct watch *watch);
 void watch_call(struct watch *watch, bool begins);
 /* The store took nothing, for a reason that may pass. */
 void watch_refused(struct watch *watch, enum store_refusal refused, const char *reason);
-struct watch_hold {
-    enum watch_cause cause; /* WATCH_NONE: nothing was in the way */
-    uint64_t us;
-    unsigned permille; /* of the fuller queue, at most */
-};
-/* It took all that was put, in the call that ended last; what was in the way until then. */
-struct watch_hold watch_written(struct watch *watch);
+/* It took all that was put, in the call that ended last. */
+void watch_written(struct watch *watch);
 /* Since when it takes nothing; 0: it does. */
 uint64_t watch_refused_us(struct watch *watch);
 /* The end was asked for: a call that hangs is no longer waited for. */

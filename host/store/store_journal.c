@@ -204,6 +204,74 @@ enum mr_status store_series_of(struct store *store, const struct store_landing *
     return status;
 }
 
+/* ---- one landing twice in a campaign ---- */
+
+/* Earlier ones of the same number. */
+static enum mr_status landings_alike(struct store *store, const struct store_landing *landing,
+                                     struct store_landing **rows, size_t *count,
+                                     struct error *error)
+{
+    STORE_ROWS(LANDINGS_ALIKE, BIND(landing->id), BIND(landing->board_landing));
+}
+
+bool store_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
+                        size_t a_edges, const struct store_landing *b,
+                        const struct store_edge *b_edge, size_t b_edges)
+{
+    size_t same = 0, i = 0, k = 0;
+    bool same_board = !a->board_uid[0] || !b->board_uid[0] ||
+                      strcmp(a->board_uid, b->board_uid) == 0;
+    if (!same_board || a->board_landing != b->board_landing)
+        return false;
+    while (i < a_edges && k < b_edges) { /* in order of their counts */
+        int64_t ahead = a_edge[i].count - b_edge[k].count;
+        if (ahead == 0 && a_edge[i].tick != b_edge[k].tick)
+            return false;
+        same += ahead == 0;
+        i += ahead <= 0;
+        k += ahead >= 0;
+    }
+    return same >= 2;
+}
+
+static enum mr_status is_twin(struct store *store, const struct store_landing *landing,
+                              const struct store_edge *edge, size_t edges,
+                              const struct store_landing *other, bool *twin, struct error *error)
+{
+    struct store_edge *its = NULL;
+    size_t count = 0;
+    bool is_void = false;
+    enum mr_status status = store_edges(store, other->id, &its, &count, error);
+    *twin = status == MR_OK && store_same_landing(landing, edge, edges, other, its, count);
+    free(its);
+    if (*twin)
+        status = store_is_void(store, other->id, &is_void, NULL, error);
+    *twin &= !is_void;
+    return status;
+}
+
+enum mr_status store_find_twin(struct store *store, int64_t run, int64_t *twin, struct error *error)
+{
+    struct store_landing landing, *rows = NULL;
+    struct store_edge *edge = NULL;
+    size_t count = 0, edges = 0;
+    *twin = 0;
+    enum mr_status status = store_landing_get(store, run, &landing, error);
+    if (status == MR_OK)
+        status = store_edges(store, run, &edge, &edges, error);
+    if (status == MR_OK)
+        status = landings_alike(store, &landing, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK && *twin == 0; i++) {
+        bool same = false;
+        status = is_twin(store, &landing, edge, edges, &rows[i], &same, error);
+        if (same)
+            *twin = rows[i].id;
+    }
+    free(edge);
+    free(rows);
+    return status;
+}
+
 /* ---- recalibrate ---- */
 
 static bool same(float a, float b)

@@ -54,6 +54,18 @@ enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *c
 /* The newest session that was logged here; 0: none. */
 enum mr_status store_day_session(struct store *store, int64_t *session, struct error *error);
 
+/* ---- one landing twice in a campaign ---- */
+
+/* The earliest RUN before `run` that is the same landing: logged or imported twice, or read by
+ * another instrument, and not void; 0: none. */
+enum mr_status store_find_twin(struct store *store, int64_t run, int64_t *twin,
+                               struct error *error);
+/* Board (another instrument's readings have none), number and the captures of switches agree: of
+ * the edges that both have, two at least, each is the same. */
+bool store_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
+                        size_t a_edges, const struct store_landing *b,
+                        const struct store_edge *b_edge, size_t b_edges);
+
 /* ---- corrected calibrations for landings that are recorded ----
  *
  * Readings come from the stored integers, so a landing that has another calibration reads

@@ -46,29 +46,6 @@ void store_roll_back(struct store *store)
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
 }
 
-enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held,
-                              struct error *error)
-{
-    sqlite3_stmt *s;
-    struct store_held_part row;
-    *held = (struct store_held){.permille = 0};
-    enum mr_status status = STORE_QUERY(store, error, HELD, &s, BIND(run));
-    while (status == MR_OK && (status = STORE_NEXT(store, error, HELD, s, &row)) == MR_OK) {
-        if (row.cause >= 0 && row.cause < STORE_HELD_CAUSES)
-            held->us[row.cause] = row.us;
-        held->permille = row.permille > held->permille ? row.permille : held->permille;
-    }
-    return status == MR_TOO_FEW ? MR_OK : status;
-}
-
-const char *store_held_text(enum store_held_cause cause)
-{
-    static const char *const texts[STORE_HELD_CAUSES] = {"another program held the campaign",
-                                                         "the disk was slow", "the disk was full",
-                                                         "the disk took nothing"};
-    return cause < STORE_HELD_CAUSES ? texts[cause] : "unknown";
-}
-
 static bool stat_of(const char *path, const char *suffix, struct stat *info)
 {
     char name[PATH_MOST];

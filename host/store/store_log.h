@@ -24,25 +24,6 @@ enum store_refusal store_refusal_of(int sqlite_code);
 /* Takes back what was put since store_begin. Without a transaction nothing happens. */
 void store_roll_back(struct store *store);
 
-/* What kept a campaign from being written. The numbers are in campaigns: `code` of events of kind
- * `held`, whose `value` is microseconds and `detail` how full the queue was, in thousandths. */
-enum store_held_cause {
-    STORE_HELD_LOCK,
-    STORE_HELD_SLOW_DISK,
-    STORE_HELD_FULL_DISK,
-    STORE_HELD_FAILING,
-    STORE_HELD_CAUSES
-};
-struct store_held {
-    int64_t us[STORE_HELD_CAUSES];
-    int64_t permille; /* at most */
-};
-/* In a landing, summed. */
-enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held,
-                              struct error *error);
-/* "another program held the campaign" */
-const char *store_held_text(enum store_held_cause cause);
-
 /* Where the file is, by its path, and what the store has open. */
 enum store_place {
     STORE_IN_PLACE,

@@ -36,7 +36,7 @@ all_there() {
     echo "lost in the links' queues: CAN $(sent "$name" can_lost) + $(sent "$name" fills_lost), serial $(sent "$name" serial_lost);" \
         "in the campaign: $(db "$file" 'select group_concat(received || "/" || lost || "/" || bad) from links')"
     echo "sent: $(cat "$tmp/$name.sent"); fills kept $(db "$file" 'select count(*) from frames where link = 0 and can_id = 1365');" \
-        "landings by state $(db "$file" 'select group_concat(state) from landings'); held $(db "$file" "select group_concat(code || ':' || value || ':' || coalesce(landing, '-')) from events where kind = 'held'")"
+        "landings by state $(db "$file" 'select group_concat(state) from landings')"
     [ "$(sent "$name" can_lost)$(sent "$name" fills_lost)$(sent "$name" serial_lost)" = 000 ] &&
         [ "$(db "$file" 'select sum(lost + bad) from links')" = 0 ] &&
         [ "$(db "$file" 'select count(*) from frames where link = 0 and can_id = 1365')" = "$(sent "$name" fills)" ] &&
@@ -91,8 +91,7 @@ held() { # NAME SECONDS HOW: a lock
     cat "$tmp/$1.err"
     echo "queue $(json "$1" queue)"
     all_there "$1" && told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$" &&
-        [ "$(json "$1" queue.held_s.lock "> $2 - 0.5")" = 1 ] && [ "$(json "$1" 'landings[0].held.lock_s' "> $2 - 0.5")" = 1 ] &&
-        [ "$(db "$1" "select count(*), max(value) > ($2 - 0.5) * 1000000, max(landing) from events where kind = 'held' and code = 0")" = "1|1|1" ]
+        [ "$(json "$1" queue.held_s.lock "> $2 - 0.5")" = 1 ]
 }
 stalled() { # NAME SECONDS: a write takes as long
     begin "$1" $(($2 + 8)) "$faults" "DISK_STALL=$tmp/$1.now:$2" || return 1
@@ -100,7 +99,7 @@ stalled() { # NAME SECONDS: a write takes as long
     ends 0 || return 1
     cat "$tmp/$1.err"
     echo "queue $(json "$1" queue)"
-    all_there "$1" && [ "$(db "$1" "select count(*) > 0, max(value) > ($2 - 0.1) * 1000000 from events where kind = 'held' and code = 1")" = "1|1" ] &&
+    all_there "$1" && [ "$(json "$1" queue.held_s.slow_disk "> $2 - 0.1")" = 1 ] &&
         { [ "$2" = 1 ] || # it may be over before a busy computer gets to telling it
             { told "$1" "^matrig: the disk is slow, [0-9.]+ s by now: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
                 told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$"; }; }
@@ -114,7 +113,7 @@ room_again() {
     ends 0 || return 1
     cat "$tmp/room.err"
     [ $early = 0 ] && all_there room && told room "^matrig: the campaign is written again, after [0-9.]+ s" &&
-        [ "$(db room "select count(*) from events where kind = 'held' and code = 2")" = 1 ]
+        [ "$(json room queue.held_s.full_disk "> 0")" = 1 ]
 }
 
 # More comes than the queue holds, over a wire that waits for nobody: the beginning is kept, the gap is one, is stated with its cause, and the
@@ -154,9 +153,9 @@ overflows() {
 finished() { [ "$(db "$1" "select count(*) from landings where state = 4")" -ge "$2" ]; }
 all_sent() { [ "$(wc -l <"$tmp/wire.sent")" -ge "$1" ]; }
 
-# Somebody ends the log while it waits: it ends soon, and what the campaign did not take is in files that matrig log takes.
-ended_while() { # NAME: reads what was saved of NAME into its campaign
-    local from=$SECONDS read status at_us
+# Somebody ends the log while it waits: it ends soon, and all that the queues keep is in a campaign beside, landing and all.
+ended_while() { # NAME
+    local from=$SECONDS read status at_us saved kept
     at_us=$(($(date +%s%N) / 1000))
     kill -INT $logger
     await over $logger || return 1
@@ -166,31 +165,22 @@ ended_while() { # NAME: reads what was saved of NAME into its campaign
     cat "$tmp/$1.err"
     echo "exit $status after $((SECONDS - from)) s"
     [ "$1" = given-up ] && let_go
-    [ $status = 3 ] && [ "$(grep -c "^matrig: not in the campaign" "$tmp/$1.err")" = 1 ] &&
-        told "$1" "take them in: matrig log --can file:.*-unsaved-.*\.log --serial file:.*-unsaved-.*\.bin --db $dbs/$1\.db$" || return 1
+    saved=$(json "$1" db)
+    [ $status = 3 ] && [[ $saved == $dbs/$1-saved-*.db ]] &&
+        [ "$(grep -c "^matrig: $dbs/$1\.db took nothing any more .*; all that was logged is in $saved$" "$tmp/$1.err")" = 1 ] || return 1
+    saved=$(basename "$saved" .db)
     read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/$1.marks")
-    $matrig log --can file:"$(echo "$dbs/$1"-unsaved-*.log)" --serial file:"$(echo "$dbs/$1"-unsaved-*.bin)" --db "$dbs/$1.db" >/dev/null 2>"$tmp/$1.taken"
-    cat "$tmp/$1.taken" # the recording ends in a frame, perhaps
-    local kept
-    kept=$(db "$1" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")
+    kept=$(db "$saved" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")
     echo "read 100 ms before: $read; kept $kept"
-    [ "$read" -gt 12000 ] && [ "$kept" -ge "$read" ] && [ "$(db "$1" 'pragma integrity_check')" = ok ] &&
-        [ "$(db "$1" "select sum(count(*) - count(distinct substr(data, 1, 4))) over () from frames where link = 0 and can_id = 1365 group by session limit 1")" = 0 ] &&
-        landing_is_one "$1"
+    [ "$read" -gt 12000 ] && [ "$kept" -ge "$read" ] && [ "$(db "$1" 'pragma integrity_check')" = ok ] && [ "$(db "$saved" 'pragma integrity_check')" = ok ] &&
+        landing_is_whole "$saved" && [ "$(db "$saved" 'select ended_by from sessions')" = signal ]
 }
-# What was cut off is void, and the landing that was taken in has all of it and goes on from there without a hole, on both links.
-landing_is_one() {
-    local readings="from frames where can_id = 256 and link = 0 and landing" blocks="from blocks where landing"
-    db "$1" "select landings.id, state, armed_block, (select count(*) || ' readings, ' || min(board_us) || ' to ' || max(board_us) $readings = landings.id),
-        (select count(*) || ' blocks, ' || min(idx) || ' to ' || max(idx) $blocks = landings.id) from landings"
-    db "$1" "select landing, field, value, reason from landing_changes"
-    [ "$(db "$1" "select count(*), max(armed_block) = min(armed_block) from landings")" = "2|1" ] &&
-        [ "$(db "$1" "select landing, field, value, reason from landing_changes")" = "1|void|yes|cut off; RUN 2 has all of it" ] &&
-        [ "$(db "$1" "select count(*) - 1 - (max(board_us) - min(board_us)) / 2000 $readings = 2")" = 0 ] &&
-        [ "$(db "$1" "select count(*) - 1 - (max(idx) - min(idx)) $blocks = 2")" = 0 ] &&
-        [ "$(db "$1" "select (select min(idx) $blocks = 2) <= (select min(idx) $blocks = 1), (select max(idx) $blocks = 2) > (select max(idx) $blocks = 1)")" = "1|1" ] &&
-        [ "$(db "$1" "select (select min(board_us) $readings = 2) <= (select min(board_us) $readings = 1), (select max(board_us) $readings = 2) > (select max(board_us) $readings = 1)")" = "1|1" ] &&
-        grep -q "^matrig: RUN 1 was cut off, and RUN 2 has all of it: RUN 1 is void now" "$tmp/$1.taken"
+landing_is_whole() { # DB: it is in it from its arming, without a hole, on both links
+    local readings="from frames where can_id = 256 and link = 0 and landing = 1" blocks="from blocks where landing = 1"
+    db "$1" "select id, state, armed_block, (select count(*) || ' readings' $readings), (select count(*) || ' blocks, ' || min(idx) || ' to ' || max(idx) $blocks) from landings"
+    [ "$(db "$1" "select count(*), min(armed_block) > 0 from landings")" = "1|1" ] &&
+        [ "$(db "$1" "select count(*) - 1 - (max(board_us) - min(board_us)) / 2000 $readings")" = 0 ] &&
+        [ "$(db "$1" "select count(*) - 1 - (max(idx) - min(idx)) $blocks")" = 0 ]
 }
 given_up() {
     begin given-up 30 && hold given-up IMMEDIATE && await told given-up "another program holds" && ended_while given-up
@@ -304,7 +294,7 @@ result hung "ended in a write that hangs: told what is not saved"
 start moved moved
 start moved-last moved_last
 start deleted deleted
-result given-up "ended while another program holds the campaign: soon, and the rest is in files that matrig log takes"
+result given-up "ended while another program holds the campaign: soon, and all of it is in a campaign beside"
 result full-end "ended while the disk is full: likewise"
 start replaced replaced
 start journal journal

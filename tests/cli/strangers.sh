@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Frames on the bus that are not the board's, in mid-landing. Serial is the record: beside it they change nothing. On CAN alone what cannot follow is
-# not obeyed, and a landing that they tore is joined.
+# Frames on the bus that are not the board's, in mid-landing. Serial is the record: beside it they change nothing. On CAN alone a time that
+# cannot follow is not obeyed.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
 matrig=build/matrig
@@ -40,46 +40,6 @@ landing_from_elsewhere() { # split the landing, and stated 37.988 +- 0.112 ft/s
     cat "$tmp/landing.txt"
     [ "$(grep -c '^RUN ' "$tmp/landing.txt")" = 1 ] && cmp <(motion "$tmp/plain.txt") <(motion "$tmp/landing.txt")
 }
-# "Disarmed" at the board's own time, as the board would have said it: the board goes on, which takes it back.
-torn_and_joined() {
-    local block
-    block=$(sed -n '7000,7400p' "$tmp/all.can" | sed -n 's/.* 180#\(........\).*/\1/p' | head -n 1)
-    inject "0A0#00010500$block" 7400 "$tmp/torn.can"
-    log torn "$tmp/torn.can" || return 1
-    cat "$tmp/torn.txt"
-    [ "$(sqlite3 "$tmp/torn.db" 'select count(*) from landings')" = 1 ] && grep -q '^  touchdown ' "$tmp/torn.txt"
-}
-# Several forged states in a row tear the landing: in the end its readings, edges and motion are those of the landing that nobody tore, none
-# stands beside it, and what the stranger began is void.
-torn_by_several() {
-    local block name frames line file want got good=0
-    block=$(sed -n '7000,7400p' "$tmp/all.can" | sed -n 's/.* 180#\(........\).*/\1/p' | head -n 1)
-    log whole "$tmp/all.can" || return 1
-    want=$(of_landing whole)
-    while read -r name line frames; do
-        file=$tmp/several.can
-        awk -v frames="${frames//BLOCK/$block}" -v at="$line" '{ print } NR == at { n = split(frames, f, ","); for (i = 1; i <= n; i++) print $1, $2, "0A0#" f[i] }' \
-            "$tmp/all.can" >"$file"
-        log "several-$name" "$file" || good=1
-        got=$(of_landing "several-$name")
-        echo "$name: $got; $(sqlite3 "$tmp/several-$name.db" "select group_concat(landing || ' ' || field || ' ' || value || ': ' || reason) from landing_changes")"
-        [ "$got" = "$want" ] &&
-            [ "$(sqlite3 "$tmp/several-$name.db" "select count(*) from landings where id > 1 and id not in (select landing from landing_changes where field = 'void' and value = 'yes')")" = 0 ] || good=1
-    done <<'END'
-one 7400 00010500BLOCK
-idle-thrice 9000 00010500BLOCK,00010500BLOCK,00010500BLOCK
-idle-armed 7400 00010500BLOCK,01010600BLOCK
-idle-armed-landing 7400 00010500BLOCK,01010600BLOCK,02020600BLOCK
-armed-twice 7400 01010600BLOCK,01010600BLOCK
-settled-done-idle 9100 03030500BLOCK,04040500BLOCK,00010500BLOCK
-END
-    echo "wanted: $want"
-    return $good
-}
-of_landing() { # NAME: readings, edges, motion of RUN 1; readings between its ends that are in no landing, or in another one
-    sqlite3 "$tmp/$1.db" "select (select count(*) from frames where can_id = 256 and landing = 1), (select count(*) from edges where landing = 1),
-        (select count(*) from motion where landing = 1), (select count(*) from frames where can_id = 256 and landing is not 1 and board_us between 800000 and 8760000)"
-}
 # The log begins after the 8th edge: what would have to be guessed is not stated.
 beginning_is_missing() {
     local at
@@ -96,8 +56,6 @@ check "a hello of another layout in mid-landing is told, and the log goes on" he
 check "and on CAN alone" hello_of_another_layout_on_can_alone
 check "one before the board has spoken is refused on CAN alone" hello_before_the_board
 check "a state of the landing that serial did not say changes nothing" landing_from_elsewhere
-check "on CAN alone a landing that was torn is joined" torn_and_joined
-check "also when several frames in a row tore it: nothing of it stands beside it" torn_by_several
 check "a landing without its beginning states no speed" beginning_is_missing
 check "each message of the catalogue, not the board's, beside serial" everything_of_the_catalogue
 finish

@@ -627,29 +627,6 @@ TEST(serial_denies_the_end)
     session_end(&s);
 }
 
-TEST(what_can_tore_is_joined)
-{
-    struct session s;
-    log_with(&s, false, over);
-    assert_no_error(&s.error);
-    assert_int_equal(landing_count(&s), 1);
-    session_end(&s);
-}
-
-static void arm_another(struct stream *stream)
-{
-    stream_state(stream, 1, 1, 2, stream->block);
-}
-
-TEST(no_landing_is_armed_in_one)
-{
-    struct session s;
-    log_with(&s, false, arm_another);
-    assert_no_error(&s.error);
-    assert_int_equal(landing_count(&s), 1);
-    session_end(&s);
-}
-
 static void another_uid(struct stream *stream)
 {
     swap_board(stream);

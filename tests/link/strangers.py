@@ -43,12 +43,10 @@ def inject(lines, frames, moments):
 
 
 def stated(result):
-    """What is stated of landings, without what counts the frames that were received, what compares CAN with serial, and whether this
-    computer's disk was slow meanwhile."""
+    """What is stated of landings, without what counts the frames that were received and what compares CAN with serial."""
     landings = json.loads(json.dumps(result["landings"]))
     for landing in landings:
         landing.pop("cross_check")
-        landing.pop("held")
         for link in landing["links"].values():
             link.pop("received")
     return landings

@@ -1,0 +1,741 @@
+/* The work of matrig log: what comes goes out of the queues into the collector, by transactions;
+ * what happens when the campaign takes nothing, or was taken away; the end; what is asked of the
+ * board. */
+#include "host/log/logger.h"
+
+#include <libgen.h>
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/base/monotonic_clock.h"
+
+/* ---- writing: transactions ----
+ *
+ * What a transaction held stays in the queues until it is on disk; one that failed is taken back,
+ * collector and all, and is written again when it can be. */
+
+/* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow
+ * disk. */
+#define COMMIT_US       40000u
+#define COMMIT_MOST_US  1000000u
+#define MUCH_PERMILLE   10u  /* of a queue: 0.6 s */
+#define READ_WAIT_MS    5000 /* a summary: another program closes the campaign, for a moment */
+/* until the next try: another program may hold the campaign for a moment only, */
+#define RETRY_LOCKED_US 20000u
+#define RETRY_US        250000u /* a disk is full for longer */
+
+/* Where the campaign is, and whether it still is what was logged. */
+static enum store_place place_of(struct logger *logger)
+{
+    enum store_place place = watch_place(&logger->watch);
+    if (logger->emptied)
+        return STORE_EMPTIED;
+    return place == STORE_IN_PLACE && store_overwritten(logger->store) ? STORE_OVERWRITTEN : place;
+}
+
+static bool is_gone(enum store_place place)
+{
+    return place == STORE_OVERWRITTEN || place == STORE_EMPTIED;
+}
+
+/* Somebody may have put another content into the campaign, as sqlite3's .restore does. */
+static enum mr_status look_for_session(struct logger *logger, struct error *error)
+{
+    bool there = true;
+    enum mr_status status = store_session_there(logger->store, &there, error);
+    if (status != MR_OK || there)
+        return status;
+    logger->emptied = true;
+    return error_set(error, MR_IO,
+                     "what was logged is no longer in the campaign: %s; log into another one",
+                     store_path(logger->store));
+}
+
+enum mr_status logger_begin(struct logger *logger, struct error *error)
+{
+    if (logger->in_transaction)
+        return MR_OK;
+    watch_call(&logger->watch, true);
+    store_patience(logger->store, 0); /* the loop waits, and does all else meanwhile */
+    enum mr_status status = store_begin(logger->store, error);
+    store_patience(logger->store, READ_WAIT_MS);
+    watch_call(&logger->watch, false);
+    logger->in_transaction = status == MR_OK;
+    logger->begun_us = monotonic_us();
+    if (status == MR_OK && logger->collector)
+        status = look_for_session(logger, error);
+    if (status == MR_OK && logger->collector)
+        status = collector_mark(logger->collector, error);
+    return status;
+}
+
+enum mr_status logger_commit(struct logger *logger, struct error *error)
+{
+    if (!logger->in_transaction)
+        return MR_OK;
+    enum mr_status status = collector_put_counts(logger->collector, error);
+    if (status == MR_OK)
+        status = store_note_logged(logger->store, collector_session(logger->collector), error);
+    if (status == MR_OK && store_overwritten(logger->store)) /* nothing goes into that file */
+        status = error_set(error, MR_IO, "was overwritten: %s; log into another one",
+                           store_path(logger->store));
+    if (status != MR_OK)
+        return status;
+    watch_call(&logger->watch, true);
+    uint64_t from_us = monotonic_us();
+    status = store_commit(logger->store, error);
+    watch_call(&logger->watch, false);
+    if (status == MR_OK) {
+        store_logged_committed(logger->store);
+        watch_written(&logger->watch);
+        logger->in_transaction = false;
+        for (unsigned link = 0; link < LINK_KINDS; link++) {
+            if (logger->reader[link])
+                link_queue_release(link_reader_queue(logger->reader[link]));
+        }
+    }
+    logger->commit_us = monotonic_us() - from_us;
+    if (status == MR_OK && !logger->followed) /* now there is a journal, too */
+        watch_follow(&logger->watch, store_path(logger->store));
+    logger->followed |= status == MR_OK;
+    return status;
+}
+
+/* Each commit waits for the disk once: while much is to be made up for, one that is slow is asked
+ * less often. */
+bool logger_commit_due(struct logger *logger)
+{
+    uint64_t after_us = COMMIT_US;
+    if (logger->commit_us > COMMIT_US && watch_permille(&logger->watch) > MUCH_PERMILLE)
+        after_us = logger->commit_us > COMMIT_MOST_US ? COMMIT_MOST_US : logger->commit_us;
+    return logger->in_transaction && monotonic_us() - logger->begun_us >= after_us;
+}
+
+static void take_back(struct logger *logger)
+{
+    store_roll_back(logger->store);
+    if (logger->in_transaction && logger->collector)
+        collector_back_to_mark(logger->collector);
+    logger->in_transaction = false;
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        if (logger->reader[link])
+            link_queue_rewind(link_reader_queue(logger->reader[link]));
+    }
+}
+
+enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
+{
+    enum store_refusal refused = store_take_refusal(logger->store);
+    /* whatever it said of that */
+    bool other = is_gone(place_of(logger));
+    if (error->status == MR_OK || (refused == STORE_TAKES && !other))
+        return error->status;
+    take_back(logger);
+    if (other) { /* logger_rescue goes on elsewhere */
+        *error = (struct error){0};
+        return MR_OK;
+    }
+    watch_refused(&logger->watch, refused, error->text);
+    logger->again_us = monotonic_us() + (refused == STORE_LOCKED ? RETRY_LOCKED_US : RETRY_US);
+    *error = (struct error){0};
+    return MR_OK;
+}
+
+/* ---- what comes, out of the queues into the collector ---- */
+
+#define FRAMES_PER_TURN 64u /* less than what a second of any board is: the links stay in step */
+#define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
+
+/* The link is over, for whatever reason; a broken one is remembered, and the others go on. */
+static enum mr_status end_link(struct logger *logger, unsigned link, const struct error *reason,
+                               struct error *error)
+{
+    struct error tail = {0};
+    logger->open[link] = false;
+    enum mr_status status = logger_begin(logger, error);
+    if (status == MR_OK) {
+        status = collector_link_end(logger->collector, (enum link_kind)link, &tail);
+        if (status == MR_TRUNCATED)
+            status = MR_OK;
+        else if (status != MR_OK)
+            error_set(error, status, "%s", tail.text);
+    }
+    if (logger->link_error.status == MR_OK)
+        logger->link_error = reason->status != MR_OK ? *reason : tail;
+    return status;
+}
+
+/* What the link saw since the last time: recorded, and told. */
+static enum mr_status take_troubles(struct logger *logger, unsigned link, struct error *error)
+{
+    if (!logger->troubled[link])
+        return MR_OK;
+    logger_note_troubles(logger, link);
+    enum mr_status status = logger_begin(logger, error);
+    if (status == MR_OK)
+        status = collector_troubles(logger->collector, (enum link_kind)link,
+                                    &logger->counters[link], error);
+    logger->troubled[link] = status != MR_OK;
+    return status;
+}
+
+static enum mr_status take_frame(struct logger *logger, const struct link_frame *frame,
+                                 struct error *error)
+{
+    logger_note_other(logger, frame);
+    return collector_frame(logger->collector, frame, error);
+}
+
+static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t jump_us,
+                                 struct error *error)
+{
+    if (jump_us != 0)
+        return collector_clock_set(logger->collector, jump_us, error);
+    collector_forget_time(logger->collector, (enum link_kind)link);
+    return MR_OK;
+}
+
+static enum mr_status take_item(struct logger *logger, unsigned link, const struct link_item *item,
+                                struct error *error)
+{
+    if (item->kind == LINK_ITEM_COUNTERS) {
+        logger->counters[link] = item->counters;
+        logger->troubled[link] = true;
+        return MR_OK;
+    }
+    if (logger->live.hub) /* what was shown before is not shown again */
+        collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
+    enum mr_status status = logger_begin(logger, error);
+    if (status == MR_OK)
+        status = take_troubles(logger, link, error);
+    if (status != MR_OK)
+        return status;
+    switch (item->kind) {
+    case LINK_ITEM_FRAME: return take_frame(logger, &item->frame, error);
+    case LINK_ITEM_BYTES:
+        return collector_bytes(logger->collector, item->bytes, item->length, item->host_us, error);
+    case LINK_ITEM_CLOCK: return take_clock(logger, link, item->jump_us, error);
+    default: return end_link(logger, link, &item->end, error);
+    }
+}
+
+enum mr_status logger_receive(struct logger *logger, unsigned link, struct error *error)
+{
+    struct link_reader *reader = logger->reader[link];
+    struct link_queue *queue = link_reader_queue(reader);
+    struct link_item item;
+    enum mr_status status = MR_OK;
+    if (!link_queue_unread(queue)) /* else what the last turn said of it holds */
+        logger->more[link] = link_reader_fd(reader) >= 0 && link_reader_turn(reader);
+    size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
+    for (size_t taken = 0; taken < most && status == MR_OK && link_queue_take(queue, &item);) {
+        taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;
+        status = take_item(logger, link, &item, error);
+    }
+    return status == MR_OK ? take_troubles(logger, link, error) : status;
+}
+
+/* When both links have something, the one that is behind in board time goes first: they stay in
+ * step, whatever waits in which buffer, and neither is ever waited for. */
+void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
+{
+    if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
+        return;
+    bool can_behind = collector_block(logger->collector, LINK_CAN) <=
+                      collector_block(logger->collector, LINK_SERIAL);
+    ready[can_behind ? LINK_SERIAL : LINK_CAN] = false;
+}
+
+/* ---- what is asked of the board: by itself, and for the viewers of the live page ---- */
+
+#define ASK_US        1000000u /* between two requests for the configuration */
+/* for the same; a board that does not answer, or of another table, is left alone then */
+#define ASKS          5u
+#define LIVE_S        30        /* so long a board without CAN tells readings while idle, */
+#define LIVE_AGAIN_US 20000000u /* and so often it is asked */
+
+bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    size_t length = mr_command_put(command, payload);
+    for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
+        unsigned link = (unsigned)kind;
+        struct error reason = {0};
+        if (!logger->open[link] || (unasked && logger->mute[link]))
+            continue;
+        enum mr_status status = link_send_message(logger->link[link], logger->base, 0,
+                                                  MR_ID_COMMAND, payload, length, &reason);
+        logger->mute[link] = logger->mute[link] || (unasked && status != MR_OK);
+        if (status == MR_OK)
+            return true;
+    }
+    return false;
+}
+
+/* Asks the board for its configuration, over serial when it can be. A link that does not take it,
+ * such as a file, is asked once. */
+void logger_ask_for_configuration(struct logger *logger)
+{
+    const struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
+    uint64_t now_us = monotonic_us();
+    if (!collector_lacks_configuration(logger->collector)) {
+        struct collector_progress p;
+        collector_progress(logger->collector, &p);
+        if (p.run) /* what it was telling ended with the arming: ask at once when it is done */
+            logger->asked_us = logger->asks = 0;
+        return;
+    }
+    if (logger->asks == ASKS || (logger->asked_us && now_us - logger->asked_us < ASK_US))
+        return;
+    logger->asked_us = now_us;
+    logger->asks++;
+    (void)logger_send(logger, &command, true);
+}
+
+/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms,
+ * so that something moves. */
+static void keep_it_live(struct logger *logger)
+{
+    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    uint64_t now_us = monotonic_us();
+    if (logger->open[LINK_CAN] || p.run || !p.hello ||
+        (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
+        return;
+    logger->live_us = now_us;
+    (void)logger_send(logger, &command, true);
+}
+
+void logger_serve_live(struct logger *logger)
+{
+    struct mr_command command;
+    if (!logger->live.hub)
+        return;
+    keep_it_live(logger);
+    live_turn(&logger->live, logger->collector);
+    if (live_take_order(&logger->live, &command))
+        (void)logger_send(logger, &command, false);
+}
+
+/* ---- a campaign that was taken away ----
+ *
+ * Somebody moved, replaced or deleted it while it is logged. The file that is open goes on to exist
+ * without its name, or under another one; what is committed to it is copied to a fresh name beside
+ * the old one, and the log goes on there. One that somebody wrote over is no longer there to be
+ * copied: a new campaign is begun beside it, into which goes what the queues have kept, as if it
+ * came now. */
+
+#define SAVE_AGAIN_US 5000000u /* between two tries to save */
+#define NAMES         100      /* tried in one folder, within a second */
+#define PATH_MOST     4096
+
+/* "campaign" of /home/runway/campaign.db */
+static void stem_of(const char *path, char *out, size_t size)
+{
+    char copy[PATH_MOST];
+    snprintf(copy, sizeof copy, "%s", path);
+    const char *name = basename(copy);
+    size_t length = strlen(name);
+    if (length > 3 && strcmp(name + length - 3, ".db") == 0)
+        length -= 3;
+    snprintf(out, size, "%.*s", (int)length, name);
+}
+
+/* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none
+ * was found. */
+static bool name_beside(const char *folder, const char *path, const char *what, const char *ending,
+                        char *out, size_t size)
+{
+    char stem[300], date[40];
+    time_t now = time(NULL);
+    struct tm local;
+    stem_of(path, stem, sizeof stem);
+    localtime_r(&now, &local);
+    strftime(date, sizeof date, "%Y%m%d-%H%M%S", &local);
+    for (int i = 1; i <= NAMES; i++) {
+        char more[12] = "";
+        if (i > 1)
+            snprintf(more, sizeof more, "-%d", i);
+        int length = snprintf(out, size, "%s/%s-%s-%s%s%s", folder, stem, what, date, more, ending);
+        if (length < 0 || (size_t)length >= size)
+            return false;
+        if (access(out, F_OK) != 0)
+            return true;
+    }
+    return false;
+}
+
+static const char *folder_of(const char *path, char folder[PATH_MOST])
+{
+    snprintf(folder, PATH_MOST, "%s", path);
+    return dirname(folder);
+}
+
+/* Into the folder of `beside`, if it is there. */
+static bool save_beside(struct logger *logger, const char *beside, char *out, size_t size,
+                        struct error *error)
+{
+    char folder[PATH_MOST];
+    if (!beside[0] || access(folder_of(beside, folder), W_OK | X_OK) != 0 ||
+        !name_beside(folder, store_path(logger->store), "saved", ".db", out, size))
+        return false;
+    *error = (struct error){0};
+    return store_copy_to(logger->store, out, error) == MR_OK;
+}
+
+static void go_on_in(struct logger *logger, struct store *store, const char *path)
+{
+    logger->store = store;
+    snprintf(logger->saved, sizeof logger->saved, "%s", path);
+    logger->db = logger->saved;
+    watch_follow(&logger->watch, path);
+    logger->emptied = logger->followed = false;
+}
+
+/* Goes on in the copy. */
+static enum mr_status move_to(struct logger *logger, const char *path, struct error *error)
+{
+    struct store *saved;
+    enum mr_status status = store_open(path, STORE_CREATE, &saved, error);
+    if (status == MR_OK)
+        status = store_take_alone(saved, error);
+    if (status != MR_OK)
+        return status;
+    store_watch_file(saved);
+    collector_move(logger->collector, saved);
+    store_leave(logger->store, true);
+    go_on_in(logger, saved, path);
+    return MR_OK;
+}
+
+static void say_what_happened(struct logger *logger, enum store_place place, const char *original,
+                              const char *now)
+{
+    char where[4200];
+    snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
+    snprintf(logger->taken, sizeof logger->taken, "%s %s while it was logged", original,
+             place == STORE_NO_JOURNAL    ? "lost its journal (-wal)"
+             : place == STORE_REPLACED    ? "was replaced by another file"
+             : place == STORE_OVERWRITTEN ? "was overwritten by another program"
+             : place == STORE_EMPTIED     ? "lost what was logged into it"
+                                          : where);
+}
+
+/* ---- overwritten ---- */
+
+/* When the oldest of what is kept came; 0: nothing is. */
+static uint64_t kept_since_us(const struct logger *logger, bool *whole)
+{
+    uint64_t since_us = 0;
+    *whole = true;
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        struct link_queue *queue = logger->reader[link] ? link_reader_queue(logger->reader[link])
+                                                        : NULL;
+        uint64_t oldest_us = queue ? link_queue_oldest_us(queue) : 0;
+        *whole = *whole && (!queue || link_queue_is_whole(queue));
+        since_us = oldest_us && (since_us == 0 || oldest_us < since_us) ? oldest_us : since_us;
+    }
+    return since_us;
+}
+
+/* The new campaign, with a session of its own. */
+static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
+                                  struct store **store, struct collector **collector,
+                                  struct error *error)
+{
+    *store = NULL;
+    *collector = NULL;
+    enum mr_status status = store_open(path, STORE_CREATE, store, error);
+    if (status == MR_OK)
+        status = store_take_alone(*store, error);
+    if (status == MR_OK)
+        store_watch_file(*store);
+    if (status == MR_OK)
+        status = store_begin(*store, error);
+    if (status == MR_OK)
+        status = collector_again(logger->collector, *store, whole, collector, error);
+    if (status == MR_OK)
+        status = store_commit(*store, error);
+    if (status != MR_OK) {
+        collector_close(*collector);
+        store_close(*store);
+        unlink(path); /* it was made here, and nothing is in it */
+    }
+    return status;
+}
+
+/* What is in the file now is somebody else's. */
+static void leave_to_others(struct store *store, const char *original)
+{
+    char folder[PATH_MOST], kept[PATH_MOST];
+    bool aside = name_beside(folder_of(original, folder), original, "journal", ".wal", kept,
+                             sizeof kept);
+    store_leave(store, false);
+    if (aside)
+        store_journal_aside(original, kept);
+}
+
+static void forget_landings(struct logger *logger) /* they come again, and have other numbers */
+{
+    json_array_clear(logger->landings);
+    logger->shown = 0;
+}
+
+/* Begins another campaign beside the one at `original`, else in this folder, into which all that
+ * the queues keep is to go once more. */
+static enum mr_status start_over(struct logger *logger, enum store_place place,
+                                 const char *original)
+{
+    char folder[PATH_MOST], saved[sizeof logger->saved], since[40];
+    const char *const folders[] = {folder_of(original, folder), "."};
+    struct error why = {0};
+    struct store *store = NULL;
+    struct collector *collector = NULL;
+    struct tm local;
+    bool whole;
+    take_back(logger);
+    const time_t since_s = (time_t)(kept_since_us(logger, &whole) / 1000000u);
+    watch_call(&logger->watch, true);
+    enum mr_status status = MR_IO;
+    for (size_t i = 0; i < 2 && status != MR_OK; i++) {
+        if (access(folders[i], W_OK | X_OK) == 0 &&
+            name_beside(folders[i], original, "saved", ".db", saved, sizeof saved))
+            status = begin_again(logger, saved, whole, &store, &collector, &why);
+    }
+    watch_call(&logger->watch, false);
+    logger_clear_progress(logger);
+    if (status != MR_OK) {
+        cli_note(logger->cli, "%s, and no other one can be begun (%s)", logger->taken,
+                 why.text[0] ? why.text : "no folder to write to");
+        return status;
+    }
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        if (logger->reader[link])
+            link_queue_rewind_all(link_reader_queue(logger->reader[link]));
+    }
+    logger->refilled = true;
+    collector_close(logger->collector);
+    logger->collector = collector;
+    if (place == STORE_OVERWRITTEN)
+        leave_to_others(logger->store, original);
+    else
+        store_close(logger->store); /* all that is in it was put there by SQLite */
+    go_on_in(logger, store, saved);
+    forget_landings(logger);
+    localtime_r(&since_s, &local);
+    strftime(since, sizeof since, "%H:%M:%S", &local);
+    fprintf(stderr,
+            "matrig: %s: all that came since %s was saved in %s, and the log goes on there%s\n",
+            logger->taken, since, saved, whole ? "" : "; what came before is lost");
+    fflush(stderr);
+    if (!whole)
+        snprintf(logger->lost_before, sizeof logger->lost_before, "%s", since);
+    return MR_OK;
+}
+
+/* ---- taken away ---- */
+
+static enum mr_status save_and_go_on(struct logger *logger, const char *original, const char *now,
+                                     struct error *error)
+{
+    struct error why = {0};
+    char saved[sizeof logger->saved];
+    take_back(logger); /* what is not committed is in the queues */
+    watch_call(&logger->watch, true);
+    bool copied = save_beside(logger, original, saved, sizeof saved, &why) ||
+                  save_beside(logger, now, saved, sizeof saved, &why) ||
+                  save_beside(logger, "./here", saved, sizeof saved, &why);
+    watch_call(&logger->watch, false);
+    (void)store_take_refusal(logger->store);
+    logger_clear_progress(logger);
+    if (!copied) { /* what is open still takes what comes */
+        cli_note(logger->cli, "%s, and cannot be saved (%s): tried again in 5 s", logger->taken,
+                 why.text[0] ? why.text : "no folder to write to");
+        return MR_OK;
+    }
+    const struct store_identity before = logger->watch.identity;
+    enum mr_status status = move_to(logger, saved, error);
+    if (status == MR_OK) {
+        store_journal_remove(original, &before);
+        /* also with --quiet */
+        fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n",
+                logger->taken, saved);
+        fflush(stderr);
+    }
+    logger->rescue_us = 0;
+    return status;
+}
+
+enum mr_status logger_rescue(struct logger *logger, struct error *error)
+{
+    enum store_place place = place_of(logger);
+    uint64_t now_us = monotonic_us();
+    if (place == STORE_IN_PLACE && !logger->saved[0])
+        logger->taken[0] = '\0'; /* brought back before it could be saved */
+    if (place == STORE_IN_PLACE ||
+        (logger->rescue_us && now_us - logger->rescue_us < SAVE_AGAIN_US))
+        return MR_OK;
+    char original[sizeof logger->saved], now[sizeof logger->saved];
+    logger->rescue_us = now_us;
+    snprintf(original, sizeof original, "%s", store_path(logger->store));
+    store_whereabouts(logger->store, now, sizeof now);
+    say_what_happened(logger, place, original, now);
+    if (!is_gone(place))
+        return save_and_go_on(logger, original, now, error);
+    if (start_over(logger, place, original) == MR_OK)
+        logger->rescue_us = 0;
+    else
+        logger->again_us = now_us +
+                           SAVE_AGAIN_US; /* nothing goes into that file: what comes waits */
+    return MR_OK;
+}
+
+/* ---- the end ----
+ *
+ * No more is read, what is in the queues is written, the session is closed. A campaign that still
+ * takes nothing is waited for a while; then what the queues keep goes into a new one beside it. */
+
+/* for a campaign that takes nothing, at the end of the links or of --for; */
+#define WAIT_US       60000000u
+#define WAIT_ASKED_US 5000000u /* when somebody asked for the end */
+/* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
+#define HURRY_US      500000u
+#define LOOK_MS       20
+
+bool logger_signalled(struct logger *logger, int signals)
+{
+    struct signalfd_siginfo info;
+    if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
+        return false;
+    uint64_t now_us = monotonic_us();
+    logger->hurried = logger->ended_by &&
+                      (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
+    if (!logger->signalled_us)
+        logger->signalled_us = now_us;
+    watch_end(&logger->watch);
+    return true;
+}
+
+/* All that is in the queues. MR_TOO_FEW: nothing is left. */
+static enum mr_status take_turn(struct logger *logger, struct error *error)
+{
+    bool ready[LINK_KINDS] = {false}, any = false;
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        ready[link] = logger->reader[link] &&
+                      link_queue_unread(link_reader_queue(logger->reader[link]));
+        any |= ready[link];
+    }
+    if (!any)
+        return MR_TOO_FEW;
+    logger_keep_in_step(logger, ready);
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        if (ready[link] && logger_receive(logger, link, error) != MR_OK)
+            return error->status;
+    }
+    return logger_commit_due(logger) ? logger_commit(logger, error) : MR_OK;
+}
+
+static enum mr_status write_end(struct logger *logger, struct error *error)
+{
+    enum mr_status status = logger_begin(logger, error);
+    if (status == MR_OK)
+        status = collector_end(logger->collector, logger->ended_by, error);
+    return status == MR_OK ? logger_commit(logger, error) : status;
+}
+
+static bool waited_enough(struct logger *logger, uint64_t began_us)
+{
+    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = monotonic_us();
+    uint64_t since_us = refused_us > began_us ? refused_us : began_us;
+    bool asked = strcmp(logger->ended_by, "signal") == 0;
+    return logger->hurried || (refused_us && now_us - since_us > (asked ? WAIT_ASKED_US : WAIT_US));
+}
+
+/* The campaign takes nothing: what the queues keep comes again, for another one. Not MR_OK: there
+ * was nothing left, or it is lost; the error says which. */
+static enum mr_status go_beside(struct logger *logger, bool *beside, const char *reason,
+                                struct error *error)
+{
+    char what[100];
+    watch_amount(&logger->watch, false, what, sizeof what);
+    take_back(logger);
+    if (watch_permille(&logger->watch) == 0 && strcmp(what, "nothing") == 0)
+        return error_set(error, MR_IO,
+                         "all that came is in the campaign, the end of the session is not: %.250s",
+                         reason);
+    snprintf(logger->taken, sizeof logger->taken, "%s took nothing any more (%.200s)",
+             store_path(logger->store), reason);
+    if (*beside || start_over(logger, STORE_IN_PLACE, store_path(logger->store)) != MR_OK)
+        return error_set(
+            error, MR_IO,
+            "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s",
+            what, reason);
+    *beside = true;
+    logger->hurried = false;
+    logger->again_us = 0;
+    return MR_OK;
+}
+
+/* All is written: is the campaign still in its place? MR_TOO_FEW: it was not, and what is kept
+ * comes again, for another one. */
+static enum mr_status settle(struct logger *logger, struct error *error)
+{
+    (void)watch_place_now(&logger->watch);
+    bool gone = is_gone(place_of(logger));
+    logger->rescue_us = 0;
+    enum mr_status status = logger_rescue(logger, error);
+    if (status != MR_OK || !gone)
+        return status;
+    return is_gone(place_of(logger))
+             ? error_set(error, MR_IO,
+                         "%s, and no other campaign could be begun: what was logged "
+                         "is lost",
+                         logger->taken)
+             : MR_TOO_FEW;
+}
+
+enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
+{
+    char reason[sizeof error->text] = "ended in a hurry";
+    uint64_t began_us = monotonic_us();
+    const bool failed = strcmp(logger->ended_by, "error") == 0;
+    bool beside = false;
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        link_reader_stop(logger->reader[link]);
+        logger->more[link] = false;
+    }
+    for (;;) {
+        struct error why = {0};
+        enum mr_status status = logger_rescue(logger, error);
+        if (status != MR_OK)
+            return status;
+        bool went_wrong = failed && !logger->refilled, gives_up = false;
+        if (monotonic_us() >= logger->again_us) {
+            status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
+            if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
+                status = settle(logger, error);
+                if (status != MR_TOO_FEW)
+                    return status;
+                continue; /* all that is kept goes into the new one */
+            }
+            if (why.status != MR_OK)
+                snprintf(reason, sizeof reason, "%s", why.text);
+            /* for a reason that does not pass */
+            gives_up = went_wrong || logger_wait_for_store(logger, &why) != MR_OK;
+        } else {
+            struct pollfd asked = {.fd = signals, .events = POLLIN};
+            poll(&asked, 1, LOOK_MS);
+        }
+        (void)logger_signalled(logger, signals);
+        if (!gives_up && !waited_enough(logger, began_us))
+            continue;
+        if (go_beside(logger, &beside, reason, error) != MR_OK)
+            return error->status;
+        began_us = monotonic_us();
+    }
+}
