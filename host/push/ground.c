@@ -192,7 +192,6 @@ void push_answer_tests(struct answer *answer, const struct push_readings *readin
 #define ALIKE       0.02 /* loads, relative */
 #define BISECTIONS  60
 #define SPREAD_MOST 10.0
-#define IN_PER_FT   12.0
 
 /* y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms` of them. */
 struct pooled {
@@ -467,12 +466,4 @@ void push_ground_free(struct push_ground *ground)
 {
     free(ground->fit);
     *ground = (struct push_ground){0};
-}
-
-double push_ground_limit_lb(const struct push_ground *ground, const struct push_setting *setting,
-                            double load_lb)
-{
-    double own = ground->friction.of.value;
-    double friction = !isnan(own) ? own : setting->friction > 0.0 ? setting->friction : (double)NAN;
-    return friction * pressing_lb(setting, load_lb);
 }

@@ -32,7 +32,6 @@ struct push_setting {
     struct push_gages gages;
     unsigned mats;        /* that the load presses, and that move together */
     double mat_weight_lb; /* 0: not known, left out of the friction */
-    double friction;      /* of another test, to draw the limit with; 0: not known */
     double axle_load_lb;  /* 0: the least load tested */
 };
 
@@ -61,11 +60,6 @@ enum mr_status push_ground_find(const struct push_readings *readings,
                                 const struct push_setting *setting, struct push_ground *ground,
                                 struct error *error);
 void push_ground_free(struct push_ground *ground);
-
-/* What holds a mat under the load by Coulomb's law: friction times load and weight, lb; NaN: the
- * tests do not tell. */
-double push_ground_limit_lb(const struct push_ground *ground, const struct push_setting *setting,
-                            double load_lb);
 
 /* What push tests say, for people, programs and pages (host/base/answer.h). */
 

@@ -54,15 +54,15 @@ while IFS='|' read -r name code pattern json; do
     check "$name" fails_with "$code" "$pattern" $m params "$tmp/bad.json"
 done <<'J'
 misspelt reading|4|weigth_lb|{"pull": {"weigth_lb": 3}}
-negative reading|4|pull.weight_lb is -3|{"pull": {"weight_lb": -3, "pull_lb": 1}}
+negative reading|4|no reading: .*pull.weight_lb; give a number above 0|{"pull": {"weight_lb": -3, "pull_lb": 1}}
 a moment without turning|4|meets no moment at -4.0|{"hinge": {"angle_deg": [1, 2, 3, 4], "moment_ft_lb": [500, 601, 700, 799]}}
 too few points|5|too few points|{"hinge": {"angle_deg": [1, 2], "moment_ft_lb": [3, 4]}}
 lists of different lengths|4|3 and 2|{"hinge": {"angle_deg": [1, 2, 3], "moment_ft_lb": [3, 4]}}
 no JSON|4|line [12] column|{
 no infinite parameter|5|KV|{"deflection": {"load_lb": 1e300, "deflection_in": 1e-300}}
 text for a reading|4|no reading: .*pull.weight_lb|{"pull": {"weight_lb": "3", "pull_lb": 1}}
-an error below 0|4|has error -1|{"pull": {"weight_lb": {"readings": [3], "error": -1}, "pull_lb": 1}}
-a list|4|no JSON object|[1]
+an error below 0|4|no reading: .*pull.weight_lb; .*with E 0 or more|{"pull": {"weight_lb": {"readings": [3], "error": -1}, "pull_lb": 1}}
+a list|4|no readings|[1]
 no readings|4|no readings|{}
 J
 check "no file" fails_with 3 none.json $m params "$tmp/none.json"

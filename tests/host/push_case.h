@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "host/push/readings.h"
+#include "host/push/fit.h"
 
 struct push_truth {
     double k_lb_in, unloading; /* of all mats; INFINITY: rigid */
