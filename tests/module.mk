@@ -15,7 +15,7 @@ test: in-build $(B)/.test-packages all $(tests) $(test_images) $(variants) test-
 .PHONY: test-programs
 test-programs: # its needs are said where each is built
 
-bench_programs := $(patsubst %,$(B)/tests/%,bench/sim_bench exchange/decode fit/coverage)
+bench_programs := $(patsubst %,$(B)/tests/%,bench/sim_bench fit/coverage)
 # What the targets need, built and not run: tests/house/targets.py finds a target of which something is forgotten here.
 needed := $(tests) $(test_images) $(variants) $(bench_programs) $(patsubst %,$(B)/tests/%,linux/bridge sim_reference/reference)
 .PHONY: build-all
@@ -48,7 +48,6 @@ test-browser: in-build $(B)/.browser-packages all ## tests | live view and repor
 .PHONY: bench
 bench: in-build $(B)/.test-packages all $(variants) $(bench_programs) $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## longer | timings, as ratios within one run
 	@tests/bench.sh
-	@tests/exchange/bench.sh
 
 .PHONY: coverage
 coverage: $(B)/.coverage-packages coverage-build ## longer | branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt

@@ -80,7 +80,7 @@ struct hil_options {
     bool host_parity_follows;
     enum hil_can_bus can_bus;
     uint32_t can_base; /* of the board's identifiers, to which CAN commands of its run file go */
-    /* frames a second of the film camera; 0: there is none (hil/rig/camera.h) */
+    /* frames a second of the film camera; 0: there is none (hil/rig/rig.h) */
     double camera_hz;
     uint64_t camera_delay_ps;  /* from its trigger to the first frame */
     uint64_t camera_jitter_ps; /* of each frame, either way, evenly distributed */

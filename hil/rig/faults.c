@@ -21,7 +21,7 @@
 #include "hil/periph/i2c.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
-#include "hil/rig/camera.h"
+#include "hil/rig/rig.h"
 #include "hil/rig/supply.h"
 
 static void schedule(struct hil_faults_device *dev)

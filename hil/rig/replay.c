@@ -13,7 +13,6 @@
 #include "hil/periph/tim.h"
 #include "hil/rig/rig.h"
 #include "hil/rig/runfile.h"
-#include "hil/rig/script.h"
 
 /* The application takes a block 0.97 ms after its first trigger: what comes half way before that
  * finds the block before it done, and is there in time. */

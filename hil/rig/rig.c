@@ -1,10 +1,16 @@
 #include "hil/rig/rig.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "common/canbase.h"
+#include "common/framing.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
+#include "hil/periph/can.h"
+#include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
+#include "hil/periph/usart.h"
 #include "hil/rig/electronics.h"
 
 #define PORT_D              3u
@@ -425,4 +431,143 @@ void hil_rig_create(struct hil_rig_device *dev)
                                               .volts = hil_rig_channel_volts,
                                               .source_ohm = source_ohm};
     hil_event_wire(dev->core, HIL_EVENT_RIG, on_event, dev);
+}
+
+/* ---- scripted commands ---- */
+
+enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart,
+                              uint16_t *sequence, const struct mr_command *message, bool serial)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    size_t length = mr_command_put(message, payload);
+    if (serial) {
+        uint8_t bytes[MR_FRAME_MAX];
+        return hil_usart_inject(
+            usart, bytes, mr_frame_encode((*sequence)++, MR_ID_COMMAND, payload, length, bytes));
+    }
+    struct hil_can_frame frame = {
+        .id = mr_can_to_bus(MR_ID_COMMAND, (uint16_t)can->options->can_base),
+        .length = (uint8_t)length};
+    memcpy(frame.data, payload, length);
+    return hil_can_inject(can, &frame);
+}
+
+static void script_schedule(struct hil_script_device *dev)
+{
+    const struct hil_script *script = dev->state;
+    bool more = dev->rig->run && script->next < dev->rig->run->command_count;
+    hil_event_set_ps(dev->core, HIL_EVENT_SCRIPT,
+                     more ? dev->rig->run->commands[script->next].t_ps : HIL_NEVER);
+}
+
+void hil_script_start(struct hil_script_device *dev)
+{
+    *dev->state = (struct hil_script){0};
+    script_schedule(dev);
+}
+
+static void give_command(struct hil_script_device *dev, const struct hil_run_command *command)
+{
+    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message,
+                       command->serial) != MR_OK)
+        hil_core_stop(dev->core, MR_FULL,
+                      "scripted command %u of the run file: too many wait for the %s",
+                      (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
+}
+
+static void on_command(void *device, uint64_t at)
+{
+    struct hil_script_device *dev = device;
+    struct hil_script *script = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
+    while (dev->rig->run && script->next < dev->rig->run->command_count &&
+           dev->rig->run->commands[script->next].t_ps <= now_ps)
+        give_command(dev, &dev->rig->run->commands[script->next++]);
+    script_schedule(dev);
+}
+
+void hil_script_create(struct hil_script_device *dev)
+{
+    hil_event_wire(dev->core, HIL_EVENT_SCRIPT, on_command, dev);
+}
+
+/* ---- the film camera ---- */
+
+#define PORT_B      1u
+#define FRAME_PIN   3u
+#define PORT_E      4u
+#define TRIGGER_PIN 2u
+
+static void plan_frame(struct hil_camera_device *dev)
+{
+    struct hil_camera *camera = dev->state;
+    const struct hil_options *options = dev->options;
+    double even_ps = (double)camera->next_frame * 1e12 / options->camera_hz;
+    double drawn = (double)(hil_random(&camera->random) >> 11) * 0x1p-52 - 1.0; /* -1 to 1 */
+    double jitter_ps = drawn * (double)options->camera_jitter_ps;
+    double since_ps = (double)options->camera_delay_ps + even_ps + jitter_ps;
+    camera->frame_ps = camera->start_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
+}
+
+static void camera_schedule(struct hil_camera_device *dev)
+{
+    const struct hil_camera *camera = dev->state;
+    uint64_t next = camera->running ? camera->frame_ps : HIL_NEVER;
+    if (camera->pulse && camera->low_ps < next)
+        next = camera->low_ps;
+    hil_event_set_ps(dev->core, HIL_EVENT_CAMERA, next);
+}
+
+static void look_at_trigger(void *device, uint64_t at)
+{
+    struct hil_camera_device *dev = device;
+    struct hil_camera *camera = dev->state;
+    bool level = hil_gpio_level(dev->gpio, PORT_E, TRIGGER_PIN);
+    bool rises = level && !camera->trigger;
+    camera->trigger = level;
+    if (!rises || camera->running || !(dev->options->camera_hz > 0.0))
+        return;
+    *camera = (struct hil_camera){.trigger = true,
+                                  .running = true,
+                                  .skip = camera->skip,
+                                  .start_ps = hil_clock_ps(&dev->core->state.clock, at),
+                                  .random = dev->options->seed};
+    hil_trace(dev->core, "the camera starts");
+    plan_frame(dev);
+    camera_schedule(dev);
+}
+
+static void on_film(void *device, uint64_t at)
+{
+    struct hil_camera_device *dev = device;
+    struct hil_camera *camera = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
+    if (camera->pulse && camera->low_ps <= now_ps) {
+        camera->pulse = false;
+        hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, false, at);
+    }
+    if (camera->running && camera->frame_ps <= now_ps) {
+        if (camera->skip) {
+            camera->skip--;
+        } else {
+            camera->pulse = true;
+            camera->low_ps = camera->frame_ps + HIL_CAMERA_PULSE_PS;
+            dev->core->state.counters.film_frames++;
+            hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, true, at);
+        }
+        camera->next_frame++;
+        plan_frame(dev);
+    }
+    camera_schedule(dev);
+}
+
+void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames)
+{
+    dev->state->skip = frames;
+}
+
+void hil_camera_create(struct hil_camera_device *dev)
+{
+    hil_gpio_listen(dev->gpio, look_at_trigger, dev);
+    hil_event_wire(dev->core, HIL_EVENT_CAMERA, on_film, dev);
 }

@@ -32,13 +32,19 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/command.h"
+#include "common/status.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/gpio.h"
 #include "hil/rig/runfile.h"
 
 struct hil_board_type;
+struct hil_can_device;
 struct hil_core;
 struct hil_electronics;
+struct hil_gpio_device;
+struct hil_options;
+struct hil_usart_device;
 
 #define HIL_RIG_SHUNT_LB 40.0
 
@@ -132,5 +138,61 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at);
 /* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is
  * low while it does. */
 bool hil_rig_lamp_draws(const struct hil_rig_device *dev);
+
+/* Scripted commands of a run file: at their virtual time they arrive at the board as a CAN frame or
+ * as bytes on the serial line, exactly as from the host. */
+
+struct hil_script {
+    uint32_t next;     /* command of the run */
+    uint16_t sequence; /* of serial frames sent */
+};
+
+struct hil_script_device {
+    struct hil_core *core;
+    struct hil_script *state;
+    const struct hil_rig_device *rig; /* whose run it is */
+    struct hil_can_device *can;
+    struct hil_usart_device *usart;
+};
+
+/* A command for the board, put on one of its links as a host sends it.
+ * `sequence`: the number of the next frame on serial. MR_OK; else too many wait for the board, and
+ * the command is lost. */
+enum mr_status hil_command_in(struct hil_can_device *can, struct hil_usart_device *usart,
+                              uint16_t *sequence, const struct mr_command *message, bool serial);
+
+void hil_script_create(struct hil_script_device *dev);
+/* Begin the rig's run. */
+void hil_script_start(struct hil_script_device *dev);
+
+/* The film camera of the rig: a rising edge of its trigger on PE2 starts it, and from a delay on it
+ * gives a pulse of 100 us on PB3 for each frame, at an even rate with jitter, until the power goes.
+ * A trigger while it runs changes nothing. */
+
+#define HIL_CAMERA_PULSE_PS 100000000ull
+
+struct hil_camera {
+    bool trigger; /* level of PE2 */
+    bool running;
+    bool pulse;          /* PB3 is high */
+    uint64_t start_ps;   /* of the trigger */
+    uint64_t next_frame; /* from 0 */
+    uint64_t frame_ps;   /* its time */
+    uint64_t low_ps;     /* when the pulse ends */
+    uint64_t random;
+    uint32_t skip; /* so many frames from now on give no pulse */
+};
+
+struct hil_camera_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_camera *state;
+    struct hil_gpio_device *gpio;
+};
+
+/* Connect it to its pins and the event queue. */
+void hil_camera_create(struct hil_camera_device *dev);
+/* So many frames from now on give no pulse. */
+void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames);
 
 #endif

@@ -10,7 +10,7 @@ a_seed_is_a_board() { # same board, same bytes; another board, others; the noise
     bytes one --board-seed 4 && bytes again --board-seed 4 && bytes other --board-seed 5 && bytes noise --board-seed 4 --seed 2 && bytes ideal &&
         cmp "$tmp/one" "$tmp/again" && ! cmp -s "$tmp/one" "$tmp/other" && ! cmp -s "$tmp/one" "$tmp/noise" && ! cmp -s "$tmp/one" "$tmp/ideal"
 }
-stated_errors_hold() { # a few boards here, more in make long; make electronics has a hundred
+stated_errors_hold() { # a few boards here, more in make long
     python3 tests/electronics/landings.py "$tmp/landings" "$(take 2 20)"
 }
 # The same with the errors stated at a tenth: the check can fail.

@@ -1,5 +1,5 @@
 """Decodes a candump log by a DBC file with a parser that is not ours (canmatrix) and holds it against a table of matrig export.
-usage: dbc_read.py DBC LOG CSV [BASE]: prints what was compared; exit 1 when anything differs. BASE: of the board on its bus.
+usage: dbc_read.py DBC LOG CSV: prints what was compared; exit 1 when anything differs.
        dbc_read.py DBC: name and identifier of each message."""
 import logging
 import re
@@ -19,7 +19,7 @@ if len(sys.argv) == 2:
     for frame in matrix.frames:
         print(frame.name, frame.arbitration_id.id)
     sys.exit()
-log, table, base = sys.argv[2], sys.argv[3], int(sys.argv[4]) if len(sys.argv) > 4 else 0
+log, table = sys.argv[2:]
 
 lines = [line.rstrip("\n").split(",") for line in open(table) if not line.startswith("#")]
 names, rows = lines[0], {int(cells[1]): cells for cells in lines[1:]}
@@ -28,10 +28,10 @@ compared = wrong = missing = frames = 0
 offset = {}  # displacement in the table counts from the baseline: the same for all of a channel
 for line in open(log):
     found = re.match(r"^\(\d+\.\d+\) \S+ ([0-9A-F]{3})#((?:[0-9A-F]{2})*)$", line)
-    message = int(found[1], 16) - base if found else 0
+    message = int(found[1], 16) if found else 0
     if not (0x100 <= message <= 0x102 or 0x110 <= message <= 0x114):
         continue
-    frame = matrix.frame_by_id(canmatrix.ArbitrationId(message + base, extended=False))
+    frame = matrix.frame_by_id(canmatrix.ArbitrationId(message, extended=False))
     if not frame:
         wrong += 1
         continue

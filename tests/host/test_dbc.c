@@ -66,24 +66,6 @@ static double decode(const struct signal *s, const uint8_t *payload)
     return s->offset + s->factor * (double)value;
 }
 
-TEST(displacement)
-{
-    /* d1 = 1 in = 10000 counts = 0x2710, d2 = -0.5 in = -5000 = 0xEC78, d3 = 0.0001 in, block16 =
-     * 0x1234 */
-    const uint8_t payload[8] = {0x10, 0x27, 0x78, 0xEC, 0x01, 0x00, 0x34, 0x12};
-    struct signal d1 = find(0x100, "displacement_1_3", "d1_in"),
-                  d2 = find(0x100, "displacement_1_3", "d2_in");
-    struct signal d3 = find(0x100, "displacement_1_3", "d3_in"),
-                  block = find(0x100, "displacement_1_3", "block16");
-    assert_near(decode(&d1, payload), 1.0, 1e-12);
-    assert_near(decode(&d2, payload), -0.5, 1e-12);
-    assert_near(decode(&d3, payload), 0.0001, 1e-12);
-    assert_near(decode(&block, payload), 0x1234, 0.0);
-    assert_string_equal(d1.unit, "in");
-    assert_near(d1.low, -3.2767, 1e-9); /* -32768 means missing */
-    assert_non_null(strstr(text, "\nVAL_ 256 d1_in -32768 \"missing\" ;\n"));
-}
-
 TEST(motion_and_command)
 {
     /* 12.5 ft of 500 counts = 6250 = 0x186A; 30.123 ft/s = 30123 = 0x75AB; -2 ft/s2 = -1000 =
@@ -112,6 +94,7 @@ TEST(floats_and_names)
     assert_int_equal(station.length, 32);
     assert_non_null(strstr(text, "\nSIG_VALTYPE_ 503 station_ft : 1;\n"));
     assert_non_null(strstr(text, "\nSIG_VALTYPE_ 502 zero_code : 1;\n"));
+    assert_non_null(strstr(text, "\nVAL_ 256 d1_in -32768 \"missing\" ;\n"));
     assert_null(strstr(text, "SIG_VALTYPE_ 256"));
     assert_non_null(strstr(
         text,
