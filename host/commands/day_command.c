@@ -169,9 +169,8 @@ static bool line_of_step(const struct day *day, enum day_step step, struct line 
         *line = line_of("show", db);
         add(line, landing);
         return true;
-    case DAY_SURVEY: /* of the last one's pattern: only then two can be compared */
+    case DAY_SURVEY: /* the edges of the last one */
         *line = line_of("survey", db);
-        add_option(line, "--pattern", f->pattern);
         add_option(line, "--edges", f->edges);
         return true;
     case DAY_LOAD:

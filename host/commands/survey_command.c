@@ -2,7 +2,6 @@
  * board. */
 #include <errno.h>
 #include <math.h>
-#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -20,9 +19,8 @@
 
 struct request {
     const struct cli *cli;
-    const char *db, *pattern_text, *edges_text, *note, *caliper, *from, *sheet, *load;
-    bool begin_new, end, show, list, can, doubtful, force;
-    enum survey_pattern pattern;
+    const char *db, *edges_text, *note, *from, *sheet, *load;
+    bool begin_new, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
     int64_t number; /* 0: the newest */
@@ -130,8 +128,7 @@ static enum mr_status take_line(struct typist *typist, const char *line, struct 
     }
     if (entry.word == SURVEY_HELP) {
         fputs("  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   "
-              "b, "
-              "f  back, forward\n"
+              "b  back\n"
               "  n TEXT    note on the last reading               q  quit, to go on another time\n",
               stderr);
         return MR_OK;
@@ -179,56 +176,22 @@ static enum mr_status take_bytes(struct typist *typist, struct line *line, const
     return status;
 }
 
-static enum mr_status from_caliper(struct typist *typist, struct link *caliper, struct line *line,
-                                   bool *open, struct error *error)
+/* Until all are there, q, or the end of the input. */
+static enum mr_status type_in(struct typist *typist, struct error *error)
 {
-    uint8_t bytes[512];
-    size_t count;
-    uint64_t host_us;
-    struct error away = {0};
-    enum mr_status status = link_receive_bytes(caliper, bytes, sizeof bytes, &count, &host_us,
-                                               error);
-    if (status == MR_OK)
-        return take_bytes(typist, line, (const char *)bytes, count, error);
-    if (status == MR_CLOSED)
-        *open = false;
-    if (status == MR_CLOSED || status == MR_TOO_FEW) {
-        /* a caliper that went to sleep or was unplugged is waited for */
-        status = link_service(caliper, &away);
-        return status == MR_OK || status == MR_TOO_FEW ? MR_OK
-                                                       : error_set(error, status, "%s", away.text);
-    }
-    return status;
-}
-
-/* Readings from the keyboard and from a caliper on a serial line, until all are there, q, or the
- * end of both. */
-static enum mr_status type_in(struct typist *typist, struct link *caliper, struct error *error)
-{
-    struct line keys = {.length = 0}, typed = {.length = 0};
-    bool keyboard = true, calipers = caliper != NULL;
+    struct line keys = {.length = 0};
+    char bytes[4096];
+    ssize_t count = 1;
     enum mr_status status = MR_OK;
     typist->quit = typist->survey->desk.at == typist->survey->desk.plan.count;
     if (!typist->quit)
         prompt(typist);
-    while (status == MR_OK && !typist->quit && (keyboard || calipers)) {
-        char bytes[4096];
-        struct pollfd ready[2] = {{.fd = keyboard ? STDIN_FILENO : -1, .events = POLLIN},
-                                  {.fd = calipers ? link_fd(caliper) : -1, .events = POLLIN}};
-        if (poll(ready, 2, 250) < 0 && errno != EINTR)
-            return error_set(error, MR_IO, "cannot wait (%s): the keyboard; try again",
-                             strerror(errno));
-        if (keyboard && ready[0].revents) {
-            ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
-            keyboard = count > 0 || (count < 0 && (errno == EAGAIN || errno == EINTR));
-            typist->source = "keyboard";
-            status = take_bytes(typist, &keys, count > 0 ? bytes : "\n",
-                                count > 0 ? (size_t)count : !keyboard, error);
-        }
-        if (status == MR_OK && calipers && !typist->quit) {
-            typist->source = link_spec(caliper);
-            status = from_caliper(typist, caliper, &typed, &calipers, error);
-        }
+    while (status == MR_OK && !typist->quit && count > 0) {
+        count = read(STDIN_FILENO, bytes, sizeof bytes);
+        if (count < 0 && errno == EINTR)
+            continue;
+        status = take_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1,
+                            error);
     }
     if (!typist->request->cli->quiet)
         fputc('\n', stderr);
@@ -288,7 +251,7 @@ static enum mr_status begin(const struct request *request, struct store *store,
     bool found = false;
     enum mr_status status = MR_OK;
     if (!request->begin_new)
-        status = survey_get_open(store, request->pattern, survey, &found, error);
+        status = survey_get_open(store, survey, &found, error);
     if (status == MR_OK && found)
         cli_note(request->cli, "survey %lld goes on, %zu of %zu read (--new begins another)",
                  (long long)survey->row.id, survey_desk_read(&survey->desk),
@@ -297,14 +260,13 @@ static enum mr_status begin(const struct request *request, struct store *store,
         return status;
     if (request->from) { /* a sheet that cannot be read begins no survey */
         static struct survey_sheet sheet;
-        survey_desk_init(&survey->desk, request->pattern, request->edges);
+        survey_desk_init(&survey->desk, request->edges);
         if (survey_sheet_read(request->from, &survey->desk.plan, &sheet, error) != MR_OK)
             return error->status;
     }
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
                                     .error_in = request->error_in,
                                     .closed_in = request->closed_in};
-    snprintf(row.pattern, sizeof row.pattern, "%s", survey_pattern_text(request->pattern));
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text(request->edges));
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
@@ -315,24 +277,18 @@ static enum mr_status begin(const struct request *request, struct store *store,
 static enum mr_status take(const struct request *request, struct store *store,
                            struct survey *survey, struct error *error)
 {
-    struct link *caliper = NULL;
     struct typist typist = {.request = request,
                             .store = store,
                             .survey = survey,
                             .source = request->from ? request->from : "keyboard"};
-    enum mr_status status = request->caliper
-                              ? link_open(request->caliper, LINK_SERIAL, &caliper, error)
-                              : MR_OK;
-    if (status == MR_OK)
-        status = store_durable(store, error);
+    enum mr_status status = store_durable(store, error);
     if (status == MR_OK)
         status = begin(request, store, survey, error);
     int64_t id = survey->row.id;
     if (status == MR_OK && request->from)
         status = take_sheet(&typist, error);
     else if (status == MR_OK && !request->end)
-        status = type_in(&typist, caliper, error);
-    link_close(caliper);
+        status = type_in(&typist, error);
     if (status == MR_OK && (request->end || survey->desk.at == survey->desk.plan.count))
         status = store_gage_survey_end(store, id, (int64_t)link_now_us(), error);
     return status == MR_OK ? survey_get(store, id, survey, error) : status;
@@ -370,55 +326,18 @@ static int tell_load(const struct request *request, const struct survey *survey,
     return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-static int list(const struct request *request, struct store *store)
-{
-    struct store_gage_survey *rows = NULL;
-    size_t count = 0;
-    struct error error = {0};
-    static struct survey survey;
-    struct answer *answer = answer_new(request->cli->si);
-    answer_table(answer, "surveys", "");
-    enum mr_status status = store_gage_surveys(store, &rows, &count, &error);
-    if (status == MR_OK && count == 0)
-        cli_note(request->cli, "no survey yet: %s; matrig survey %s begins one", store_path(store),
-                 store_path(store));
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        bool ended = rows[i].ended_us != STORE_NONE;
-        char when[40];
-        survey_time_text(rows[i].made_us, when, sizeof when);
-        status = survey_get(store, rows[i].id, &survey, &error);
-        answer_row(answer);
-        answer_count(answer, "survey", "survey", rows[i].id);
-        answer_words(answer, "begun", "begun", "%s", when);
-        answer_words(answer, "pattern", "pattern", "%s", rows[i].pattern);
-        answer_count(answer, "read", "read", (int64_t)survey_desk_read(&survey.desk));
-        answer_count(answer, "of", "of", (int64_t)survey.desk.plan.count);
-        answer_flag(answer, "ended", NULL, ended);
-        answer_words(answer, NULL, "note", "%s%s",
-                     ended             ? ""
-                     : rows[i].note[0] ? "goes on; "
-                                       : "goes on",
-                     rows[i].note);
-    }
-    answer_close(answer);
-    free(rows);
-    return answer_end(request->cli, answer, 0, &error);
-}
-
 static enum mr_status write_sheet(const struct request *request, struct store *store,
                                   struct survey *survey, size_t *places, struct error *error)
 {
     bool found = false;
-    enum mr_status status = request->number
-                              ? survey_get(store, request->number, survey, error)
-                              : survey_get_open(store, request->pattern, survey, &found, error);
+    enum mr_status status = request->number ? survey_get(store, request->number, survey, error)
+                                            : survey_get_open(store, survey, &found, error);
     if (status == MR_OK && !request->number && !found) {
         /* an empty one, beside the last readings */
         static struct survey newest;
         struct error none = {0};
-        survey_desk_init(&survey->desk, request->pattern, request->edges);
-        if (survey_get(store, 0, &newest, &none) == MR_OK &&
-            newest.desk.plan.pattern == request->pattern) {
+        survey_desk_init(&survey->desk, request->edges);
+        if (survey_get(store, 0, &newest, &none) == MR_OK) {
             for (size_t i = 0; i < newest.desk.plan.count; i++) {
                 int at = survey_plan_find(&survey->desk.plan, &newest.desk.plan.item[i]);
                 if (at >= 0)
@@ -447,23 +366,20 @@ static int run(const struct request *request)
     struct error error = {0};
     /* the first survey may begin with its sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
-    bool reading = !fresh && (request->show || request->list || request->sheet);
-    int exit_code = 0;
+    bool reading = !fresh && (request->show || request->sheet);
     size_t places = 0;
     enum mr_status status = store_open(request->db,
                                        reading         ? STORE_READ
                                        : request->load ? STORE_OPEN
                                                        : STORE_CREATE,
                                        &store, &error);
-    if (status == MR_OK && request->list)
-        exit_code = list(request, store);
-    else if (status == MR_OK && request->sheet)
+    if (status == MR_OK && request->sheet)
         status = write_sheet(request, store, &survey, &places, &error);
     else if (status == MR_OK && (request->show || request->load))
         status = survey_get(store, request->number, &survey, &error);
     else if (status == MR_OK)
         status = take(request, store, &survey, &error);
-    bool results = status == MR_OK && !request->list && !request->sheet;
+    bool results = status == MR_OK && !request->sheet;
     if (results)
         status = survey_find(store, &survey, &found, &error);
     if (status == MR_OK && request->load)
@@ -475,7 +391,7 @@ static int run(const struct request *request)
         return cli_print_json(
             json_pack("{sssI}", "file", request->sheet, "places", (json_int_t)places), 0);
     if (!results)
-        return exit_code;
+        return 0;
     if (request->load)
         return tell_load(request, &survey, &loaded);
     struct answer *answer = answer_new(request->cli->si);
@@ -486,20 +402,17 @@ static int run(const struct request *request)
 static enum mr_status check(struct request *r, struct error *error)
 {
     enum mr_status status = MR_OK;
-    if (r->pattern_text)
-        (void)survey_pattern_parse(r->pattern_text, &r->pattern);
     if (r->edges_text)
         (void)survey_edges_parse(r->edges_text, &r->edges);
     if (status == MR_OK && r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
         status = error_set(error, MR_USAGE,
                            "nowhere to write: matrig --json survey --sheet needs a file; standard "
                            "output is the JSON's");
-    int modes = r->show + r->list + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) +
-                r->end + (r->caliper != NULL);
+    int modes = r->show + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end;
     if (status == MR_OK && modes > 1)
         status = error_set(error, MR_USAGE,
-                           "more than one of --show, --list, --sheet, --load, --from, --caliper, "
-                           "--end: matrig survey; one at a time");
+                           "more than one of --show, --sheet, --load, --from, --end: matrig "
+                           "survey; one at a time");
     if (status == MR_OK && r->number && !r->show && !r->load && !r->sheet)
         status = error_set(error, MR_USAGE,
                            "--survey goes with --show, --sheet or --load: matrig survey; see "
@@ -530,22 +443,16 @@ static const struct command_part parts[] = {
         "campaign database, made when it does not exist. A survey that was not finished goes on"),
     HELP_ITEM("(nothing else)", "readings from the keyboard, or a caliper that types like one: a "
                                 "number and Enter. Each is on disk before\n"
-                                "the next is asked for. Words: s skip, u undo, b back, f forward, "
+                                "the next is asked for. Words: s skip, u undo, b back, "
                                 "n TEXT note, q quit, ? help"),
-    OPTION_CHOICE("--pattern", "P", pattern_text, "pattern", "standard|diagonal",
-                  "standard: four lines of gage points and the stations of the left edge (181 "
-                  "readings). diagonal: stations\n"
-                  "along and across at all four lines, and seven 45 degree lines as well"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none",
-                  "standard pattern: stations of the left edge (the default), of both, or of none"),
+                  "stations of the left edge (the default), of both, or of none"),
     OPTION_FLAG("--new", begin_new, "begin another survey, though one is not finished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 20.0, 40.0, SURVEY_SPACING_IN,
                      "distance of gage points with all ten joints closed; else {standard}: what is "
                      "beyond it is the opening of the joints"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
                      "standard error of a reading; else {standard}"),
-    OPTION_TEXT("--caliper", "LINK", caliper,
-                "a caliper on a serial line beside the keyboard: serial:TTY:BAUD"),
     OPTION_TEXT("--from", "CSV", from,
                 "readings of a sheet. What a person would be asked about is taken with --doubtful "
                 "only; exit 1 without"),
@@ -556,7 +463,6 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--show", show,
                 "what survey N (else the newest) says: opening and closing per ten mats, movement, "
                 "in-plane bow"),
-    OPTION_FLAG("--list", list, "all surveys"),
     OPTION_TEXT("--load", "LINK", load,
                 "give the board the openings and read them back; serial, or CAN when it is can: "
                 "or with --can. Exit 1\n"
@@ -575,10 +481,10 @@ static const struct command_part parts[] = {
 const struct command command_survey = {
     "survey",
     survey_command,
-    "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] "
+    "DB [--edges left|both|none] [--new] [--closed IN] [--error IN] "
     "[--note T]\n"
-    "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F "
-    "[--force] | --show | --list | --load LINK [--can]] [--survey N]",
+    "                         [--from CSV [--doubtful] | --end | --sheet F "
+    "[--force] | --show | --load LINK [--can]] [--survey N]",
     "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the "
     "board",
     COMMAND_PARTS(parts),

@@ -86,7 +86,6 @@ static enum mr_status read_survey(struct store *store, struct day_facts *f, stru
         f->survey = row->id;
         f->survey_ended_us = row->ended_us;
         f->survey_us = row->made_us;
-        memcpy(f->pattern, row->pattern, sizeof f->pattern);
         memcpy(f->edges, row->edges, sizeof f->edges);
         status = survey_get(store, row->id, survey, error);
         if (status == MR_OK) {

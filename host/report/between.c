@@ -46,8 +46,8 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
 
 /* In-plane bow since the first survey, of the newest ones, between the limits. */
 static enum mr_status draw_bows(struct figure *figure, struct store *store,
-                                const struct store_gage_survey *rows, size_t count,
-                                const char *pattern, bool si, struct error *error)
+                                const struct store_gage_survey *rows, size_t count, bool si,
+                                struct error *error)
 {
     const double length = unit_of(UNIT_DISPLACEMENT, si)->factor,
                  limit = SURVEY_BOW_LIMIT_IN * length;
@@ -64,8 +64,6 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
     figure_shape(figure, "mark", none, none, limit, limit, NULL);
     figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
     for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN && status == MR_OK;) {
-        if (strcmp(rows[i].pattern, pattern) != 0)
-            continue;
         status = survey_get(store, rows[i].id, survey, error);
         if (status == MR_OK)
             status = survey_find(store, survey, found, error);
@@ -84,8 +82,7 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
 
 static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
 {
-    html_table(
-        out, (const char *const[]){"survey", "begun", "pattern", "after RUN", "by", "note", NULL});
+    html_table(out, (const char *const[]){"survey", "begun", "after RUN", "by", "note", NULL});
     for (size_t i = 0; i < count; i++) {
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
@@ -93,7 +90,6 @@ static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_
         html_cell(out, "%lld%s", (long long)rows[i].id,
                   rows[i].ended_us == STORE_NONE ? ", goes on" : "");
         html_cell(out, "%s", when);
-        html_cell(out, "%s", rows[i].pattern);
         if (rows[i].after_run == STORE_NONE)
             html_cell(out, "-");
         else
@@ -147,8 +143,7 @@ enum mr_status report_surveys(const struct report *report, FILE *out, struct err
             out, "opening of joints, movement and in-plane bow against station", 1, FIGURE_EACH);
         draw_lines(&figure, found, false, report->si);
         draw_lines(&figure, found, true, report->si);
-        status = draw_bows(&figure, report->store, rows, count, survey->row.pattern, report->si,
-                           error);
+        status = draw_bows(&figure, report->store, rows, count, report->si, error);
         figure_end(&figure, NULL,
                    "Survey %lld against %lld, by gage line: opening (+) and closing (-) of ten "
                    "mats; movement downfield; in-plane bow of the newest surveys since survey "

@@ -14,8 +14,7 @@
 
 /* ---- plan ---- */
 
-static const char *const kinds[] = {"gap", "station", "across", "diagonal"};
-static const char *const patterns[] = {"standard", "diagonal"};
+static const char *const kinds[] = {"gap", "station"};
 static const char *const edge_words[] = {"left", "both", "none"};
 
 static void add(struct survey_plan *plan, enum survey_kind kind, unsigned line, unsigned place)
@@ -23,33 +22,18 @@ static void add(struct survey_plan *plan, enum survey_kind kind, unsigned line, 
     plan->item[plan->count++] = (struct survey_item){kind, line, place};
 }
 
-static bool has_stations(enum survey_pattern pattern, enum survey_edges edges, unsigned line)
-{
-    if (pattern == SURVEY_PATTERN_DIAGONAL)
-        return true;
-    return (line == 1 && edges != SURVEY_EDGE_NONE) ||
-           (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH);
-}
-
 static void add_station(struct survey_plan *plan, enum survey_edges edges, unsigned line,
                         unsigned station)
 {
-    if (!has_stations(plan->pattern, edges, line))
-        return;
-    add(plan, SURVEY_STATION, line, station);
-    if (plan->pattern == SURVEY_PATTERN_DIAGONAL)
-        add(plan, SURVEY_ACROSS, line, station);
+    if ((line == 1 && edges != SURVEY_EDGE_NONE) ||
+        (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH))
+        add(plan, SURVEY_STATION, line, station);
 }
 
-/* station where it begins; NaN for a 45 degree line */
+/* Station where it begins. */
 static double survey_item_ft(const struct survey_item *item)
 {
-    switch (item->kind) {
-    case SURVEY_GAP: return SURVEY_SPAN_FT * item->place;
-    case SURVEY_STATION:
-    case SURVEY_ACROSS: return SURVEY_STATION_FT * item->place;
-    default: return (double)NAN;
-    }
+    return (item->kind == SURVEY_GAP ? SURVEY_SPAN_FT : SURVEY_STATION_FT) * item->place;
 }
 
 /* Downfield: each station before the span that begins behind it. */
@@ -66,10 +50,8 @@ static void walk_down(struct survey_plan *plan, enum survey_edges edges, unsigne
         add_station(plan, edges, line, station++);
 }
 
-void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern,
-                      enum survey_edges edges)
+void survey_plan_make(struct survey_plan *plan, enum survey_edges edges)
 {
-    plan->pattern = pattern;
     plan->count = 0;
     for (unsigned line = 1; line <= SURVEY_LINES; line++) {
         size_t first = plan->count;
@@ -79,11 +61,6 @@ void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern,
             plan->item[i] = plan->item[--j];
             plan->item[j] = item;
         }
-    }
-    for (unsigned line = 1; pattern == SURVEY_PATTERN_DIAGONAL && line <= SURVEY_DIAGONALS;
-         line++) {
-        for (unsigned i = 0; i < SURVEY_DIAGONAL_SPANS; i++)
-            add(plan, SURVEY_DIAGONAL, line, line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
     }
 }
 
@@ -111,11 +88,6 @@ const char *survey_kind_text(enum survey_kind kind)
     return (unsigned)kind < SURVEY_KINDS ? kinds[kind] : "unknown";
 }
 
-const char *survey_pattern_text(enum survey_pattern pattern)
-{
-    return patterns[pattern == SURVEY_PATTERN_DIAGONAL];
-}
-
 const char *survey_edges_text(enum survey_edges edges)
 {
     return (unsigned)edges < 3 ? edge_words[edges] : "unknown";
@@ -126,14 +98,6 @@ static bool survey_kind_parse(const char *text, enum survey_kind *kind)
     unsigned i;
     bool found = find_word(kinds, SURVEY_KINDS, text, &i);
     *kind = (enum survey_kind)i;
-    return found;
-}
-
-bool survey_pattern_parse(const char *text, enum survey_pattern *pattern)
-{
-    unsigned i;
-    bool found = find_word(patterns, 2, text, &i);
-    *pattern = (enum survey_pattern)i;
     return found;
 }
 
@@ -168,26 +132,20 @@ void survey_item_text(const struct survey_item *item, bool si, char *out, size_t
         snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
                  survey_line_text(item->line), item->place * MR_MATS_PER_SEGMENT + 1,
                  (item->place + 1) * MR_MATS_PER_SEGMENT, at, station->text);
-    else if (item->kind == SURVEY_DIAGONAL)
-        snprintf(out, size, "45 degree line %u, span %u of %u from the left", item->line,
-                 item->place + 1, SURVEY_DIAGONAL_SPANS);
     else
-        snprintf(out, size, "%s %.1f %s, line %u (%s)",
-                 item->kind == SURVEY_STATION ? "station" : "across at station", at, station->text,
-                 item->line, survey_line_text(item->line));
+        snprintf(out, size, "station %.1f %s, line %u (%s)", at, station->text, item->line,
+                 survey_line_text(item->line));
 }
 
 /* What a first reading should be about (NaN: anything), and the change that is asked about. */
 static double survey_item_nominal_in(const struct survey_item *item)
 {
-    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPACING_IN
-                                                                     : (double)NAN;
+    return item->kind == SURVEY_GAP ? SURVEY_SPACING_IN : (double)NAN;
 }
 
 double survey_item_limit_in(const struct survey_item *item)
 {
-    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL ? SURVEY_SPAN_CHANGE_IN
-                                                                     : SURVEY_MOVE_IN;
+    return item->kind == SURVEY_GAP ? SURVEY_SPAN_CHANGE_IN : SURVEY_MOVE_IN;
 }
 
 /* ---- desk ---- */
@@ -227,8 +185,11 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     static const struct {
         char letter;
         enum survey_word word;
-    } words[] = {{'s', SURVEY_SKIP},    {'u', SURVEY_UNDO}, {'b', SURVEY_BACK},
-                 {'f', SURVEY_FORWARD}, {'q', SURVEY_QUIT}, {'?', SURVEY_HELP}};
+    } words[] = {{'s', SURVEY_SKIP},
+                 {'u', SURVEY_UNDO},
+                 {'b', SURVEY_BACK},
+                 {'q', SURVEY_QUIT},
+                 {'?', SURVEY_HELP}};
     const char *text = skip_space(line);
     *entry = (struct survey_entry){.word = SURVEY_NONSENSE, .value_in = (double)NAN};
     if (*text == '\0')
@@ -245,11 +206,10 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     }
 }
 
-void survey_desk_init(struct survey_desk *desk, enum survey_pattern pattern,
-                      enum survey_edges edges)
+void survey_desk_init(struct survey_desk *desk, enum survey_edges edges)
 {
     memset(desk, 0, sizeof *desk);
-    survey_plan_make(&desk->plan, pattern, edges);
+    survey_plan_make(&desk->plan, edges);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         desk->value_in[i] = desk->previous_in[i] = (double)NAN;
 }
@@ -347,12 +307,6 @@ enum survey_outcome survey_desk_take(struct survey_desk *desk, const struct surv
         if (desk->at == 0)
             return SURVEY_REFUSED;
         desk->at--;
-        desk->doubted = false;
-        return SURVEY_MOVED;
-    case SURVEY_FORWARD:
-        if (desk->at + 1 >= desk->plan.count)
-            return SURVEY_REFUSED;
-        desk->at++;
         desk->doubted = false;
         return SURVEY_MOVED;
     case SURVEY_NOTE:
@@ -538,12 +492,7 @@ void survey_readings_init(struct survey_readings *readings)
 static double *survey_reading_at(struct survey_readings *r, const struct survey_item *item)
 {
     unsigned l = item->line - 1, p = item->place;
-    switch (item->kind) {
-    case SURVEY_GAP: return &r->gap_in[l][p];
-    case SURVEY_STATION: return &r->station_in[l][p];
-    case SURVEY_ACROSS: return &r->across_in[l][p];
-    default: return &r->diagonal_in[l][p];
-    }
+    return item->kind == SURVEY_GAP ? &r->gap_in[l][p] : &r->station_in[l][p];
 }
 
 /* The normal equations of a line are tridiagonal: a span ties neighbours, a station the two points
@@ -736,22 +685,19 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
 {
     const struct store_gage_survey *row = &rows[i];
     double value_in[SURVEY_ITEMS_MAX];
-    enum survey_pattern pattern;
     enum survey_edges edges;
     enum mr_status status = MR_OK;
-    if (!survey_pattern_parse(row->pattern, &pattern) || !survey_edges_parse(row->edges, &edges))
+    if (!survey_edges_parse(row->edges, &edges))
         return error_set(
             error, MR_MALFORMED,
-            "survey %lld has a pattern that is not known, '%s': %s; the database is damaged",
-            (long long)row->id, row->pattern, store_path(store));
+            "survey %lld has edges that are not known, '%s': %s; the database is damaged",
+            (long long)row->id, row->edges, store_path(store));
     memset(survey, 0, sizeof *survey);
     survey->row = *row;
-    survey_desk_init(&survey->desk, pattern, edges);
+    survey_desk_init(&survey->desk, edges);
     survey_readings_init(&survey->readings);
     survey->readings.error_in = row->error_in;
     for (size_t k = 0; k < i && status == MR_OK; k++) {
-        if (strcmp(rows[k].pattern, row->pattern) != 0)
-            continue;
         status = take_readings(store, rows[k].id, &survey->desk.plan, value_in, NULL, error);
         for (size_t at = 0; at < survey->desk.plan.count; at++)
             survey->desk.previous_in[at] = isnan(value_in[at]) ? survey->desk.previous_in[at]
@@ -762,16 +708,6 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     size_t lasts = survey->desk.lasts; /* it goes on behind the last one read */
     survey_desk_next(&survey->desk, lasts ? survey->desk.last[lasts - 1] : 0);
     return status;
-}
-
-/* The newest of the same pattern before row `i`; 0: none. */
-static int64_t before(const struct store_gage_survey *rows, size_t i)
-{
-    for (size_t k = i; k-- > 0;) {
-        if (strcmp(rows[k].pattern, rows[i].pattern) == 0)
-            return rows[k].id;
-    }
-    return 0;
 }
 
 enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
@@ -797,16 +733,15 @@ enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey
     return status;
 }
 
-enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern,
-                               struct survey *survey, bool *found, struct error *error)
+enum mr_status survey_get_open(struct store *store, struct survey *survey, bool *found,
+                               struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     *found = false;
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);
     for (size_t i = count; i-- > 0 && status == MR_OK && !*found;) {
-        if (rows[i].ended_us != STORE_NONE ||
-            strcmp(rows[i].pattern, survey_pattern_text(pattern)) != 0)
+        if (rows[i].ended_us != STORE_NONE)
             continue;
         status = fill(store, rows, i, survey, error);
         *found = status == MR_OK;
@@ -837,12 +772,9 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);
     while (i < count && rows[i].id != survey->row.id)
         i++;
-    if (status == MR_OK && i < count) {
-        found->previous = before(rows, i);
-        for (size_t k = i; k-- > 0;) {
-            if (strcmp(rows[k].pattern, rows[i].pattern) == 0)
-                found->first = rows[k].id;
-        }
+    if (status == MR_OK && i > 0 && i < count) {
+        found->previous = rows[i - 1].id;
+        found->first = rows[0].id;
     }
     free(rows);
     struct survey *other = xmalloc(sizeof *other);

@@ -17,22 +17,16 @@
  * Gage points are punched into the mats every ten mats along four lines: 12 in from each edge, near
  * the centreline, 36 in left of it. A reading is the distance between two neighbouring points of a
  * line, 33.5 in as designed; its change is what ten joints have opened. Stations are marked every
- * 10 ft beside the runway: how far the mat's mark stands downfield of the station's. For a
- * diagonal lay there are stations at all four lines, their distance from a fixed line beside
- * the runway (across), and seven lines of points at 45 degrees, at right angles to the joints.
+ * 10 ft beside the runway: how far the mat's mark stands downfield of the station's.
  *
  * A plan goes down one line and back up the next, with the stations as they are passed. Pure: no
  * I/O. Inches and feet. */
-#define SURVEY_LINES          4u
-#define SURVEY_SPANS          MR_SEGMENTS
-#define SURVEY_POINTS         (SURVEY_SPANS + 1u)
-#define SURVEY_STATIONS       13u /* 0 to 120 ft */
-#define SURVEY_STATION_FT     10.0
-#define SURVEY_DIAGONALS      7u
-#define SURVEY_DIAGONAL_SPANS 7u /* 14 ft of width at 45 degrees are 7 spans of 33.5 in */
-#define SURVEY_ITEMS_MAX                                    \
-    (SURVEY_LINES * (SURVEY_SPANS + 2u * SURVEY_STATIONS) + \
-     SURVEY_DIAGONALS * SURVEY_DIAGONAL_SPANS)
+#define SURVEY_LINES      4u
+#define SURVEY_SPANS      MR_SEGMENTS
+#define SURVEY_POINTS     (SURVEY_SPANS + 1u)
+#define SURVEY_STATIONS   13u /* 0 to 120 ft */
+#define SURVEY_STATION_FT 10.0
+#define SURVEY_ITEMS_MAX  (SURVEY_LINES * SURVEY_SPANS + 2u * SURVEY_STATIONS)
 
 #define SURVEY_SPAN_FT        (MR_MATS_PER_SEGMENT * 2.0 / 7.0) /* ten mats */
 #define SURVEY_WIDTH_IN       168.0                             /* about 14 ft (report 2.6) */
@@ -42,35 +36,28 @@
 #define SURVEY_SPAN_CHANGE_IN (SURVEY_JOINT_IN * MR_MATS_PER_SEGMENT)
 #define SURVEY_MOVE_IN        1.0 /* of a station between two surveys: beyond it, asked again */
 
-enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_ACROSS, SURVEY_DIAGONAL, SURVEY_KINDS };
-enum survey_pattern { SURVEY_STANDARD, SURVEY_PATTERN_DIAGONAL };
+enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_KINDS };
 enum survey_edges { SURVEY_EDGE_LEFT, SURVEY_EDGE_BOTH, SURVEY_EDGE_NONE };
 
 struct survey_item {
     enum survey_kind kind;
-    /* from 1: left edge, 36 in left of the centreline, near it, right edge; of the 45 degree lines
-     * from upfield on */
+    /* from 1: left edge, 36 in left of the centreline, near it, right edge */
     unsigned line;
     unsigned place; /* span or station, from 0 */
 };
 
 struct survey_plan {
-    enum survey_pattern pattern;
     size_t count;
     struct survey_item item[SURVEY_ITEMS_MAX];
 };
 
-void survey_plan_make(struct survey_plan *plan, enum survey_pattern pattern,
-                      enum survey_edges edges);
+void survey_plan_make(struct survey_plan *plan, enum survey_edges edges);
 /* Place of an item in the plan, or -1. */
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
-/* "gap", "station", "across", "diagonal"; "standard", "diagonal"; "left", "both", "none". Static
- * storage. */
+/* "gap", "station"; "left", "both", "none". Static storage. */
 const char *survey_kind_text(enum survey_kind kind);
-const char *survey_pattern_text(enum survey_pattern pattern);
 const char *survey_edges_text(enum survey_edges edges);
-bool survey_pattern_parse(const char *text, enum survey_pattern *pattern);
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
 double survey_line_in(unsigned line);        /* from the left edge */
@@ -87,7 +74,6 @@ double survey_item_limit_in(const struct survey_item *item);
  *
  *     s        skip this one
  *     b        back by one
- *     f        forward by one
  *     u        undo the last reading, and ask for it again
  *     n TEXT   a note on the last reading
  *     q        quit; the survey can be resumed
@@ -97,7 +83,6 @@ enum survey_word {
     SURVEY_SKIP,
     SURVEY_UNDO,
     SURVEY_BACK,
-    SURVEY_FORWARD,
     SURVEY_NOTE,
     SURVEY_QUIT,
     SURVEY_HELP,
@@ -139,8 +124,7 @@ enum survey_outcome {
 };
 
 /* Nothing read yet; previous_in NaN. */
-void survey_desk_init(struct survey_desk *desk, enum survey_pattern pattern,
-                      enum survey_edges edges);
+void survey_desk_init(struct survey_desk *desk, enum survey_edges edges);
 /* To the first item from `from` on that is neither read nor skipped; then from the beginning. */
 void survey_desk_next(struct survey_desk *desk, size_t from);
 /* Takes an entry other than quit, help and nothing. `item`: which one it was about. */
@@ -196,8 +180,6 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
 struct survey_readings {
     double gap_in[SURVEY_LINES][SURVEY_SPANS];
     double station_in[SURVEY_LINES][SURVEY_STATIONS];
-    double across_in[SURVEY_LINES][SURVEY_STATIONS];
-    double diagonal_in[SURVEY_DIAGONALS][SURVEY_DIAGONAL_SPANS];
     double error_in;
 };
 
@@ -208,7 +190,7 @@ struct survey_estimate {
 /* One survey against another. */
 struct survey_change {
     struct survey_readings change; /* error_in: that of a change of a span */
-    double station_error_in;       /* of a change of a station or of a distance across */
+    double station_error_in;       /* of a change of a station */
     struct survey_estimate moved[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
     size_t compared; /* readings that both have */
@@ -246,9 +228,9 @@ struct survey_found {
 /* Survey `id`, 0: the newest. MR_UNKNOWN: no such survey. */
 enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
                           struct error *error);
-/* The newest one that goes on, of that pattern; *found false: none. */
-enum mr_status survey_get_open(struct store *store, enum survey_pattern pattern,
-                               struct survey *survey, bool *found, struct error *error);
+/* The newest one that goes on; *found false: none. */
+enum mr_status survey_get_open(struct store *store, struct survey *survey, bool *found,
+                               struct error *error);
 enum mr_status survey_find(struct store *store, const struct survey *survey,
                            struct survey_found *found, struct error *error);
 /* What the newest one comes to that was begun between two moments and tells of segments; *there

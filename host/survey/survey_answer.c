@@ -35,7 +35,6 @@ static void head(const struct survey *survey, struct answer *answer)
     survey_time_text(row->made_us, when, sizeof when);
     answer_count(answer, "survey", "survey", row->id)->end = ended ? ", ended" : ", goes on";
     answer_flag(answer, "ended", NULL, ended);
-    answer_words(answer, "pattern", "pattern", "%s", row->pattern);
     answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
     if (row->after_run == STORE_NONE)
         answer_none(answer, "after_run", NULL, NULL);
@@ -49,8 +48,7 @@ static void head(const struct survey *survey, struct answer *answer)
     answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
 
-static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4",
-                                                         "line 5", "line 6", "line 7"};
+static const char *const line_names[SURVEY_LINES] = {"line 1", "line 2", "line 3", "line 4"};
 
 /* For people; in the JSON are all places, read or not (matrices). */
 static void spans(const struct survey *survey, const struct survey_found *found,
@@ -90,39 +88,16 @@ static void stations(const struct survey_found *found, struct answer *answer)
     answer_table(answer, NULL, "movement at the stations since the survey before");
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
-            double moved_in = found->since_previous.change.station_in[line][s],
-                   away_in = found->since_previous.change.across_in[line][s];
+            double moved_in = found->since_previous.change.station_in[line][s];
             double error_in = found->since_previous.station_error_in;
-            if (isnan(moved_in) && isnan(away_in))
+            if (isnan(moved_in))
                 continue;
             answer_row(answer);
             answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_STATION_FT * s, 1);
             answer_words(answer, NULL, "of", "%s", line_names[line]);
             answer_estimate(answer, NULL, "downfield", UNIT_DISPLACEMENT, moved_in, error_in, 3)
                 ->plus = true;
-            if (!isnan(away_in))
-                answer_estimate(answer, NULL, "across", UNIT_DISPLACEMENT, away_in, error_in, 3)
-                    ->plus = true;
         }
-    }
-    answer_close(answer);
-}
-
-static void diagonals(const struct survey_found *found, struct answer *answer)
-{
-    answer_table(answer, NULL, "opening (+) and closing (-) of ten mats along the 45 degree lines");
-    for (unsigned k = 0; k < SURVEY_DIAGONAL_SPANS; k++) {
-        bool any = false;
-        for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
-            any |= !isnan(found->since_previous.change.diagonal_in[line][k]);
-        if (!any)
-            continue;
-        answer_row(answer);
-        answer_count(answer, NULL, "ten mats", k + 1);
-        for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
-            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
-                         found->since_previous.change.diagonal_in[line][k], 4)
-                ->plus = true;
     }
     answer_close(answer);
 }
@@ -167,18 +142,13 @@ static json_t *numbers(const double *value, size_t count, double factor)
 
 static json_t *readings_json(const struct survey_readings *r, double factor)
 {
-    json_t *gaps = json_array(), *stations = json_array(), *across = json_array(),
-           *diagonals = json_array();
+    json_t *gaps = json_array(), *stations = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         json_array_append_new(gaps, numbers(r->gap_in[line], SURVEY_SPANS, factor));
         json_array_append_new(stations, numbers(r->station_in[line], SURVEY_STATIONS, factor));
-        json_array_append_new(across, numbers(r->across_in[line], SURVEY_STATIONS, factor));
     }
-    for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
-        json_array_append_new(diagonals,
-                              numbers(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
-    return json_pack("{sososososo}", "gap", gaps, "station", stations, "across", across, "diagonal",
-                     diagonals, "error", cli_json_number(r->error_in * factor, 4));
+    return json_pack("{sososo}", "gap", gaps, "station", stations, "error",
+                     cli_json_number(r->error_in * factor, 4));
 }
 
 static json_t *moved_json(const struct survey_change *change, double factor)
@@ -199,8 +169,7 @@ static void worst_bow(const struct survey_found *found, struct answer *answer)
     double at = found->worst_bow_ft * station->factor, limit = SURVEY_BOW_LIMIT_IN * length->factor;
     const char *verdict = survey_bow_verdict(found);
     if (!found->first)
-        answer_sentence(answer, NULL,
-                        "first survey of this pattern: later ones are compared with it");
+        answer_sentence(answer, NULL, "first survey: later ones are compared with it");
     else if (isnan(worst))
         answer_sentence(answer, NULL,
                         "in-plane bow: not known, it needs lines 1 and 4, and 2 or 3");
@@ -245,7 +214,6 @@ void survey_answer(const struct survey *survey, const struct survey_found *found
     spans(survey, found, answer);
     if (found->previous) {
         stations(found, answer);
-        diagonals(found, answer);
         movement(found, answer);
     }
     matrices(survey, found, answer, length->factor);

@@ -42,7 +42,7 @@ def make_hostile(path):
     """Every text column of every table, but those whose words the program itself gives a meaning to, gets markup; returns how many."""
     db, changed = sqlite3.connect(path), 0
     spared = {("events", "kind"), ("gaps", "message"), ("gaps", "cause"), ("configurations", "text"), ("missing", "message"),
-              ("readiness", "kind"), ("readiness", "checks"), ("readiness", "verdict"), ("gage_surveys", "pattern"), ("gage_surveys", "edges"), ("gage_readings", "kind")}
+              ("readiness", "kind"), ("readiness", "checks"), ("readiness", "verdict"), ("gage_surveys", "edges"), ("gage_readings", "kind")}
     triggers = db.execute("select name, sql from sqlite_schema where type = 'trigger'").fetchall()
     for trigger, _ in triggers:
         db.execute("drop trigger " + trigger)  # those by which history stays

@@ -71,7 +71,7 @@ landing() { # the log is seen, and what it records is next; the links are those 
     day '\nseen 1\nq\n' "$tmp/d.db" >"$tmp/said" || return 1
     cat "$tmp/said"
     grep -q '^> 4 survey     next  *the mat has not been read since landing 1$' "$tmp/said" && [ "$(sqlite3 "$tmp/d.db" "select value from landing_changes where field = 'note'")" = 'seen 1' ] &&
-        $matrig --json day "$tmp/d.db" | grep -q '"command":"matrig survey .*--pattern standard --edges left","logging":false,"run":1,"landings_today":1' &&
+        $matrig --json day "$tmp/d.db" | grep -q '"command":"matrig survey .*--edges left","logging":false,"run":1,"landings_today":1' &&
         day '8\nr\nq\n' "$tmp/d.db" >"$tmp/said" && grep -q "\$ matrig log --serial pty:$tmp/tty --can unix:$tmp/can " "$tmp/said" && [ -s "$tmp/d.db-report.html" ]
 }
 import_is_none() { # an imported landing is no landing of the day

@@ -30,8 +30,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static struct survey_desk desk;
     static struct survey_sheet sheet;
     struct error error = {0};
-    bool diagonal = size && data[0] & 1;
-    survey_desk_init(&desk, diagonal ? SURVEY_PATTERN_DIAGONAL : SURVEY_STANDARD, SURVEY_EDGE_LEFT);
+    survey_desk_init(&desk, SURVEY_EDGE_LEFT);
     enum mr_status status = survey_sheet_read(fuzz_file("sheet.csv", data, size), &desk.plan,
                                               &sheet, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);

@@ -447,7 +447,6 @@ static void survey(struct store *store, int64_t made_us, int64_t count, double a
 {
     struct store_gage_survey row = {.made_us = made_us,
                                     .ended_us = STORE_NONE,
-                                    .pattern = "standard",
                                     .edges = "none",
                                     .error_in = error_in,
                                     .closed_in = 33.5};

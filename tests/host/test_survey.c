@@ -13,7 +13,7 @@ TEST(the_walk_is_whole_and_never_jumps)
 {
     struct survey_plan plan;
     unsigned gaps[SURVEY_LINES] = {0}, stations = 0;
-    survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_LEFT);
+    survey_plan_make(&plan, SURVEY_EDGE_LEFT);
     assert_int_equal(plan.count, 4 * 42 + 13);
     double at_ft = 0.0;
     for (size_t i = 0; i < plan.count; i++) {
@@ -28,14 +28,10 @@ TEST(the_walk_is_whole_and_never_jumps)
     for (unsigned line = 0; line < SURVEY_LINES; line++)
         assert_int_equal(gaps[line], 42);
     assert_int_equal(stations, 13);
-    survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_NONE);
+    survey_plan_make(&plan, SURVEY_EDGE_NONE);
     assert_int_equal(plan.count, 168);
-    survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_BOTH);
+    survey_plan_make(&plan, SURVEY_EDGE_BOTH);
     assert_int_equal(plan.count, 168 + 26);
-    survey_plan_make(&plan, SURVEY_PATTERN_DIAGONAL, SURVEY_EDGE_LEFT);
-    assert_int_equal(plan.count, 168 + 2 * 4 * 13 + 7 * 7);
-    for (size_t i = 0; i < plan.count; i++)
-        assert_int_equal(survey_plan_find(&plan, &plan.item[i]), i);
     assert_true(fabs(survey_line_in(3) - survey_line_in(2) - 36.0) < 1e-12 &&
                 survey_line_in(1) == 12.0);
 }
@@ -64,7 +60,6 @@ TEST(lines_are_read_as_calipers_type_them)
     entry("s", false, SURVEY_SKIP, 0);
     entry("u ", false, SURVEY_UNDO, 0);
     entry("b", false, SURVEY_BACK, 0);
-    entry("f", false, SURVEY_FORWARD, 0);
     entry("q", false, SURVEY_QUIT, 0);
     entry("?", false, SURVEY_HELP, 0);
     entry("n dirt in the joint", false, SURVEY_NOTE, 0);
@@ -86,7 +81,7 @@ TEST(a_reading_beyond_the_joints_is_asked_again)
 {
     struct survey_desk desk;
     size_t item;
-    survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
+    survey_desk_init(&desk, SURVEY_EDGE_NONE);
     for (size_t i = 0; i < desk.plan.count; i++)
         desk.previous_in[i] = 33.60;
     /* 0.36: ten joints of 0.036 can do that */
@@ -116,7 +111,7 @@ TEST(undo_skip_back)
 {
     struct survey_desk desk;
     size_t item;
-    survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
+    survey_desk_init(&desk, SURVEY_EDGE_NONE);
     assert_int_equal(typed(&desk, "u", &item), SURVEY_REFUSED);
     assert_int_equal(typed(&desk, "b", &item), SURVEY_REFUSED);
     assert_int_equal(typed(&desk, "n lost", &item), SURVEY_REFUSED);
