@@ -69,13 +69,13 @@ put = $(foreach file,$(2),$(1)/$(notdir $(file)):$(file))
 install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies)) $(foreach board,$(boards),$(call put,share/matrig$(if $(filter-out zg,$(board)),/$(board)),$(call image_files,$(call board_elf,$(board))) $(call bringup_elf,$(board)))) \
 	$(call put,share/matrig/scenes,$(wildcard host/scenes/*.json)) $(call put,share/matrig/series,$(wildcard host/landing_series/series/*.json)) \
 	$(call put,share/matrig,host/demo.sh) $(call put,share/matrig/runs,$(wildcard tests/runs/*.run) hil/rest.run) \
-	$(call put,share/man/man1,$(filter %.1,$(manuals))) share/bash-completion/completions/matrig:$(B)/matrig.bash \
+	$(call put,share/man/man1,$(filter %.1,$(manuals))) \
 	$(foreach file,$(papers),share/doc/matrig/$(file):$(file)) \
 	share/doc/matrig/LICENCES.md:docs/licences.md share/doc/matrig/LICENSE.dygraphs:$(dygraphs_licence)
 # Folders that hold nothing else.
 install_own := libexec/matrig share/matrig share/doc/matrig
 .PHONY: install
-install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, landings, man pages, completion, papers, licences
+install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, landings, man pages, papers, licences
 	@set -e; for pair in $(install_list); do mode=644; \
 		case $$pair in bin/*|libexec/*) mode=755;; esac; install -D -m $$mode "$${pair#*:}" "$(installed)/$${pair%%:*}"; done
 .PHONY: uninstall

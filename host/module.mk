@@ -16,7 +16,7 @@ programs := $(B)/matrig $(B)/matrig-board
 studies := $(B)/matrig-study
 # matrig-board(1) is the program's; `matrig board --help` has the command.
 commands := $(filter-out board,$(shell sed -n 's/^COMMAND([A-Z]*, \([a-z]*\)).*/\1/p' host/commands/commands.def))
-manuals := $(B)/matrig.1 $(B)/matrig-board.1 $(commands:%=$(B)/matrig-%.1) $(B)/matrig.bash
+manuals := $(B)/matrig.1 $(B)/matrig-board.1 $(commands:%=$(B)/matrig-%.1)
 
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
 # result; the exceptions' flags are not looked at.
@@ -41,11 +41,9 @@ $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 $(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(common_lib)
 	$(call link,$(STUDY_LIBS))
 
-# Man pages, a page per command, from what --help prints, dated by the commit; completion. RUN: what runs programs of another machine.
+# Man pages, a page per command, from what --help prints, dated by the commit. RUN: what runs programs of another machine.
 man = $(call say,GEN,$@)SOURCE_DATE_EPOCH=$(epoch) help2man --no-info --name='$(1)' --output=$@
 $(B)/matrig.1: $(B)/matrig host/matrig.h2m | $(B)/.study-packages
 	$(call man,instrument for a model landing-mat runway) --include=host/matrig.h2m '$(RUN) $<'
 $(commands:%=$(B)/matrig-%.1): $(B)/matrig-%.1: $(B)/matrig | $(B)/.study-packages
 	$(call man,command $* of matrig) --version-string="$$($(RUN) $< --version | sed s/matrig/matrig-$*/)" --help-option='$* --help' '$(RUN) $<'
-$(B)/matrig.bash: $(B)/matrig
-	$(call say,GEN,$@)$(RUN) $< help --bash >$@

@@ -79,7 +79,6 @@ says_version() { as_user sh -c "matrig --version && matrig-board --version" | di
 has_pages() {
     as_user sh -c 'MANWIDTH=80 man --warnings matrig 2>errors | grep -A 3 "^ *ready" && MANWIDTH=80 man --warnings matrig-fit 2>>errors | grep -- --prior && MANWIDTH=80 man --warnings matrig-board 2>>errors | grep -- --boot0 && ! grep . errors && rm errors'
 }
-completes() { as_user bash -c '. /usr/share/bash-completion/completions/matrig && complete -p matrig'; }
 plays() { # the image that comes with the board
     as_user bash -c 'matrig-board --can unix:can --serial unix:serial --rig /usr/share/matrig/runs/landing5.run &
         matrig log --can unix:can --serial unix:serial --db c.db >log.txt && wait $! && cat log.txt && grep "warned [0-9.]* s after touchdown" log.txt &&
@@ -125,7 +124,6 @@ check "the program alone says which package has what it lacks" needs_the_others
 check "all three are installed" install_debs $packages
 check "they say their version" says_version
 check "man pages are rendered" has_pages
-check "completion is there" completes
 check "the board plays a landing, which is logged, reported and replayed" plays
 check "matrig demo" demo
 check "matrig-study is found" studies

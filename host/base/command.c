@@ -1,14 +1,10 @@
 #include "host/base/command.h"
 
-#include <ctype.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "host/base/spell_suggest.h"
 #include "host/base/quantity.h"
@@ -50,8 +46,7 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->count;
 }
 
-/* What is near it; else the one of one letter that it begins with: "--output" is "-o". `name`: of
- * the command as it was typed; NULL: before any. */
+/* `name`: of the command as it was typed; NULL: before any. */
 static enum mr_status unknown_option(const struct command *command, const char *name,
                                      const char *word, struct error *error)
 {
@@ -62,11 +57,6 @@ static enum mr_status unknown_option(const struct command *command, const char *
     for (size_t i = 0; i < command->count; i++) {
         if (command->parts[i].option.name)
             spell_suggest_try(&near, command->parts[i].option.name);
-    }
-    for (size_t i = 0; i < command->count && !near.best && word[1] == '-'; i++) {
-        const char *option = command->parts[i].option.name;
-        if (option && option[1] != '-' && option[1] == word[2])
-            near.best = option;
     }
     spell_suggest_text(&near, text);
     return error_set(error, MR_UNKNOWN, "unknown option: '%s'%s%s%s%s see matrig %s%s--help", word,
@@ -278,78 +268,11 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
         if (!is_option)
             words[count++] = argv[i];
     }
-    if (misplaced_operand(command, p.name, words, count, error) != MR_OK)
-        return error->status;
     if (count < operands->least)
         return error_set(error, MR_USAGE,
                          "something is missing: matrig %s needs %s; see matrig %s --help", p.name,
                          operands->names, p.name);
     return MR_OK;
-}
-
-bool order_is_database(const char *path)
-{
-    static const char magic[16] = "SQLite format 3";
-    char head[sizeof magic];
-    struct stat info;
-    if (stat(path, &info) != 0 || !S_ISREG(info.st_mode))
-        return false;
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
-    bool is = fd >= 0 && read(fd, head, sizeof head) == (ssize_t)sizeof head &&
-              memcmp(head, magic, sizeof magic) == 0;
-    if (fd >= 0)
-        close(fd);
-    return is;
-}
-
-static bool there(const char *path)
-{
-    return access(path, F_OK) == 0;
-}
-
-static bool is_number(const char *word)
-{
-    return word[0] && word[strspn(word, "0123456789")] == '\0';
-}
-
-/* "pty:", "serial:": letters and a colon. */
-static bool is_link(const char *word)
-{
-    size_t letters = 0;
-    while (islower((unsigned char)word[letters]))
-        letters++;
-    return letters > 2 && word[letters] == ':';
-}
-
-static bool begins(const char *names, const char *with)
-{
-    return strncmp(names, with, strlen(with)) == 0;
-}
-
-static bool are_swapped(const char *names, const char *first, const char *second)
-{
-    if (begins(names, "LINK"))
-        return there(first) && is_link(second);
-    if (strstr(names, "RUN") && is_number(first) && !is_number(second) && !there(first))
-        return true;
-    if (begins(names, "DB FILE")) /* a campaign may be made */
-        return there(first) && !order_is_database(first) && order_is_database(second);
-    return begins(names, "DB") && !there(first) && there(second) &&
-           (is_number(first) || order_is_database(second));
-}
-
-enum mr_status misplaced_operand(const struct command *command, const char *name,
-                                 const char **words, size_t count, struct error *error)
-{
-    const char *names = command->operands.names;
-    if (count > 0 && begins(names, "DB") && !words[0][0])
-        return error_set(
-            error, MR_USAGE,
-            "an empty word in place of DB: matrig %s; is a variable of the shell not set?", name);
-    if (count < 2 || !are_swapped(names, words[0], words[1]))
-        return MR_OK;
-    return error_set(error, MR_USAGE, "swapped: '%s' and '%s'; write matrig %s %s %s%s", words[0],
-                     words[1], name, words[1], words[0], count > 2 ? " ..." : "");
 }
 
 enum mr_status run_parse(const char *text, int64_t *run, struct error *error)

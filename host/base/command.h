@@ -3,7 +3,7 @@
  *
  * A command's descriptor is the only place where its options are written. `parts` is the page of
  * `matrig COMMAND --help` from top to bottom. The options among them are what command_parse takes,
- * and it takes no others; host/base/help.c makes help and completion from the same rows. A
+ * and it takes no others; host/base/help.c makes help from the same rows. A
  * new command is a file with its descriptor in host/commands/, and a row in
  * host/commands/commands.def.
  *
@@ -116,7 +116,7 @@ struct command_table {
 /* clang-format off */
 /* An operand, or another thing to be explained, and its help. */
 #define HELP_ITEM(about, help) {.term = (about), .text = (help)}
-/* A word of the command's own, that completion offers: "config set F". */
+/* A word of the command's own: "config set F". */
 #define HELP_WORD(about, help) {.term = (about), .text = (help), .word = true}
 /* Lines as they are. One that ends with a blank goes on in the same line with what follows. */
 #define HELP_NOTE(help) {.text = (help)}
@@ -177,16 +177,6 @@ int command_begin(int argc, char **argv, struct command_before *before, struct e
 enum mr_status command_parse(const struct command *command, int argc, char **argv,
                              const struct cli *cli, void *values, const char **words,
                              struct error *error);
-
-/* The order of a command's words: those that are plainly in each other's place are named. */
-
-/* MR_USAGE: a campaign and the number of a landing, or another file, or a name, are swapped; a link
- * and an image; a word is empty. `name`: of the command as it was typed. */
-enum mr_status misplaced_operand(const struct command *command, const char *name,
-                                 const char **words, size_t count, struct error *error);
-
-/* The file is an SQLite database, as campaigns are. */
-bool order_is_database(const char *path);
 
 /* RUN on the command line: the number of a landing in its database. */
 

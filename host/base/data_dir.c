@@ -45,13 +45,11 @@ static void program_folder(char *folder, size_t size)
 }
 
 /* True when it can be read; then its path, without links and dots. */
-static bool try(char *path, size_t size, const char *folder, int length, const char *below,
-                const char *name)
+static bool try(char *path, size_t size, const char *folder, const char *below, const char *name)
 {
     char candidate[PATH_MAX];
-    int need = snprintf(candidate, sizeof candidate, "%.*s%s%s", length, folder, below, name);
-    if (length == 0 || need >= (int)sizeof candidate || (size_t)need >= size ||
-        access(candidate, R_OK) != 0)
+    int need = snprintf(candidate, sizeof candidate, "%s%s%s", folder, below, name);
+    if (need >= (int)sizeof candidate || (size_t)need >= size || access(candidate, R_OK) != 0)
         return false;
     char *real = realpath(candidate, NULL);
     snprintf(path, size, "%s", real && strlen(real) < size ? real : candidate);
@@ -59,34 +57,12 @@ static bool try(char *path, size_t size, const char *folder, int length, const c
     return true;
 }
 
-static bool try_xdg(char *path, size_t size, const char *name)
-{
-    const char *home = getenv("HOME"), *own = getenv("XDG_DATA_HOME"),
-               *list = getenv("XDG_DATA_DIRS");
-    if (own && own[0] == '/'
-            ? try(path, size, own, (int)strlen(own), "/matrig/", name)
-            : home && try(path, size, home, (int)strlen(home), "/.local/share/matrig/", name))
-        return true;
-    if (!list || !*list)
-        list = "/usr/local/share:/usr/share";
-    while (*list) {
-        int length = (int)strcspn(list, ":");
-        /* relative ones do not count, by the specification */
-        if (*list == '/' && try(path, size, list, length, "/matrig/", name))
-            return true;
-        list += length + (list[length] == ':');
-    }
-    return false;
-}
-
 static void find(const char *built, const char *shared, char *path, size_t size)
 {
     char folder[PATH_MAX - 80];
     program_folder(folder, sizeof folder);
-    int length = (int)strlen(folder);
-    if (try(path, size, folder, length, "/", built) ||
-        (shared && (try(path, size, folder, length, "/../share/matrig/", shared) ||
-                    try_xdg(path, size, shared))))
+    if (try(path, size, folder, "/", built) ||
+        (shared && try(path, size, folder, "/../share/matrig/", shared)))
         return;
     snprintf(path, size, "%s/%s", folder, built);
 }

@@ -52,7 +52,6 @@ void help_overview(const struct command_table *table)
          "all.\n"
          "A number may have its unit behind it: 15mm, '2.5 kN', 12m/s. Any unit of its kind is "
          "read, another is refused.\n"
-         "matrig help --bash prints the completion of bash.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
          "4 malformed or truncated input, 5 numerics refused or failed.\n"
          "NO_COLOR=1 turns colours off.\n"
@@ -202,37 +201,23 @@ static int print_json(const struct command_table *table, const struct command *o
     return cli_print_json(json_pack("{s:o}", "commands", list), 0);
 }
 
-struct request {
-    bool bash, help;
-};
-
-#define VALUES struct request
-static const struct command_part parts[] = {
-    OPTION_FLAG("--bash", bash, "completion for bash"),
-    OPTION_FLAG("--help", help, NULL),
-};
-static const struct command help_itself = {
-    "help", NULL, "[COMMAND | --bash]", "what matrig can do", COMMAND_PARTS(parts), {0, 1, ""}};
+static const struct command help_itself = {"help", NULL, "[COMMAND]", "what matrig can do",
+                                           NULL,   0,    {0, 1, ""}};
 
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
 {
     struct error error = {0};
-    struct request request = {0};
     const char *words[1] = {NULL};
     const struct command *command = NULL;
-    if (command_parse(&help_itself, argc, argv, cli, &request, words, &error) != MR_OK)
+    if (command_parse(&help_itself, argc, argv, cli, NULL, words, &error) != MR_OK)
         return cli_fail(&error);
     if (words[0])
         command = help_find(table, words[0]);
     if (words[0] && !command)
         help_unknown(table, words[0], &error);
-    else if (request.bash && command)
-        error_set(&error, MR_USAGE, "too much at once: matrig help; give a command or --bash");
     if (error.status != MR_OK)
         return cli_fail(&error);
-    if (request.bash)
-        help_bash(table);
-    else if (cli->json)
+    if (cli->json)
         return print_json(table, command);
     else if (command)
         help_command(command);
@@ -389,114 +374,4 @@ char *help_page_text(const struct command *command)
         abort();
     help_page_free(&page);
     return text;
-}
-
-/* Completion for bash. */
-#define OPTIONS_MAX 48
-#define WORDS_MAX   24
-
-/* What a command takes, each once. */
-struct offer {
-    const struct command_option *option[OPTIONS_MAX];
-    size_t options;
-    const char *word[WORDS_MAX]; /* "config set F": its first word */
-    size_t words;
-};
-
-static size_t word_length(const char *term)
-{
-    return strcspn(term, " ");
-}
-
-static void take_part(void *context, const struct command_part *part)
-{
-    struct offer *offer = context;
-    const struct command_option *option = &part->option;
-    bool there = false;
-    for (size_t i = 0; i < offer->options && option->name; i++)
-        there |= strcmp(offer->option[i]->name, option->name) == 0;
-    for (size_t i = 0; i < offer->words && part->word; i++)
-        there |= word_length(offer->word[i]) == word_length(part->term) &&
-                 memcmp(offer->word[i], part->term, word_length(part->term)) == 0;
-    if (option->name && !there && offer->options < OPTIONS_MAX)
-        offer->option[offer->options++] = option;
-    if (part->word && !there && offer->words < WORDS_MAX)
-        offer->word[offer->words++] = part->term;
-}
-
-/* "csv|candump" as "csv candump". */
-static void print_choices(const char *choices)
-{
-    for (const char *c = choices; *c; c++)
-        putchar(*c == '|' ? ' ' : *c);
-}
-
-static void print_command(const struct command *command)
-{
-    struct offer offer = {.options = 0};
-    help_each_part(command, take_part, &offer);
-    printf("    %s)\n        options='", command->name);
-    for (size_t i = 0; i < offer.options; i++)
-        printf("%s ", offer.option[i]->name);
-    fputs("--help'\n        words='", stdout);
-    for (size_t i = 0; i < offer.words; i++)
-        printf("%s%.*s", i > 0 ? " " : "", (int)word_length(offer.word[i]), offer.word[i]);
-    puts("'\n        case $prev in");
-    for (size_t i = 0; i < offer.options; i++) {
-        if (!offer.option[i]->choices)
-            continue;
-        printf("        %s) values='", offer.option[i]->name);
-        print_choices(offer.option[i]->choices);
-        puts("' ;;");
-    }
-    const char *between = "        ";
-    for (size_t i = 0; i < offer.options; i++) {
-        if (!offer.option[i]->argument || offer.option[i]->choices)
-            continue;
-        printf("%s%s", between, offer.option[i]->name);
-        between = " | ";
-    }
-    puts(between[1] == '|' ? ") file=1 ;;\n        esac\n        ;;" : "        esac\n        ;;");
-}
-
-void help_bash(const struct command_table *table)
-{
-    puts("# bash completion for matrig; made by matrig help --bash\n"
-         "_matrig()\n{\n"
-         "    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD - 1]} command= "
-         "options= words= values= file= i\n"
-         "    COMPREPLY=()\n"
-         "    for ((i = 1; i < COMP_CWORD; i++)); do\n"
-         "        if [[ ${COMP_WORDS[i]} != -* ]]; then\n"
-         "            command=${COMP_WORDS[i]}\n"
-         "            break\n"
-         "        fi\n"
-         "    done\n"
-         "    case $command in\n"
-         "    '')");
-    fputs("        options='", stdout);
-    for (size_t i = 0; i < command_matrig.count; i++)
-        printf("%s%s", i > 0 ? " " : "", command_matrig.parts[i].option.name);
-    puts("'");
-    fputs("        words='help", stdout);
-    for (size_t i = 0; i < table->count; i++)
-        printf(" %s", table->commands[i].command->name);
-    puts("'\n        ;;");
-    fputs("    help)\n        options='--bash'\n        words='", stdout);
-    for (size_t i = 0; i < table->count; i++)
-        printf("%s%s", i > 0 ? " " : "", table->commands[i].command->name);
-    puts("'\n        ;;");
-    for (size_t i = 0; i < table->count; i++)
-        print_command(table->commands[i].command);
-    puts("    esac\n"
-         "    if [[ $values ]]; then\n"
-         "        words=$values\n"
-         "    elif [[ $file ]]; then\n"
-         "        return\n"
-         "    elif [[ $cur == -* ]]; then\n"
-         "        words=$options\n"
-         "    fi\n"
-         "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\")\n"
-         "}\n"
-         "complete -o bashdefault -o default -F _matrig matrig");
 }

@@ -20,13 +20,10 @@ void help_suggest_word(const struct command *command, const char *word,
                        char out[static SPELL_SUGGEST_TEXT]);
 void help_version(const struct cli *cli);
 
-/* matrig help [COMMAND | --bash]: exit code. */
+/* matrig help [COMMAND]: exit code. */
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli);
 
-/* Completion for bash 4 or later, to be sourced. */
-void help_bash(const struct command_table *table);
-
-/* The page of a command's help, as rows: what --help prints, and completion is made from. */
+/* The page of a command's help, as rows: what --help prints. */
 
 #define HELP_TEXT_COLUMN 17 /* where the text of an item begins, from 0 */
 

@@ -10,54 +10,23 @@
 
 #include "host/base/xmalloc.h"
 
-#define LINKS_MAX  40 /* symbolic ones in a row, as the kernel has it */
 #define DRAFTS_MAX 100
-#define TRIES_MAX  20 /* of another program that makes and removes the file meanwhile */
 
 /* ---- where ---- */
 
-/* The first bytes of a regular file; reading from a pipe or a terminal would wait for ever. False:
- * not so many. */
-static bool read_beginning(const char *path, char *begins, size_t length)
-{
-    struct stat kind;
-    if (stat(path, &kind) != 0 || !S_ISREG(kind.st_mode))
-        return false;
-    FILE *file = fopen(path, "r");
-    if (!file)
-        return false;
-    size_t got = fread(begins, 1, length, file);
-    fclose(file);
-    return got == length;
-}
-
-/* A landing cannot be repeated: an output never takes the place of a database. */
+/* A landing cannot be repeated: an output never takes the place of a database. Only a regular file is
+ * read: a pipe or a terminal would be waited for. */
 bool output_is_database(const char *path)
 {
     static const char magic[16] = "SQLite format 3";
     char begins[sizeof magic];
-    return read_beginning(path, begins, sizeof begins) && memcmp(begins, magic, sizeof magic) == 0;
-}
-
-/* What the shell or a parent opened for us, by its name; -1: another path. It is written to where
- * it stands. */
-static int open_already(const char *path)
-{
-    static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
-    if (strcmp(path, "/dev/stdout") == 0)
-        return STDOUT_FILENO;
-    if (strcmp(path, "/dev/stderr") == 0)
-        return STDERR_FILENO;
-    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
-        size_t length = strlen(folders[i]);
-        char *end;
-        if (strncmp(path, folders[i], length) == 0 && path[length] >= '0' && path[length] <= '9') {
-            long number = strtol(path + length, &end, 10);
-            if (!*end && number <= INT_MAX)
-                return (int)number;
-        }
-    }
-    return -1;
+    struct stat kind;
+    FILE *file = stat(path, &kind) == 0 && S_ISREG(kind.st_mode) ? fopen(path, "r") : NULL;
+    bool is = file && fread(begins, sizeof begins, 1, file) == 1 &&
+              memcmp(begins, magic, sizeof magic) == 0;
+    if (file)
+        fclose(file);
+    return is;
 }
 
 static enum mr_status cannot(const char *path, struct error *error)
@@ -73,34 +42,15 @@ static void folder_of(const char *path, char folder[PATH_MAX])
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 }
 
-/* Follows symbolic links, also one to a file that is not there yet, to the file that is to be made
- * or replaced. */
-static enum mr_status follow_links(const char *path, char at[PATH_MAX], struct error *error)
-{
-    char folder[PATH_MAX], link[PATH_MAX];
-    if (snprintf(at, PATH_MAX, "%s", path) >= PATH_MAX)
-        return errno = ENAMETOOLONG, cannot(path, error);
-    for (int i = 0; i <= LINKS_MAX; i++) {
-        ssize_t length = readlink(at, link, sizeof link - 1);
-        if (length < 0)
-            break;
-        link[length] = '\0';
-        folder_of(at, folder);
-        if (i == LINKS_MAX ||
-            snprintf(at, PATH_MAX, "%s%s", link[0] == '/' ? "" : folder, link) >= PATH_MAX)
-            return errno = ELOOP, cannot(path, error);
-    }
-    return MR_OK;
-}
-
+/* The file that is to be made or replaced, behind symbolic links. */
 static enum mr_status find_target(const char *path, char target[PATH_MAX], struct error *error)
 {
-    char at[PATH_MAX], folder[PATH_MAX], whole[PATH_MAX];
-    if (follow_links(path, at, error) != MR_OK)
-        return error->status;
-    folder_of(at, folder);
-    const char *slash = strrchr(at, '/'), *name = slash ? slash + 1 : at;
-    if (!realpath(folder, whole) || !*name)
+    char folder[PATH_MAX], whole[PATH_MAX];
+    if (realpath(path, target))
+        return MR_OK;
+    folder_of(path, folder);
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    if (errno != ENOENT || !realpath(folder, whole) || !*name)
         return errno = *name ? errno : EISDIR, cannot(path, error);
     if (snprintf(target, PATH_MAX, "%s/%s", strcmp(whole, "/") == 0 ? "" : whole, name) >= PATH_MAX)
         return errno = ENAMETOOLONG, cannot(path, error);
@@ -144,8 +94,6 @@ static enum mr_status check(const char *path, struct error *error)
     if (strcmp(path, "-") == 0)
         return error_set(error, MR_USAGE,
                          "not a file: -; give a path (/dev/stdout is standard output)");
-    if (open_already(path) >= 0)
-        return MR_OK;
     bool exists = stat(path, &info) == 0;
     if (exists && S_ISDIR(info.st_mode))
         return errno = EISDIR, cannot(path, error);
@@ -185,28 +133,6 @@ static bool write_all(int fd, const char *bytes, size_t length)
     return true;
 }
 
-/* The draft takes the target's place, if that is still what it may replace. */
-static enum mr_status rename_over(const char *draft, const char *target, const char *path,
-                                  struct error *error)
-{
-    struct stat info;
-    for (int i = 0; i < TRIES_MAX; i++) {
-        bool exists = lstat(target, &info) == 0;
-        if (exists && may_replace(path, target, error) != MR_OK)
-            return error->status;
-        int failed = exists ? rename(draft, target)
-                            : renameat2(AT_FDCWD, draft, AT_FDCWD, target, RENAME_NOREPLACE);
-        /* a file system that does not know how */
-        if (failed && !exists && (errno == EINVAL || errno == ENOSYS))
-            failed = rename(draft, target);
-        if (!failed)
-            return MR_OK;
-        if (errno != EEXIST)
-            return cannot(path, error);
-    }
-    return cannot(path, error);
-}
-
 /* What is in `fd`, at `draft`, goes on disk and to its place. */
 static enum mr_status finish(int fd, const char *draft, const char *target, const char *path,
                              struct error *error)
@@ -220,7 +146,9 @@ static enum mr_status finish(int fd, const char *draft, const char *target, cons
     }
     if (fsync(fd) != 0 && errno != EINVAL)
         return cannot(path, error);
-    return rename_over(draft, target, path, error);
+    if (may_replace(path, target, error) != MR_OK)
+        return error->status;
+    return rename(draft, target) == 0 ? MR_OK : cannot(path, error);
 }
 
 /* A new file beside the target; -1: none can be made. */
@@ -257,12 +185,10 @@ static enum mr_status replace(const struct output *output, struct error *error)
     return error->status;
 }
 
-/* To a pipe, a terminal, a device, or what is open already. */
+/* To a pipe, a terminal or a device. */
 static enum mr_status write_through(const struct output *output, struct error *error)
 {
-    int already = open_already(output->path);
-    fflush(stdout);
-    int fd = already >= 0 ? dup(already) : open(output->path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    int fd = open(output->path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
     if (fd < 0)
         return cannot(output->path, error);
     bool done = write_all(fd, output->text, output->length);
@@ -277,6 +203,8 @@ static enum mr_status write_through(const struct output *output, struct error *e
 
 enum mr_status output_begin(struct output *output, const char *path, struct error *error)
 {
+    if (path && strcmp(path, "/dev/stdout") == 0)
+        path = NULL;
     *output = (struct output){.file = stdout, .path = path};
     if (!path)
         return MR_OK;
@@ -302,8 +230,7 @@ enum mr_status output_end(struct output *output, struct error *error)
     if (error->status == MR_OK && !whole)
         error_set(error, MR_FULL, "no memory for the output: %s; close other programs",
                   output->path);
-    if (error->status == MR_OK && (open_already(output->path) >= 0 ||
-                                   (stat(output->path, &info) == 0 && !S_ISREG(info.st_mode))))
+    if (error->status == MR_OK && stat(output->path, &info) == 0 && !S_ISREG(info.st_mode))
         write_through(output, error);
     else if (error->status == MR_OK)
         replace(output, error);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "host/base/answer.h"
+#include "host/base/output.h"
 #include "host/commands/commands.h"
 #include "host/exchange/import.h"
 #include "host/link/link.h"
@@ -165,11 +166,9 @@ static enum mr_status import(struct store *store, const struct textfile *file,
     return status;
 }
 
-static enum mr_status refuse_campaign(const struct textfile *file, const char *path,
-                                      struct error *error)
+static enum mr_status refuse_campaign(const char *path, struct error *error)
 {
-    static const char magic[] = "SQLite format 3";
-    if (file->length < sizeof magic || memcmp(file->text, magic, sizeof magic) != 0)
+    if (!output_is_database(path))
         return MR_OK;
     return error_set(error, MR_MALFORMED,
                      "a campaign, no log: %s; matrig show %s says what it holds", path, path);
@@ -238,7 +237,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = textfile_open(request->path, &file, &error);
     if (status == MR_OK)
-        status = refuse_campaign(&file, request->path, &error);
+        status = refuse_campaign(request->path, &error);
     if (status == MR_OK)
         status = describe(&file, request, r.map, &mapping, &row, &error);
     if (status == MR_OK)

@@ -1,6 +1,6 @@
 /* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many
  * simulations. People type matrig, which starts this program (host/commands/studies.h) and
- * answers --help, help and completion itself. */
+ * answers --help and help itself. */
 #include <stdio.h>
 #include <string.h>
 

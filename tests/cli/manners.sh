@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# matrig's manners: help with examples, man page, completion, make install, NO_COLOR, --json. What commands take and what is said of
+# matrig's manners: help with examples, man page, make install, NO_COLOR, --json. What commands take and what is said of
 # it are the same rows (host/base/command.h; tests/host/test_command.c looks at them); here a user's words are asked.
 . "$(dirname "$0")/tap.sh"
 m=build/matrig
@@ -24,7 +24,6 @@ check "a version" sh -c "$m --version | grep -Eq '^matrig [0-9]+\.[0-9]+\.[0-9]+
 check "help of what is not there" fails_with 2 "unknown command: 'lgo'" $m help lgo
 check "an option of one letter with its value" fails_with 2 'alone: -o' $m sweep none.json -ox
 check "a flag takes none" fails_with 2 "unknown option: '-xy'" $m study none.json -xy
-check "two helps at once" fails_with 2 'too much at once' $m help fit --bash
 runs_examples() { # those that need no board and no campaign, as --help has them
     local line
     while read -r line; do
@@ -52,8 +51,7 @@ check "control characters are shown as spaces" hostile
 # --- man page ---
 man_lint() { groff -man -ww -b -Tutf8 -z build/matrig.1 build/matrig-*.1 2>"$tmp/lint" && [ ! -s "$tmp/lint" ]; }
 check "groff has nothing to say about the man pages" man_lint
-. build/matrig.bash
-options_of() { sed -n "/^    $1)/,/^        ;;/s/^        options='\(.*\)'/\1/p" build/matrig.bash; }
+options_of() { $m $1 --help | sed -nE 's/^  (--?[a-z][a-z-]*)( .*)?$/\1/p' | sort -u; }
 man_complete() { # a page for each command, with its options
     local command option
     for command in $commands; do
@@ -67,25 +65,6 @@ man_complete() { # a page for each command, with its options
 }
 check "there is a page for every command, with every option" man_complete
 
-# --- completion ---
-complete_line() { # WORD...: what is offered for the last of them
-    COMP_WORDS=(matrig "$@") COMP_CWORD=$#
-    _matrig
-    printf '%s\n' "${COMPREPLY[@]}"
-}
-offers() { # EXPECTED WORD...
-    local expected=$1
-    shift
-    [ "$(complete_line "$@" | sort | xargs)" = "$expected" ] || { echo "offered: $(complete_line "$@" | xargs)"; return 1; }
-}
-check "commands" offers "scale show sim study survey sweep" s
-check "commands after options" offers "export" --json exp
-check "options of a command" offers "--void" compare --v
-check "options, all of them" offers "--base --format --help -o" export db 1 -
-check "values" offers "candump csv" export db 1 --format c
-check "words of board" offers "read reset runway" board --serial serial:/dev/ttyUSB0 r
-check "a file where one is wanted" offers "" log --db x
-check "commands for help" offers "sweep" help sw
 unknown() { # COMMAND... OPTION: not taken; one that nobody knows ends each before it does anything
     [[ $($m "$@" x --no-such-option 2>&1 </dev/null) == *"unknown option: '${*: -1}'"* ]]
 }
@@ -112,7 +91,7 @@ check "make install" installs
 there() {
     local file
     for file in bin/matrig bin/matrig-board libexec/matrig/matrig-study share/matrig/matrig.elf share/matrig/scenes/model_runway.json share/man/man1/matrig.1 \
-        share/bash-completion/completions/matrig share/doc/matrig/LICENSE share/doc/matrig/LICENSE.dygraphs share/doc/matrig/LICENCES.md; do
+        share/doc/matrig/LICENSE share/doc/matrig/LICENSE.dygraphs share/doc/matrig/LICENCES.md; do
         [ -s "$root/usr/$file" ] || { echo "no $file"; return 1; }
     done
     grep -q GPL-2.0 "$root/usr/share/doc/matrig/LICENCES.md" && [ -x "$root/usr/bin/matrig" ] && ! find "$root" -path "*$PWD*" | grep . &&
@@ -125,22 +104,15 @@ records() {
 }
 check "installed programs record a landing" records
 elsewhere() { # in a folder that has nothing to do with the sources: image, board and scene are found
-    cd "$away" && env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" --json replay c.db 1 >r.json && cat r.json && grep -q '^{.*}$' r.json &&
-        env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" compare c.db 1 >cmp.txt && cat cmp.txt && grep -q '^against  *model_runway.json' cmp.txt
+    cd "$away" && "$root/usr/bin/matrig" --json replay c.db 1 >r.json && cat r.json && grep -q '^{.*}$' r.json &&
+        "$root/usr/bin/matrig" compare c.db 1 >cmp.txt && cat cmp.txt && grep -q '^against  *model_runway.json' cmp.txt
 }
 studies() { # matrig-study is found, which is not on PATH, and by it the scene that came with matrig: the option is looked at after both
-    fails_with 2 "unknown parameter: 'nonsense' for --fit" env PATH=/usr/bin:/bin XDG_DATA_DIRS=/nowhere HOME=/nowhere \
+    fails_with 2 "unknown parameter: 'nonsense' for --fit" env PATH=/usr/bin:/bin \
         "$root/usr/bin/matrig" fit "$away/c.db" 1 --fit nonsense
 }
 check "and matrig-study begins to fit it" studies
 check "and replay and compare it in another folder" sh -c "$(declare -f elsewhere); root=$root away=$away; elsewhere"
-by_xdg() { # the scene in a folder for data, the program alone elsewhere
-    mkdir -p "$away/bin" "$away/data/matrig/scenes" && cp "$root/usr/bin/matrig" "$away/bin" &&
-        cp "$root/usr/share/matrig/scenes/model_runway.json" "$away/data/matrig/scenes" &&
-        fails_with 3 'host/scenes/model_runway.json' env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$away/bin/matrig" compare "$away/c.db" 1 &&
-        XDG_DATA_DIRS=relative:/nowhere:$away/data "$away/bin/matrig" compare "$away/c.db" 1
-}
-check "or in a folder for data (XDG)" by_xdg
 uninstalls() { make -s uninstall DESTDIR="$root" PREFIX=/usr && ! find "$root" -type f | grep .; }
 check "make uninstall leaves no file" uninstalls
 

@@ -36,7 +36,7 @@ check "all other solvers, and auto, need no matrig-study" solves_alone auto even
 same_help() { # WORD...
     nowhere "$alone" "$@" >"$tmp/help.alone" && "$m" "$@" >"$tmp/help" && cmp "$tmp/help.alone" "$tmp/help" && [ -s "$tmp/help" ]
 }
-for words in "help" "fit --help" "sweep --help" "help study" "--json help error" "help --bash"; do
+for words in "help" "fit --help" "sweep --help" "help study" "--json help error"; do
     # shellcheck disable=SC2086
     check "the same without matrig-study: matrig $words" same_help $words
 done

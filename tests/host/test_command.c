@@ -251,40 +251,6 @@ TEST(no_text_speaks_of_an_option_that_is_not_taken)
     }
 }
 
-static bool speaks_of(const char *text, const char *name)
-{
-    for (const char *at = strstr(text, name); at; at = strstr(at + 1, name)) {
-        if (option_length(at) == strlen(name) &&
-            (at == text || (at[-1] != '-' && !isalnum((unsigned char)at[-1]))))
-            return true;
-    }
-    return false;
-}
-
-struct owner {
-    const struct command *command;
-    const char *page;
-};
-
-static void is_told(void *context, const struct command_part *part)
-{
-    const struct owner *owner = context;
-    const char *name = part->option.name;
-    if (name && !speaks_of(owner->page, name) && !speaks_of(owner->command->words, name))
-        fail_msg("matrig %s takes %s, of which its help does not speak", owner->command->name,
-                 name);
-}
-
-TEST(no_option_is_taken_that_no_text_speaks_of)
-{
-    for (size_t i = 0; i < command_table.count; i++) {
-        char *page = help_page_text(command_table.commands[i].command);
-        struct owner owner = {command_table.commands[i].command, page};
-        help_each_part(command_table.commands[i].command, is_told, &owner);
-        free(page);
-    }
-}
-
 static void sound_rows(const struct command *c)
 {
     for (size_t i = 0; i < c->count; i++) {
