@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <jansson.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -447,44 +448,53 @@ static void check_lengths(const struct keys *r, const struct landing_series *c)
     }
 }
 
-static json_t *load_json(const struct keys *r, const char *path)
+void series_beside(const char *file, const char *name, char path[PATH_MAX])
 {
+    const char *slash = file ? strrchr(file, '/') : NULL;
+    int folder = slash && name[0] != '/' ? (int)(slash - file) + 1 : 0;
+    snprintf(path, PATH_MAX, "%.*s%s", folder, file ? file : "", name);
+}
+
+json_t *series_json(const char *file, const char *name, const char *what, struct error *error)
+{
+    char path[PATH_MAX];
     json_error_t where;
     errno = 0;
+    series_beside(file, name, path);
     json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
-    if (root)
+    if (json_is_object(root))
         return root;
-    if (json_error_code(&where) == json_error_cannot_open_file)
-        error_set(r->error, MR_IO, "cannot open: %s: %s; check the path", path, strerror(errno));
+    if (root)
+        error_set(error, MR_MALFORMED, "not a %s: %s: the file holds no JSON object; begin with {",
+                  what, path);
+    else if (json_error_code(&where) == json_error_cannot_open_file)
+        error_set(error, MR_IO, "cannot open %s: %s: %s; check the path", what, path,
+                  strerror(errno));
     else if (json_error_code(&where) == json_error_premature_end_of_input)
-        error_set(r->error, MR_TRUNCATED,
-                  "study file ends too early: %s line %d column %d: %s; correct it there", path,
+        error_set(error, MR_TRUNCATED,
+                  "%s ends too early: %s line %d column %d: %s; correct it there", what, path,
                   where.line, where.column, where.text);
     else
-        error_set(r->error, MR_MALFORMED,
-                  "malformed JSON: %s line %d column %d: %s; correct it there", path, where.line,
-                  where.column, where.text);
+        error_set(error, MR_MALFORMED, "malformed JSON: %s line %d column %d: %s; correct it there",
+                  path, where.line, where.column, where.text);
+    json_decref(root);
     return NULL;
 }
 
-/* A key's object, or the one that the file holds that it names beside `file`. A new reference. */
-static json_t *object_or_file(const struct keys *r, const char *file, const json_t *value)
+/* A key's object, or the one of the file that it names. A new reference. */
+static json_t *object_or_file(const char *file, const json_t *root, const char *key,
+                              struct error *error)
 {
-    char path[1024];
-    if (!json_is_string(value))
-        return json_incref((json_t *)value);
-    const char *slash = strrchr(file, '/');
-    int folder = slash && json_string_value(value)[0] != '/' ? (int)(slash - file) + 1 : 0;
-    snprintf(path, sizeof path, "%.*s%s", folder, file, json_string_value(value));
-    return load_json(r, path);
+    json_t *value = json_object_get(root, key);
+    return json_is_string(value) ? series_json(file, json_string_value(value), key, error)
+                                 : json_incref(value);
 }
 
 json_t *series_elastic_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
-    const json_t *value = json_object_get(root, "elastic");
-    json_t *elastic = value ? object_or_file(&r, file, value) : NULL;
-    if (value && !keys_failed(&r) && !json_is_object(elastic))
+    json_t *elastic = object_or_file(file, root, "elastic", error);
+    if (elastic && !keys_failed(&r) && !json_is_object(elastic))
         keys_wrong(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
     return elastic;
 }
@@ -492,9 +502,8 @@ json_t *series_elastic_json(const char *file, const json_t *root, struct error *
 json_t *series_scene_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
-    const json_t *value = json_object_get(root, "scene");
     const char *ground = json_string_value(json_object_get(root, "ground"));
-    json_t *scene = value ? object_or_file(&r, file, value) : NULL;
+    json_t *scene = object_or_file(file, root, "scene", error);
     if (!scene || !ground || strcmp(ground, "elastic") != 0)
         return scene;
     json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);
@@ -579,9 +588,8 @@ enum mr_status series_load(struct landing_series *c, const char *path, struct er
 enum mr_status series_load_on(struct landing_series *c, const char *path, const char *ground,
                               struct error *error)
 {
-    const struct keys r = {path, error};
     *c = (struct landing_series){0};
-    json_t *root = load_json(&r, path);
+    json_t *root = series_json(NULL, path, "study", error);
     if (root && ground)
         json_object_set_new(root, "ground", json_string(ground));
     if (root)

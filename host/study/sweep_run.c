@@ -6,7 +6,6 @@
 #include "host/base/output.h"
 #include "host/commands/commands.h"
 #include "host/commands/studies.h"
-#include "host/sweep/sweep_case.h"
 #include "host/sweep/sweep_table.h"
 
 static enum mr_status check_together(const struct sweep_request *r, struct error *error)
@@ -76,8 +75,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
         return cli_fail(error);
     json_t *all = cli->json && !r->output ? json_array() : NULL;
     for (size_t i = first; i < end; i++) {
-        json_t *line = sweep_line(sweep, i,
-                                  sweep_case_run(sweep, i, sweep_simulation(sweep->kind)));
+        json_t *line = sweep_line(sweep, i, sweep_case_run(sweep, i, sweep_simulation(sweep)));
         failed += strcmp(json_string_value(json_object_get(line, "status")), "ok") != 0;
         put_line(line, all, output.file);
     }

@@ -11,7 +11,9 @@
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/scene/scene.h"
-#include "host/sweep/sweep_case.h"
+#include "host/base/progress.h"
+#include "host/landing_series/summary.h"
+#include "host/sim/sim_answer.h"
 
 /* ---- jsonpath ---- */
 
@@ -125,13 +127,13 @@ static enum mr_status read_number(const json_t *object, const char *key, const c
     struct quantity_wrong wrong;
     if (quantity_json(value, unit, number, &wrong))
         return MR_OK;
-    if (json_is_string(value) && *unit)
-        return error_set(error, MR_MALFORMED, "%s: %s: %s is \"%s\"; %s", wrong.what, where, key,
-                         json_string_value(value), wrong.advice);
-    return error_set(
-        error, MR_MALFORMED,
-        "%s: %s has no number \"%s\"; give a list, or {\"from\": A, \"to\": B, \"count\": N}",
-        value ? "wrong type" : "something is missing", where, key);
+    return error_set(error, MR_MALFORMED,
+                     "%s: %s: \"%s\" is no number%s%s; give a list, or {\"from\": A, \"to\": B, "
+                     "\"count\": N}",
+                     !value                  ? "something is missing"
+                     : json_is_string(value) ? wrong.what
+                                             : "wrong type",
+                     where, key, *unit ? " in " : "", unit);
 }
 
 static enum mr_status read_scale(struct design_range *range, const json_t *value, const char *where,
@@ -145,13 +147,12 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
                          "unknown choice: %s: scale; give \"linear\", \"log\" or \"whole\"", where);
     range->log = strcmp(name, "log") == 0;
     range->whole = strcmp(name, "whole") == 0;
-    if (range->whole && (range->from != floor(range->from) || range->to != floor(range->to)))
+    if (range->from == range->to ||
+        (range->whole && (range->from != floor(range->from) || range->to != floor(range->to))) ||
+        (range->log && !(range->from > 0.0 && range->to > 0.0)))
         return error_set(error, MR_MALFORMED,
-                         "value out of range: %s goes from %g to %g; give whole ends", where,
-                         range->from, range->to);
-    if (range->log && !(range->from > 0.0 && range->to > 0.0))
-        return error_set(error, MR_MALFORMED,
-                         "value out of range: %s goes from %g to %g; a log range lies above 0",
+                         "value out of range: %s goes from %g to %g; give two different ends (give "
+                         "whole ends of whole numbers; a log range lies above 0)",
                          where, range->from, range->to);
     return MR_OK;
 }
@@ -191,10 +192,6 @@ enum mr_status design_range_read(struct design_range *range, const json_t *value
         read_number(value, "to", unit, where, &range->to, error) != MR_OK ||
         read_scale(range, value, where, error) != MR_OK)
         return error->status;
-    if (range->from == range->to)
-        return error_set(error, MR_MALFORMED,
-                         "value out of range: %s goes from %g to %g; give two different ends",
-                         where, range->from, range->to);
     return read_count(range, value, where, error);
 }
 
@@ -268,40 +265,7 @@ void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, 
 
 #define SCAN_MAX 1000
 
-const char *const sweep_kind_names[SWEEP_KINDS] = {"scene", "study"};
-
 /* ---- base and keys ---- */
-
-static enum mr_status load_json(const char *path, const char *what, json_t **root,
-                                struct error *error)
-{
-    json_error_t where;
-    *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
-    if (!*root && json_error_code(&where) == json_error_cannot_open_file)
-        return error_set(error, MR_IO, "cannot open %s: %s: %s; check the path", what, path,
-                         strerror(errno));
-    if (!*root)
-        return error_set(error, MR_MALFORMED,
-                         "malformed JSON: %s line %d column %d: %s; correct it there", path,
-                         where.line, where.column, where.text);
-    if (json_is_object(*root))
-        return MR_OK;
-    json_decref(*root);
-    *root = NULL;
-    return error_set(error, MR_MALFORMED,
-                     "not a %s: %s: the file holds no JSON object; begin with {", what, path);
-}
-
-/* The path of a file that another one names. `found` has PATH_MAX bytes. */
-static enum mr_status beside(const char *path, const char *name, char *found, struct error *error)
-{
-    const char *slash = strrchr(path, '/');
-    int folder = slash && name[0] != '/' ? (int)(slash - path + 1) : 0;
-    if (snprintf(found, PATH_MAX, "%.*s%s", folder, path, name) >= PATH_MAX)
-        return error_set(error, MR_TOO_LONG, "path too long: %s: %.100s; move the files", path,
-                         name);
-    return MR_OK;
-}
 
 /* The scene and the elastic ground that a study names are put in too, and the parts that it may
  * leave out, so that keys inside them can be varied. */
@@ -309,13 +273,12 @@ static enum mr_status complete_study(struct sweep *sweep, const char *file, stru
 {
     static const char *const parts[] = {"runway", "aircraft", "engine"};
     static const char *const named[] = {"scene", "elastic"};
-    char path[PATH_MAX];
     for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
         json_t *part = json_object_get(sweep->base, named[i]);
         if (!json_is_string(part))
             continue;
-        if (beside(file, json_string_value(part), path, error) != MR_OK ||
-            load_json(path, named[i], &part, error) != MR_OK)
+        part = series_json(file, json_string_value(part), named[i], error);
+        if (!part)
             return error->status;
         json_object_set_new(sweep->base, named[i], part);
     }
@@ -330,13 +293,13 @@ static enum mr_status complete_study(struct sweep *sweep, const char *file, stru
 static enum mr_status read_base(struct sweep *sweep, const char *path, struct error *error)
 {
     json_t *base = json_object_get(sweep->root, "base");
-    char file[PATH_MAX];
-    /* the file that names the scene of a study */
+    char file[PATH_MAX]; /* that names the scene of a study */
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(sweep->root, "_base_file", json_copy(base));
-        if (beside(path, json_string_value(base), file, error) != MR_OK ||
-            load_json(file, sweep->kind == SWEEP_SCENE ? "scene" : "study", &base, error) != MR_OK)
+        series_beside(path, json_string_value(base), file);
+        base = series_json(path, json_string_value(base), "base", error);
+        if (!base)
             return error->status;
         json_object_set_new(sweep->root, "base", base);
     }
@@ -346,23 +309,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
             "%s: %s: base; give the name of a scene or study file, or what it would hold",
             base ? "wrong type" : "something is missing", path);
     sweep->base = base;
-    if (!json_object_get(sweep->root, "kind") && json_object_get(base, "landings"))
-        sweep->kind = SWEEP_STUDY;
-    return sweep->kind == SWEEP_STUDY ? complete_study(sweep, file, error) : MR_OK;
-}
-
-static enum mr_status read_kind(struct sweep *sweep, const char *path, struct error *error)
-{
-    const json_t *kind = json_object_get(sweep->root, "kind");
-    const char *name = kind ? json_string_value(kind) : sweep_kind_names[SWEEP_SCENE];
-    for (size_t i = 0; name && i < SWEEP_KINDS; i++) {
-        if (strcmp(name, sweep_kind_names[i]) != 0)
-            continue;
-        sweep->kind = (enum sweep_kind)i;
-        return MR_OK;
-    }
-    return error_set(error, MR_MALFORMED, "unknown choice: %s: kind; give \"scene\" or \"study\"",
-                     path);
+    sweep->study = json_object_get(base, "landings") != NULL;
+    return sweep->study ? complete_study(sweep, file, error) : MR_OK;
 }
 
 /* A key of a scene that does not exist would fail in every case: refuse the sweep. Those of a
@@ -372,7 +320,7 @@ static enum mr_status check_key(const struct sweep *sweep, const char *where, co
 {
     char first[JSONPATH_MAX];
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
-    if (sweep->kind == SWEEP_SCENE && !sim_key_find(first))
+    if (!sweep->study && !sim_key_find(first))
         return error_set(
             error, MR_MALFORMED,
             "unknown key: %s: a scene has no \"%s\"; correct it, or say with \"set\" what it sets",
@@ -424,7 +372,7 @@ static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, con
 /* Of a scene's key, or as the name's end says: "aircraft.weight_lb". */
 static const char *unit_of_axis(const struct sweep *sweep, const char *name)
 {
-    const struct sim_key *key = sweep->kind == SWEEP_SCENE ? sim_key_find(name) : NULL;
+    const struct sim_key *key = !sweep->study ? sim_key_find(name) : NULL;
     const char *unit = key ? key->unit : quantity_unit_of_name(name);
     return quantity_kind_of(unit) ? unit : "";
 }
@@ -627,42 +575,29 @@ static enum mr_status read_find(struct sweep *sweep, const char *path, struct er
     return MR_OK;
 }
 
-static enum mr_status read_rest(struct sweep *sweep, const char *path, struct error *error)
+static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct error *error)
 {
     const json_t *outputs = json_object_get(sweep->root, "outputs");
-    const json_t *solver = json_object_get(sweep->root, "solver");
-    if (outputs || !sweep->find.wanted) {
-        for (size_t i = 0; i < json_array_size(outputs); i++) {
-            const char *name = json_string_value(json_array_get(outputs, i));
-            if (!name || !*name || strlen(name) >= JSONPATH_MAX)
-                return error_set(
-                    error, MR_MALFORMED,
-                    "wrong type: %s: outputs[%zu]; give the name of a field of the result", path,
-                    i);
-        }
-        if (json_array_size(outputs) == 0)
-            return error_set(
-                error, MR_MALFORMED,
-                "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
-                path, sweep->kind == SWEEP_STUDY ? "study" : "sim");
+    if (!outputs && sweep->find.wanted)
+        return MR_OK;
+    for (size_t i = 0; i < json_array_size(outputs); i++) {
+        const char *name = json_string_value(json_array_get(outputs, i));
+        if (!name || !*name || strlen(name) >= JSONPATH_MAX)
+            return error_set(error, MR_MALFORMED,
+                             "wrong type: %s: outputs[%zu]; give the name of a field of the result",
+                             path, i);
     }
-    if (sweep->kind == SWEEP_STUDY && (solver || json_object_get(sweep->root, "rtol")))
-        return error_set(error, MR_MALFORMED,
-                         "not here: %s: %s; a study has its own engines (key engine): leave it out",
-                         path, solver ? "solver" : "rtol");
-    if (solver && !json_is_string(solver))
-        return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
-    sweep->solver = json_string_value(solver);
-    if (json_object_get(sweep->root, "rtol") &&
-        find_number(sweep->root, "rtol", 1e-13, 1.0, 0.0, &sweep->rtol, path, error) != MR_OK)
-        return error->status;
-    return MR_OK;
+    return json_array_size(outputs) > 0
+             ? MR_OK
+             : error_set(error, MR_MALFORMED,
+                         "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig "
+                         "--json %s",
+                         path, sweep->study ? "study" : "sim");
 }
 
 static enum mr_status check_names(const struct sweep *sweep, const char *path, struct error *error)
 {
-    static const char *const known[] = {"kind",  "name", "base",    "vary",   "lhs",
-                                        "sobol", "find", "outputs", "solver", "rtol"};
+    static const char *const known[] = {"name", "base", "vary", "lhs", "sobol", "find", "outputs"};
     const char *name;
     json_t *value;
     json_object_foreach(sweep->root, name, value)
@@ -762,6 +697,275 @@ const json_t *sweep_outputs(const struct sweep *sweep)
     return json_object_get(sweep->root, "outputs");
 }
 
+/* ---- one simulation ---- */
+
+static enum mr_status read_scene(struct sim_scene *scene, const json_t *input, const char *where,
+                                 struct error *error)
+{
+    char *text = json_dumps(input, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    sim_scene_parse(scene, where, text, strlen(text), error);
+    free(text);
+    return error->status;
+}
+
+static json_t *refused(const struct error *error)
+{
+    return json_pack("{s:s,s:s}", "status", "refused", "reason", error->text);
+}
+
+static json_t *simulate_scene(const json_t *input)
+{
+    struct sim_options options = {0};
+    struct sim_result result = {0};
+    struct sim_scene scene;
+    struct error error = {0};
+    if (read_scene(&scene, input, "scene", &error) != MR_OK)
+        return refused(&error);
+    struct progress progress;
+    progress_begin(&progress, "sweep",
+                   "an earlier tend, fewer mats, a looser rtol or another solver", false);
+    options.go_on = sim_progress;
+    options.go_on_ctx = &progress;
+    sim_run(&scene, &options, &result, &error);
+    progress_end(&progress);
+    bool tried = error.status == MR_OK || result.status != SIM_OK;
+    json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);
+    /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
+    if (tried)
+        json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
+    if (tried && error.status != MR_OK)
+        json_object_set_new(object, "reason", json_string(error.text));
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+    return object;
+}
+
+/* One runway after the other: a case stays on one core. Its seeds are the series'. */
+static json_t *play_series(const struct landing_series *series, struct series_run *runs)
+{
+    struct series_summary summary;
+    series_ensemble(series, 1, NULL, NULL, runs);
+    series_summarise(&summary, series, runs);
+    json_t *object = answer_into_json(series_answer(series, runs, &summary, false));
+    json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
+    for (size_t i = 0; i < series->seeds && summary.failed > 0; i++) {
+        if (runs[i].error.status != MR_OK) {
+            json_object_set_new(
+                object, "reason",
+                json_sprintf("%zu of %zu runways could not be played; seed %llu: %s",
+                             summary.failed, series->seeds, (unsigned long long)runs[i].seed,
+                             runs[i].error.text));
+            break;
+        }
+    }
+    series_summary_free(&summary);
+    return object;
+}
+
+static json_t *simulate_study(const json_t *input)
+{
+    struct error error = {0};
+    struct landing_series series;
+    if (series_from_json(&series, "study", input, &error) != MR_OK)
+        return refused(&error);
+    struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
+    json_t *object = play_series(&series, runs);
+    for (size_t i = 0; i < series.seeds; i++)
+        series_run_free(&runs[i]);
+    free(runs);
+    series_free(&series);
+    return object;
+}
+
+sweep_simulate *sweep_simulation(const struct sweep *sweep)
+{
+    return sweep->study ? simulate_study : simulate_scene;
+}
+
+/* ---- what is kept of it ---- */
+
+static bool is_ok(const json_t *result)
+{
+    const char *status = json_string_value(json_object_get(result, "status"));
+    return status && strcmp(status, "ok") == 0;
+}
+
+static json_t *failure(const char *status, const char *format, const char *what)
+{
+    return json_pack("{s:s,s:o}", "status", status, "reason", json_sprintf(format, what));
+}
+
+static json_t *no_field(const struct sweep *sweep, const char *what, const char *name)
+{
+    return json_pack("{s:s,s:o}", "status", "refused", "reason",
+                     json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
+                                  sweep->study ? "study FILE" : "sim SCENE"));
+}
+
+/* status, reason, result of a finished simulation; a field that is missing fails the case: nothing
+ * is made up. */
+static json_t *kept(const struct sweep *sweep, const json_t *result)
+{
+    const json_t *outputs = sweep_outputs(sweep);
+    json_t *values = json_object();
+    if (!is_ok(result)) {
+        json_t *outcome = json_pack("{s:O}", "status", json_object_get(result, "status"));
+        json_object_set(outcome, "reason", json_object_get(result, "reason"));
+        json_decref(values);
+        return outcome;
+    }
+    for (size_t i = 0; i < json_array_size(outputs); i++) {
+        const char *name = json_string_value(json_array_get(outputs, i));
+        json_t *value = jsonpath_get(result, name);
+        if (!value) {
+            json_decref(values);
+            return no_field(sweep, "field", name);
+        }
+        json_object_set(values, name, value);
+    }
+    return json_pack("{s:s,s:o}", "status", "ok", "result", values);
+}
+
+/* ---- the search of a case ---- */
+
+struct search {
+    const struct sweep *sweep;
+    const json_t *input;
+    sweep_simulate *simulate;
+    int runs;
+    json_t *failed; /* outcome of the run that ended the search */
+    json_t *first;  /* result of the lowest value that is beyond so far */
+    /* the field there, and at the highest value that is not beyond */
+    json_t *first_field, *last_field;
+};
+
+static bool counts_as_beyond(const struct sweep_find *find, const json_t *result)
+{
+    for (size_t i = 0; i < json_array_size(find->beyond_when); i++) {
+        if (json_equal(json_array_get(find->beyond_when, i), json_object_get(result, "status")))
+            return true;
+    }
+    return false;
+}
+
+static void keep(json_t **where, json_t *value)
+{
+    json_t *before = *where;
+    *where = json_incref(value);
+    json_decref(before);
+}
+
+/* Whether the field is beyond its level at a value of the key. False also when the run failed:
+ * s->failed is set then. */
+static bool beyond(struct search *s, double value)
+{
+    const struct sweep_find *find = &s->sweep->find;
+    json_t *input = sweep_input_at(s->sweep, s->input, value);
+    json_t *result = input ? s->simulate(input)
+                           : failure("refused", "%s cannot be set", find->key.name);
+    json_t *field = jsonpath_get(result, find->field);
+    double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0)
+                  : json_is_number(field)  ? json_number_value(field)
+                                           : (double)NAN;
+    bool counts = counts_as_beyond(find, result), is = counts;
+    s->runs++;
+    if (!counts && !is_ok(result)) {
+        s->failed = kept(s->sweep, result);
+        json_object_set_new(s->failed, "reason",
+                            json_sprintf("at %s = %.12g: %s", find->key.name, value,
+                                         json_string_value(json_object_get(result, "reason"))));
+    } else if (!counts && isnan(number)) {
+        s->failed = no_field(s->sweep, "number", find->field);
+    } else if (!counts) {
+        is = find->below ? number < find->level : number > find->level;
+    }
+    if (!s->failed && is) {
+        keep(&s->first, result);
+        keep(&s->first_field, counts ? json_object_get(result, "status") : field);
+    } else if (!s->failed) {
+        keep(&s->last_field, field);
+    }
+    json_decref(result);
+    json_decref(input);
+    return is;
+}
+
+/* Half way, on the range's scale. */
+static double between(const struct design_range *range, double low, double high)
+{
+    return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
+}
+
+/* Upwards through the range until the field is beyond, then halving. False: it is beyond nowhere,
+ * or a run failed. */
+static bool search_range(struct search *s, double *low, double *high)
+{
+    const struct sweep_find *find = &s->sweep->find;
+    const struct design_range *range = &find->key.range;
+    bool found = false;
+    *low = (double)NAN;
+    for (unsigned i = 0; i <= find->scan && !found && !s->failed; i++) {
+        double value = design_number(range, (double)i / find->scan);
+        found = beyond(s, value);
+        *(found ? high : low) = value;
+    }
+    while (found && !s->failed && !isnan(*low) && *high - *low > find->tolerance * fabs(*high)) {
+        double middle = between(range, *low, *high);
+        if (middle <= *low || middle >= *high)
+            break;
+        bool is = beyond(s, middle);
+        *(is ? high : low) = middle;
+    }
+    return found && !s->failed;
+}
+
+static json_t *run_search(struct search *s)
+{
+    const struct design_range *range = &s->sweep->find.key.range;
+    double low = (double)NAN, high = (double)NAN;
+    bool found = search_range(s, &low, &high);
+    if (s->failed)
+        return s->failed;
+    json_t *outcome = found ? counts_as_beyond(&s->sweep->find, s->first)
+                                ? json_pack("{s:s}", "status", "ok")
+                                : kept(s->sweep, s->first)
+                            : json_pack("{s:s}", "status", "ok");
+    json_t *bracket = json_object();
+    json_object_set_new(bracket, "key", json_string(s->sweep->find.key.name));
+    json_object_set_new(bracket, "verdict",
+                        json_string(!found       ? "none"
+                                    : isnan(low) ? "at_most"
+                                                 : "between"));
+    json_object_set_new(bracket, "low",
+                        found && isnan(low) ? json_null() : json_real(found ? low : range->to));
+    json_object_set_new(bracket, "high", found ? json_real(high) : json_null());
+    json_object_set(bracket, "field_low", s->last_field ? s->last_field : json_null());
+    json_object_set(bracket, "field_high", s->first_field ? s->first_field : json_null());
+    json_object_set_new(bracket, "runs", json_integer(s->runs));
+    json_object_set_new(outcome, "find", bracket);
+    return outcome;
+}
+
+json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate)
+{
+    json_t *outcome, *input = sweep_input(sweep, index);
+    if (!input)
+        return failure("refused", "%s cannot be made", sweep->study ? "the study" : "the scene");
+    if (sweep->find.wanted) {
+        struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
+        outcome = run_search(&s);
+        json_decref(s.first);
+        json_decref(s.first_field);
+        json_decref(s.last_field);
+    } else {
+        json_t *result = simulate(input);
+        outcome = kept(sweep, result);
+        json_decref(result);
+    }
+    json_decref(input);
+    return outcome;
+}
+
 /* ---- the whole ---- */
 
 static uint64_t hash_of(const json_t *root)
@@ -775,6 +979,8 @@ static uint64_t hash_of(const json_t *root)
 static enum mr_status check_first(const struct sweep *sweep, const char *path, struct error *error)
 {
     char where[PATH_MAX + 40];
+    struct sim_scene scene;
+    struct landing_series series;
     json_t *input = sweep_input(sweep, 0);
     if (input && sweep->find.wanted) {
         json_t *at = sweep_input_at(sweep, input, sweep->find.key.range.from);
@@ -786,17 +992,21 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
                          "no such place: %s: a dotted key leads nowhere in the base; correct it",
                          path);
     snprintf(where, sizeof where, "%s: first case", path);
-    sweep_case_check(sweep, input, where, error);
+    if (sweep->study) {
+        if (series_from_json(&series, where, input, error) == MR_OK)
+            series_free(&series);
+    } else if (read_scene(&scene, input, where, error) == MR_OK) {
+        sim_scene_free(&scene);
+    }
     json_decref(input);
     return error->status;
 }
 
 static enum mr_status read_file(struct sweep *sweep, const char *path, struct error *error)
 {
-    if (check_names(sweep, path, error) != MR_OK || read_kind(sweep, path, error) != MR_OK ||
-        read_base(sweep, path, error) != MR_OK || read_vary(sweep, path, error) != MR_OK ||
-        read_samples(sweep, path, error) != MR_OK || read_find(sweep, path, error) != MR_OK ||
-        read_rest(sweep, path, error) != MR_OK)
+    if (check_names(sweep, path, error) != MR_OK || read_base(sweep, path, error) != MR_OK ||
+        read_vary(sweep, path, error) != MR_OK || read_samples(sweep, path, error) != MR_OK ||
+        read_find(sweep, path, error) != MR_OK || read_outputs(sweep, path, error) != MR_OK)
         return error->status;
     if (sweep->axis_count == 0)
         return error_set(error, MR_MALFORMED,
@@ -811,9 +1021,8 @@ static enum mr_status read_file(struct sweep *sweep, const char *path, struct er
 enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *error)
 {
     *sweep = (struct sweep){0};
-    if (load_json(path, "sweep", &sweep->root, error) != MR_OK)
-        return error->status;
-    if (read_file(sweep, path, error) != MR_OK)
+    sweep->root = series_json(NULL, path, "sweep", error);
+    if (!sweep->root || read_file(sweep, path, error) != MR_OK)
         sweep_free(sweep);
     return error->status;
 }

@@ -63,12 +63,6 @@ void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, 
 #define SWEEP_AXES_MAX  32
 #define SWEEP_CASES_MAX 1000000
 
-/* What a case is a run of. Another kind is added here, in sweep.c's table of kinds, and in
- * sweep_case.c. */
-enum sweep_kind { SWEEP_SCENE, SWEEP_STUDY };
-#define SWEEP_KINDS 2
-extern const char *const sweep_kind_names[SWEEP_KINDS];
-
 struct sweep_axis {
     char name[SWEEP_NAME_MAX];
     struct design_range range;
@@ -94,7 +88,7 @@ struct sweep_find {
 struct sweep {
     json_t *root; /* the file, with its base put in: enough to be read again */
     json_t *base; /* borrowed from root */
-    enum sweep_kind kind;
+    bool study;   /* the base is a study, else a scene */
     struct sweep_axis axis[SWEEP_AXES_MAX];
     size_t axis_count;
     size_t grid;    /* cases of the Cartesian part */
@@ -103,8 +97,6 @@ struct sweep {
      * and 2. 0: not */
     size_t points;
     struct sweep_find find;
-    const char *solver; /* NULL: chosen */
-    double rtol;        /* 0: the solver's */
     size_t cases;
     uint64_t hash; /* of the file with its base */
 };
@@ -123,5 +115,18 @@ json_t *sweep_input(const struct sweep *sweep, size_t index);
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value);
 /* Paths of the outputs: an array of text. */
 const json_t *sweep_outputs(const struct sweep *sweep);
+
+/* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a
+ * study: what `matrig study --json` says and status, "incomplete" when a runway could not be
+ * played to its end. Status "refused" for what the simulation does not take; "reason" beside every
+ * status that is not "ok". */
+typedef json_t *sweep_simulate(const json_t *input);
+
+/* That of the sweep's base. */
+sweep_simulate *sweep_simulation(const struct sweep *sweep);
+
+/* Runs a case in this process. A new object: "status", "reason" when that is not "ok", "result"
+ * with the wanted outputs, and with a search "find" (README.md). */
+json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
 
 #endif

@@ -15,7 +15,7 @@ struct sweep_table {
     size_t count, failed, missing, repeated;
 };
 
-/* The line of a finished case; takes `outcome` (sweep_case.h). */
+/* The line of a finished case; takes `outcome` (sweep.h). */
 json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome);
 
 /* Reads the files. A line that is no result, or one of another sweep: MR_MALFORMED with its number.

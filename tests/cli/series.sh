@@ -41,7 +41,7 @@ P
 check "digits as the interval has" digits_as_the_interval
 check "with --si, too" digits_as_the_interval --si
 check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m study "$tmp/typo.json"
-check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m study "$tmp/lost.json"
+check "a scene that is not there" fails_with 3 "cannot open scene: .*none.json" $m study "$tmp/lost.json"
 check "no file" fails_with 2 "FILE" $m study
 check "a plot of another kind, before anything is played" fails_with 2 ".svg, .png or .pdf" $m study "$tmp/small.json" --plot "$tmp/plot.html"
 check "a plot that cannot be written" eval 'fails_with 3 "cannot write" $m study "$tmp/small.json" --plot "$tmp/none/plot.svg" && [ ! -s "$tmp/out" ]'

@@ -323,7 +323,7 @@ TEST(test_files_that_are_refused)
          "press_flat; give true or false"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"times\":500}]}", "times"},
         {"{\"scene\":{\"N\":9},", "line 1"},
-        {"[]", "an object"},
+        {"[]", "object"},
     };
     struct landing_series series;
     for (size_t i = 0; i < COUNT_OF(cases); i++) {

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "host/sweep/sweep.h"
-#include "host/sweep/sweep_case.h"
 #include "host/sweep/sweep_table.h"
 
 #define FILE_NAME "build/test-tmp/test_sweep.json"
@@ -96,23 +95,20 @@ static json_t *answer(double y)
     return json_pack("{s:s,s:f}", "status", "ok", "y", y);
 }
 
-static json_t *bumpy(const struct sweep *sweep, const json_t *input)
+static json_t *bumpy(const json_t *input)
 {
     double x = force(input); /* beyond 0 from 30 to 50 and from 80 on */
-    (void)sweep;
     return answer((x >= 30.0 && x < 50.0) || x >= 80.0 ? 1.0 : -1.0);
 }
 
-static json_t *falling(const struct sweep *sweep, const json_t *input)
+static json_t *falling(const json_t *input)
 {
-    (void)sweep;
     return answer(50.0 - force(input));
 }
 
-static json_t *folds(const struct sweep *sweep, const json_t *input)
+static json_t *folds(const json_t *input)
 {
     double x = force(input);
-    (void)sweep;
     if (x > 60.0)
         return json_pack("{s:s,s:s}", "status", "folded", "reason", "mat 3 is upright");
     return answer(0.0);
