@@ -259,10 +259,8 @@ static double default_of(const struct request *request, const struct sim_key *ke
  * only where `scene` has them, and those of `scene` itself where it is `whole`. */
 static void complete(const struct request *request, const json_t *scene, bool whole, json_t *result)
 {
-    static const char *const gates[][2] = {{"band_", "bands"},
-                                           {"band2_", "bands2"},
-                                           {"cleat_", "cleat_every"},
-                                           {"unhinge_", "unhinge_deg"}};
+    static const char *const gates[][2] = {
+        {"band_", "bands"}, {"band2_", "bands2"}, {"cleat_", "cleat_every"}};
     const struct sim_key *key;
     bool follows_path = json_object_get(scene, "path") != NULL;
     for (size_t i = 0; (key = sim_key_at(i)); i++) {

@@ -113,8 +113,6 @@ void draw_path_free(struct draw_path *path)
 
 /* ---- failures ---- */
 
-#define WAVE_MATS 7 /* of the longest wave that the report saw (5.6) */
-
 static double station_ft(const double *rise_ft, size_t first, size_t last, double length_ft,
                          const double *met_ft, int met)
 {
@@ -143,32 +141,6 @@ int failures_find(const double *rise_ft, size_t nodes, double length_ft, double 
         failure_ft[count++] = station_ft(rise_ft, first, j - 1, length_ft, met_ft, met);
         first = 0;
     }
-    return count;
-}
-
-int failures_apart(const double *unhinged_s, size_t joints, double length_ft,
-                   double failure_ft[SERIES_FAILURES_MAX], double *first_ft)
-{
-    size_t last = 0, first = 0, earliest = 0; /* of the present failure; of all */
-    int count = 0;
-    for (size_t j = 1; j <= joints; j++) {
-        if (!(unhinged_s[j] > 0.0))
-            continue;
-        if (last == 0 || j - last > WAVE_MATS) {
-            if (count == SERIES_FAILURES_MAX)
-                break;
-            count++;
-            first = j;
-        } else if (unhinged_s[j] < unhinged_s[first]) {
-            first = j;
-        }
-        failure_ft[count - 1] = (double)(first - 1) * length_ft;
-        if (earliest == 0 || unhinged_s[j] < unhinged_s[earliest])
-            earliest = j;
-        last = j;
-    }
-    if (earliest > 0)
-        *first_ft = (double)(earliest - 1) * length_ft;
     return count;
 }
 
@@ -335,10 +307,6 @@ static void modify(struct runway *r, const struct sim_scene *scene)
     r->mods.torn = (struct sim_list){0};
     mods_free_lists(&r->mods);
     r->mods = scene->mods;
-    if (r->series->parting) {
-        r->mods.unhinge_deg = r->series->unhinge_deg;
-        r->mods.tear_lb = fmin(r->mods.tear_lb, strength_lb(r));
-    }
     struct sim_list *lists[MODS_LISTS];
     mods_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
@@ -454,19 +422,6 @@ static void note_waves(const struct runway *r, const struct sim_scene *scene, co
     }
 }
 
-/* Where joints came apart by turning. */
-static void note_parted(const struct runway *r, const struct sim_scene *scene,
-                        const struct sim_result *result, struct series_outcome *out)
-{
-    for (size_t j = 1; j <= r->joints && result->mods; j++)
-        out->parted += result->mods->unhinged_s[j] > 0.0;
-    if (out->parted == 0)
-        return;
-    out->unhinged = out->buckled = true;
-    out->failures = failures_apart(result->mods->unhinged_s, r->joints, scene->length_ft,
-                                   out->failure_ft, &out->buckle_ft);
-}
-
 /* `folded`: a mat stood upright. */
 static void note_planar(const struct runway *r, const struct sim_scene *scene,
                         const struct sim_result *result, bool folded, struct series_outcome *out)
@@ -484,7 +439,6 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
         out->rise_in = r->series->buckle_in;
         out->failures = 1;
         out->failure_ft[0] = out->buckle_ft;
-        note_parted(r, scene, result, out);
         return;
     }
     note_waves(r, scene, result->rise_ft, out);
@@ -504,10 +458,9 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
                                   out->failure_ft);
     if (out->buckled && out->failures == 0)
         out->failure_ft[out->failures++] = out->buckle_ft;
-    note_parted(r, scene, result, out);
 }
 
-/* A mat that has come apart from both neighbours is no part of the runway any more. */
+/* A mat that was torn from both neighbours is no part of the runway any more. */
 static bool is_loose(const struct sim_result *result, int mat)
 {
     const struct mods_state *s = result->mods;
@@ -629,7 +582,7 @@ static void settle(struct runway *r, const struct sim_scene *scene, const struct
 {
     note_movement(r, scene, moved, out);
     open_gaps(r, moved->u_ft);
-    if ((r->series->press_flat || r->series->parting) && out->waves > 0)
+    if (r->series->press_flat && out->waves > 0)
         press_flat(r, scene);
     follow_ground(r);
     note_joints(r, moved, out);

@@ -29,15 +29,13 @@ struct series_outcome {
     double wave_ft[SERIES_WAVES_MAX]; /* stations, highest first */
     double rise_in;                   /* highest */
     double crest_deg, sag_deg;
-    int parted; /* joints that came apart by turning, with parting */
     bool unhinged, buckled;
     /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
     double buckle_ft;
     int overruns;
     /* all such stations, the wheel having left the wave in between */
     double overrun_ft[SIM_OVERRUNS_MAX];
-    /* stretches of mats that rose so far, between mats that did not, or, with parting, that came
-     * apart; at least 1 when buckled */
+    /* stretches of mats that rose so far, between mats that did not; at least 1 when buckled */
     int failures;
     /* stations, downfield: where the wheel first met it, else its crest */
     double failure_ft[SERIES_FAILURES_MAX];
@@ -109,12 +107,6 @@ void draw_path_free(struct draw_path *path);
  * downfield in `failure_ft`. */
 int failures_find(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
                   const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
-
-/* Where joints come apart during a landing (`unhinged_s`: when, by joint 1..joints; 0: not), those
- * farther apart than the longest wave of the report (seven panels, 5.6) are failures of their own.
- * The station of each, and `first_ft` of all, is the joint that came apart first. */
-int failures_apart(const double *unhinged_s, size_t joints, double length_ft,
-                   double failure_ft[SERIES_FAILURES_MAX], double *first_ft);
 
 /* Flatten: a wave that a landing left, pressed flat when the aircraft is pushed back over it. */
 

@@ -521,10 +521,10 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
 
 static void read_root(const struct keys *r, const json_t *root, struct landing_series *c)
 {
-    static const char *const known[] = {"name",     "scene",    "runway",     "aircraft",
-                                        "engine",   "landings", "seeds",      "stations_ft",
-                                        "observed", "basis",    "afterwards", "ground",
-                                        "elastic",  "parting",  "press_flat", NULL};
+    static const char *const known[] = {"name",     "scene",      "runway",     "aircraft",
+                                        "engine",   "landings",   "seeds",      "stations_ft",
+                                        "observed", "basis",      "afterwards", "ground",
+                                        "elastic",  "press_flat", NULL};
     static const char *const grounds[] = {"weightless", "elastic", NULL};
     keys_check(r, "", root, known);
     if (keys_failed(r))
@@ -534,7 +534,6 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
     keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
     keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
     keys_choice(r, "", root, "ground", grounds, 0); /* series_scene_json looks at it */
-    c->parting = keys_flag(r, root, "parting");
     c->press_flat = keys_flag(r, root, "press_flat");
     read_sections(r, root, c);
     read_seeds(r, root, c);
@@ -606,17 +605,15 @@ void series_ground_text(const struct landing_series *c, char *text, size_t size)
     size_t lines = s->gear.lines_ft.count > 0 ? s->gear.lines_ft.count : 1;
     for (size_t i = 0; i < lines; i++)
         axles += s->gear.axles.count > 0 ? s->gear.axles.values[i] : 1.0;
-    const char *parts = c->parting ? "; joints come apart" : "";
     if (k > 0.0)
         snprintf(text, size,
                  "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb an axle, "
-                 "%g axles in %zu line%s%s",
-                 k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s", parts);
+                 "%g axles in %zu line%s",
+                 k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s");
     else if (s->wheel_load_lb > 0.0)
-        snprintf(text, size, "Coulomb's law under one axle of %.6g lb%s", s->wheel_load_lb, parts);
+        snprintf(text, size, "Coulomb's law under one axle of %.6g lb", s->wheel_load_lb);
     else
-        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses%s",
-                 parts);
+        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses");
 }
 
 void series_free(struct landing_series *series)

@@ -72,8 +72,7 @@ struct landing_series {
     double strength_lb_in; /* of a joint in tension, per inch of width */
     double strip_ft;       /* width that a mat of the scene stands for */
     double unhinge_deg;    /* unhinging: a joint that turns by more comes apart */
-    bool press_flat;       /* waves that a landing leaves, before the next; with parting always */
-    bool parting;          /* during a landing; else it is told after it */
+    bool press_flat;       /* waves that a landing leaves, before the next */
     double wave_in;        /* a rise above this is a wave, */
     double buckle_in;      /* above this a buckle */
     /* aircraft */

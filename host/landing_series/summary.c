@@ -128,8 +128,6 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
         o->unhinged, "buckled", o->buckled, "overrun_ft",
         stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
         stations_json(o->failure_ft, (size_t)o->failures));
-    if (o->parted > 0)
-        json_object_set_new(object, "parted", json_integer(o->parted));
     if (o->crest_ft > 0.0) {
         json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
         json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));

@@ -117,7 +117,7 @@ static void mods_answer(struct answer *answer, const struct sim_scene *scene,
         add_cleats(answer, s);
     for (size_t j = 1; j <= s->joints; j++)
         torn += s->torn[j] != 0.0;
-    bool may_tear = scene->mods.tear_lb < HUGE_VAL || scene->mods.unhinge_deg < HUGE_VAL;
+    bool may_tear = scene->mods.tear_lb < HUGE_VAL;
     if (may_tear || scene->mods.torn.count > 0)
         answer_json_value(answer, "torn", flagged(s->torn, NULL, s->joints + 1));
     if (may_tear || torn > 0)

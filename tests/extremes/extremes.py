@@ -50,7 +50,6 @@ SCENE_EXTREMES = [
     ("2,000 mats", lambda s: {**s, "N": 2000}),
     ("one mat", lambda s: {**fewer(s, "u_mats"), "N": 1, "path": [[0, 0.1, 0], [0.05, 0.1, 20], [0.3, 0.1, 20], [0.3, 0.1, 0]]}),
     ("joints of paper (tear 1 lb)", lambda s: {**s, "tear": 1}),
-    ("joints of paper that come apart", lambda s: {**s, "tear": 1, "unhinge_deg": 1, "unhinge_lap": 0.0179}),
     ("cleats that hold 1e4 lb", lambda s: {**s, "cleat_every": 6, "cleat_hold": 1e4}),
     ("bands 1e3 times as stiff", lambda s: {**s, "bands": 490, "band_T0": 1e5}),
 ]
@@ -65,7 +64,6 @@ STUDY_EXTREMES = [
     ("load 10 times", lambda c: {**c, "elastic": {**c["elastic"], "wheel_load": 1083}}),
     ("gear of 10 times the weight, load with it", lambda c: {**c, "aircraft": {"weight_lb": 13000}, "elastic": {**c["elastic"], "wheel_load": 1083}}),
     ("heights 10 times", lambda c: {**c, "runway": {"irregularity_in": [0, 0.43]}}),
-    ("joints come apart", lambda c: {**c, "parting": True}),
 ]
 
 

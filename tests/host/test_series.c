@@ -654,22 +654,6 @@ TEST(test_quantities)
 
 /* Nodes 0.5 ft apart; 3 in is a failure. Drawn: two waves and a low one; what the wheel met of
  * them. */
-/* Joints 3, 5 and 10 came apart in one wave, 5 first; 20 before them, in another. */
-TEST(joints_apart_are_failures)
-{
-    double unhinged_s[31] = {0}, at_ft[SERIES_FAILURES_MAX], first_ft = 0.0;
-    assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 0);
-    unhinged_s[3] = 4.2;
-    unhinged_s[5] = 4.1;
-    unhinged_s[10] = 4.3;
-    unhinged_s[20] = 4.0;
-    assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 2);
-    assert_true(at_ft[0] == 2.0 && at_ft[1] == 9.5 && first_ft == 9.5);
-    unhinged_s[17] = 4.4; /* seven mats from both sides: one failure */
-    assert_int_equal(failures_apart(unhinged_s, 30, 0.5, at_ft, &first_ft), 1);
-    assert_true(at_ft[0] == 9.5);
-}
-
 TEST(test_failures)
 {
     /* by node, 1 to 12 */

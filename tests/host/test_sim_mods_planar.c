@@ -264,3 +264,156 @@ TEST(what_is_absent_changes_nothing)
     sim_result_free(&weak);
     sim_scene_free(&scene);
 }
+
+/* --- joints that tear, and a wave that stands --- */
+
+#define TEAR  100.0
+#define SPEED 2.0
+#define KL    1e4
+
+/* Two free mats of 1 slug without friction; no bands. */
+static struct sim_scene two_mats(enum sim_model model)
+{
+    struct sim_scene scene = apart(2);
+    const double none = 0.0;
+    scene.model = model;
+    scene.mods.band[0].count = 0.0;
+    scene.kl_lb_ft = KL;
+    scene.cl_lb_s_ft = 0.0;
+    scene.slack_ft = 0.0;
+    scene.kv_lb_ft = 1e4;
+    scene.cv_lb_s_ft = 50.0;
+    scene.inertia_slug_ft2 = 0.1;
+    scene.ct_lb_ft_s_rad = 0.0;
+    scene.wheel_load_lb = 0.0;
+    scene.t_end_s = 0.02;
+    sim_scene_set_list(&scene.gap0_ft, &none, 1);
+    return scene;
+}
+
+static struct sim_result run_fixed(struct sim_scene *scene, double dt_s, double end_s)
+{
+    scene->t_end_s = end_s;
+    return run(scene, (struct sim_options){.solver = "staggered", .dt_s = dt_s, .single = true});
+}
+
+/* Mat 2 leaves mat 1 at SPEED: T = KL v/w sin wt, w^2 = 2 KL/m, until it is TEAR; from then on each
+ * goes its way, and what the joint's spring held is lost. */
+static void torn_movement(double t_s, double *u1_ft, double *u2_ft)
+{
+    double w = sqrt(2.0 * KL), torn_s = asin(TEAR * w / (KL * SPEED)) / w;
+    double middle_ft = 0.5 * SPEED * t_s, half_ft = 0.5 * SPEED / w * sin(w * torn_s) +
+                                                    0.5 * SPEED * cos(w * torn_s) * (t_s - torn_s);
+    *u1_ft = middle_ft - half_ft;
+    *u2_ft = middle_ft + half_ft;
+}
+
+TEST(a_joint_tears_at_its_force_and_time)
+{
+    static const enum sim_model models[] = {SIM_CHAIN, SIM_CONSISTENT};
+    double u1, u2, chain_u2 = 0.0;
+    for (int i = 0; i < 2; i++) {
+        struct sim_scene scene = two_mats(models[i]);
+        scene.v0_ft_s = SPEED;
+        scene.v0_mat = 2;
+        scene.mods.tear_lb = TEAR;
+        for (double dt_s = 2e-5; dt_s > 0.9e-5; dt_s *= 0.5) {
+            struct sim_result a = run_fixed(&scene, dt_s, 0.02), b = run_fixed(&scene, dt_s, 0.03);
+            torn_movement(0.02, &u1, &u2);
+            /* it is seen to be torn up to a step late: TEAR dt/m of speed */
+            near(a.u_ft[1], u1, 2.0 * TEAR * dt_s * 0.02);
+            near(a.u_ft[2], u2, 2.0 * TEAR * dt_s * 0.02);
+            assert_true(a.mods->torn[2] == 1.0);
+            /* the chain notes its forces now and then */
+            assert_true(a.pull_lb[2] < TEAR + KL * SPEED * 2.0 * dt_s);
+            assert_true(i == 0 || a.pull_lb[2] > TEAR);
+            double v1 = (b.u_ft[1] - a.u_ft[1]) / 0.01, v2 = (b.u_ft[2] - a.u_ft[2]) / 0.01;
+            double energy = 0.5 * (v1 * v1 + v2 * v2);
+            near(energy, 0.5 * SPEED * SPEED - 0.5 * TEAR * TEAR / KL, 4.0 * TEAR * dt_s * SPEED);
+            if (i == 0)
+                chain_u2 = a.u_ft[2];
+            else if (dt_s < 1.5e-5) /* nothing heaves */
+                near(a.u_ft[2], chain_u2, 1e-9);
+            sim_result_free(&a);
+            sim_result_free(&b);
+        }
+        sim_scene_free(&scene);
+    }
+}
+
+TEST(one_that_is_not_pulled_so_far_holds)
+{
+    struct sim_scene scene = two_mats(SIM_CONSISTENT);
+    scene.v0_ft_s = SPEED;
+    scene.v0_mat = 2;
+    scene.mods.tear_lb = SPEED * sqrt(KL / 2.0) * 1.001;
+    struct sim_result a = run_fixed(&scene, 1e-5, 0.1);
+    assert_true(a.mods->torn[2] == 0.0);
+    near(a.u_ft[1] + a.u_ft[2], SPEED * 0.1, 1e-9);
+    near(a.u_ft[2] - a.u_ft[1], SPEED / sqrt(2.0 * KL) * sin(sqrt(2.0 * KL) * 0.1), 1e-4);
+    sim_result_free(&a);
+    sim_scene_free(&scene);
+}
+
+TEST(a_torn_end_feels_no_more)
+{
+    const double dt_s = 1e-5;
+    struct sim_scene scene = two_mats(SIM_CONSISTENT);
+    scene.left = SIM_FIXED;
+    scene.v0_ft_s = SPEED;
+    scene.v0_mat = 1;
+    scene.mods.tear_lb = 0.4 * TEAR;
+    struct sim_result a = run_fixed(&scene, dt_s, 0.1);
+    assert_true(a.mods->torn[1] == 1.0);
+    assert_true(a.pull_lb[1] > 0.4 * TEAR && a.pull_lb[1] < 0.4 * TEAR + 2.0 * KL * SPEED * dt_s);
+    sim_result_free(&a);
+    sim_scene_free(&scene);
+}
+
+/* Sixty mats on ground that is not level, and between the ends 0.068 ft too long: two stand as a
+ * vee. Each mat turns about its foot until P lift = W L/2. */
+static struct sim_scene standing(void)
+{
+    struct sim_scene scene = apart(60);
+    const double bump = 0.255;
+    double gaps[61] = {0}, ground[61] = {0};
+    gaps[29] = gaps[31] = -0.017;
+    gaps[30] = -0.034;
+    ground[5] = 1e-5;
+    scene.model = SIM_CONSISTENT;
+    scene.mods.band[0].count = 0.0;
+    scene.profile = SIM_FULL;
+    scene.left = scene.right = SIM_FIXED;
+    scene.friction_law = SIM_STICK;
+    scene.friction = 0.5;
+    scene.kl_lb_ft = 10.0 * KL;
+    scene.cl_lb_s_ft = 50.0;
+    scene.kv_lb_ft = 1e4;
+    scene.cv_lb_s_ft = 100.0;
+    scene.inertia_slug_ft2 = 1.0 / 12.0;
+    scene.tad_deg = 80.0;
+    scene.bump_first = 31;
+    sim_scene_set_list(&scene.bump_ft, &bump, 1);
+    sim_scene_set_list(&scene.gap0_ft, gaps, 61);
+    sim_scene_set_list(&scene.ground_ft, ground, 61);
+    return scene;
+}
+
+TEST(a_wave_that_stands_stays_as_short_as_it_is)
+{
+    struct sim_scene scene = standing();
+    struct sim_options options = {.solver = "staggered", .dt_s = 1e-4, .single = true};
+    scene.t_end_s = 6.0;
+    struct sim_result a = run(&scene, options);
+    options.no_prune = true;
+    struct sim_result all = run(&scene, options);
+    double lift_ft = a.outputs[a.output_count - 1].lift_ft;
+    assert_true(lift_ft > 0.2);
+    near(a.push_lb[30], 0.5 * G / lift_ft, 5.0); /* it swings before it stands */
+    for (int n = 1; n <= 60; n++)
+        near(a.u_ft[n], all.u_ft[n], 1e-6);
+    assert_true(a.mats_mean < 59.0);
+    sim_result_free(&a);
+    sim_result_free(&all);
+    sim_scene_free(&scene);
+}

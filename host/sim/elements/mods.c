@@ -40,14 +40,14 @@ static void place_state(struct mods_state *s)
     double **per_segment[] = {&s->band_lb, &s->band_least_lb, &s->band_most_lb};
     double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_out, &s->band_mat};
     double **per_cleat[] = {&s->cleat_left, &s->cleat_mat};
-    double **per_joint[] = {&s->stiff_gap_ft, &s->torn, &s->unhinged_s};
+    double **per_joint[] = {&s->stiff_gap_ft, &s->torn};
     for (size_t i = 0; i < 3; i++, at += s->segments)
         *per_segment[i] = at;
     for (size_t i = 0; i < 4; i++, at += s->connections)
         *per_connection[i] = at;
     for (size_t i = 0; i < 2; i++, at += s->cleats)
         *per_cleat[i] = at;
-    for (size_t i = 0; i < 3; i++, at += s->joints + 1)
+    for (size_t i = 0; i < 2; i++, at += s->joints + 1)
         *per_joint[i] = at;
     s->count = (size_t)(at - s->values);
 }
@@ -61,7 +61,7 @@ static struct mods_state *make_state(const struct sim_scene *scene)
         connections += of_group;
         segments += of_group > 0 ? of_group + 1 : 0;
     }
-    size_t count = 3 * segments + 4 * connections + 2 * cleats + 3 * (joints + 1);
+    size_t count = 3 * segments + 4 * connections + 2 * cleats + 2 * (joints + 1);
     struct mods_state *s = xcalloc(1, sizeof *s + count * sizeof s->values[0]);
     s->segments = segments;
     s->connections = connections;
@@ -121,7 +121,7 @@ struct mods *mods_make(const struct sim_scene *scene)
         .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
         .stiffened = s->stiff_span > 1,
         .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
-        .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0 || s->unhinge_deg < HUGE_VAL,
+        .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0,
         .mats = scene->mats,
         .cleats = mods_cleats(scene),
         .state = make_state(scene),
@@ -187,7 +187,7 @@ static void reset_joints(struct mods *m)
             m->cap_lb[j] = s->lay_slide_lb * sin(s->lay_deg * RADIANS);
         }
         m->turn_rad[j] = laid_turn_rad(m->scene, j);
-        m->state->torn[j] = m->state->unhinged_s[j] = 0.0;
+        m->state->torn[j] = 0.0;
     }
     for (size_t i = 0; i < s->torn.count; i++)
         m->state->torn[(int)s->torn.values[i]] = 1.0;
@@ -784,6 +784,6 @@ void mods_carry(struct sim_scene *scene, const struct sim_result *result)
         sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats);
     if (m->stiff_span > 1)
         sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1, (size_t)scene->mats + 1);
-    if (m->tear_lb < HUGE_VAL || m->unhinge_deg < HUGE_VAL)
+    if (m->tear_lb < HUGE_VAL)
         set_flagged(&m->torn, s->torn, NULL, s->joints + 1);
 }

@@ -45,9 +45,7 @@ struct mods_state {
     double *cleat_mat;
     /* per joint 1..N+1, [0] unused: opening at which stiffeners pull nothing */
     double *stiff_gap_ft;
-    double *torn; /* likewise: 1 when torn in tension or turned apart, else 0 */
-    /* likewise: when it came apart by turning; 0: not, or before the start */
-    double *unhinged_s;
+    double *torn; /* likewise: 1 when torn in tension, else 0 */
     /* largest difference of band_lb, band_least_lb or band_most_lb to the run it was checked
      * against; landings: twice */
     double error_lb;

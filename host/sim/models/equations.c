@@ -144,8 +144,6 @@ KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, c
                                        int n, double inverse_length,
                                        const struct kernel_parts parts)
 {
-    if (parts.parted)
-        return kernel_parted_mat(m, p, v, n, inverse_length);
     return parts.given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
                                      : kernel_mat(p, v, n, inverse_length);
 }
@@ -161,18 +159,6 @@ KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inv
         mat.c = sqrt(1.0 - mat.s * mat.s);
     }
     return mat;
-}
-
-/* What the ground under the right end of mat n pushes with; its own end where that is apart. */
-KERNEL_INLINE double right_soil_lb(const struct model *m, const double *p, const double *v, int n,
-                                   bool apart)
-{
-    const struct parting *parting = m->parting;
-    if (!apart)
-        return kernel_soil_lb(m, p, v, n + 1);
-    return parting->contact[n + 1]
-             ? soil_lb(m->kv, m->cv, parting->y_ft[n + 1], parting->v_ft_s[n + 1])
-             : 0.0;
 }
 
 KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const double *z,
@@ -201,8 +187,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
                                            : outside(m, n + 1, inverse_length, parts);
         double tension_r = tension(m, n + 1, &mat, &after, parts);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
-        bool apart = parts.parted && m->parting->apart[n + 1];
-        double soil_r = right_soil_lb(m, p, v, n, apart);
+        double soil_r = kernel_soil_lb(m, p, v, n + 1);
         if (parts.braced) {
             moment_r += m->brace_lb_ft[n + 1];
             force += m->brace_lb[n];
@@ -220,8 +205,7 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         double g = turning * inverse_lc - m->inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
         double a = m->inertia * inverse_lc * inverse_lc;
         double damp_l = parts.given && m->contact[n] ? parts.step_s * m->cv : 0.0;
-        bool touches_r = apart ? m->parting->contact[n + 1] : m->contact[n + 1];
-        double damp_r = parts.given && touches_r ? parts.step_s * m->cv : 0.0;
+        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv : 0.0;
         double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
         /* eliminate the left node: nothing else will be added to it */
@@ -241,27 +225,15 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         tension_l = tension_r;
         moment_l = moment_r;
         soil_l = soil_r;
-        if (apart) { /* nothing else holds that end: the next mat begins anew */
-            double pivot_r = diagonal - off_before * upper_before;
-            m->parting->accel[n + 1] =
-                n < last
-                    ? (force + m->parting->down_lb[n + 1] - off_before * solved_before) / pivot_r
-                    : 0.0;
-            force = diagonal = upper_before = off_before = solved_before = 0.0;
-            soil_l = kernel_soil_lb(m, p, v, n + 1);
-        }
     }
-    bool apart = parts.parted && m->parting->apart[last + 1];
     if (parts.braced)
         force += m->brace_lb[last + 1];
-    accel[2 * last + 2] =
-        apart ? 0.0 : (force - off_before * solved_before) / (diagonal - off_before * upper_before);
+    accel[2 * last + 2] = (force - off_before * solved_before) /
+                          (diagonal - off_before * upper_before);
     if (last < m->mats - 1)
         accel[2 * last + 2] = 0.0;
     for (int n = last; n >= first; n--)
-        accel[2 * n] -= upper[n] * (parts.parted && m->parting->apart[n + 1]
-                                        ? m->parting->accel[n + 1]
-                                        : accel[2 * n + 2]);
+        accel[2 * n] -= upper[n] * accel[2 * n + 2];
 }
 
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel)
@@ -271,16 +243,12 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
 
 void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
 {
-    if (m->parting)
+    if (m->brace_lb)
         consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, true, true, SIM_NONE, step_s});
-    else if (m->brace_lb)
-        consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, true, false, SIM_NONE, step_s});
+                          (struct kernel_parts){false, false, true, true, SIM_NONE, step_s});
     else
-        consistent_kernel(
-            m, 0.0, z, accel,
-            (struct kernel_parts){false, false, true, false, false, SIM_NONE, step_s});
+        consistent_kernel(m, 0.0, z, accel,
+                          (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
 }
 
 /* ---- mass matrix and Jacobians, mode by mode; rows and columns are those of p (model.h) ---- */

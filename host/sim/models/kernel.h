@@ -20,7 +20,6 @@ struct kernel_parts {
     bool slack;
     bool given;  /* tensions are given, soil damping is implicit in the step (model_lend) */
     bool braced; /* that, and modifications press on nodes and bend joints */
-    bool parted; /* that, and mats may have come apart (model->parting) */
     enum sim_friction law;
     double step_s; /* of `given`; no constant */
 };
@@ -73,20 +72,6 @@ KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const d
 {
     double dy = p[2 * n + 2] - p[2 * n] + m->tilt_ft[n];
     struct kernel_mat mat = {dy * inverse_length, 1.0, (v[2 * n + 2] - v[2 * n]) * inverse_length,
-                             p[2 * n + 1], v[2 * n + 1]};
-    mat.c = sqrt(1.0 - mat.s * mat.s);
-    mat.w /= mat.c;
-    return mat;
-}
-
-/* The same where its right end may have come apart from the next mat. */
-KERNEL_INLINE struct kernel_mat kernel_parted_mat(const struct model *m, const double *p,
-                                                  const double *v, int n, double inverse_length)
-{
-    double dy = parting_right_y_ft(m->parting, p, n) - p[2 * n] +
-                (m->tilt_ft ? m->tilt_ft[n] : 0.0);
-    struct kernel_mat mat = {dy * inverse_length, 1.0,
-                             (parting_right_v_ft_s(m->parting, v, n) - v[2 * n]) * inverse_length,
                              p[2 * n + 1], v[2 * n + 1]};
     mat.c = sqrt(1.0 - mat.s * mat.s);
     mat.w /= mat.c;
@@ -176,13 +161,13 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
     switch (law) {                                                                       \
     case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, \
-        false, SIM_STICK, 0.0}); break;                                                         \
+        SIM_STICK, 0.0}); break;                                                        \
     case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
-        false, SIM_TANH, 0.0}); break;                                                          \
+        SIM_TANH, 0.0}); break;                                                         \
     case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
-        false, SIM_SIGN, 0.0}); break;                                                          \
+        SIM_SIGN, 0.0}); break;                                                         \
     case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
-        false, SIM_NONE, 0.0}); break;                                                          \
+        SIM_NONE, 0.0}); break;                                                         \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                \
     if ((m)->full) {                                                   \

@@ -24,7 +24,6 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/element.h"
-#include "host/sim/elements/parting.h"
 #include "host/sim/elements/wheel.h"
 
 #define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
@@ -101,7 +100,6 @@ struct model {
     double tilt_most_ft;
     const double *given_lb;               /* tension per joint */
     const double *brace_lb, *brace_lb_ft; /* per node and joint; NULL: none */
-    struct parting *parting;              /* ends of mats that came apart; NULL: none can */
     uint64_t rhs;
 };
 

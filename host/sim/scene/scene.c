@@ -164,10 +164,6 @@ static const struct sim_key keys[] = {
     RANGE("lay_mu", mods.lay_mu, 0.0, 10.0, false, "", "and by the load on it"),
     RANGE("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
           "tension at which a joint tears"),
-    RANGE("unhinge_deg", mods.unhinge_deg, 0.0, (double)INFINITY, true, "deg",
-          "turn downwards at which a joint comes apart; planar"),
-    POSITIVE("unhinge_lap", mods.unhinge_lap_ft, "ft",
-             "height between ends that came apart from which they pass over each other"),
     NOT_NEGATIVE("gear_damping", gear.damping, "",
                  "of a mat under the gear on elastic ground, share of critical"),
     RANGE("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
@@ -204,8 +200,7 @@ const struct sim_key *sim_key_find(const char *name)
 /* ---- a scene in memory ---- */
 
 /* Defaults with a source: the model's bands of 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
- * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in), AM2's thickness
- * (1.5 in). */
+ * deflection of 2.6 (0.050 in over a mat of 24/7 in), cleats of 5.5 (3/4 in). */
 static void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
@@ -217,8 +212,6 @@ static void mods_defaults(struct sim_mods *mods)
         .stiff_grip_lb = (double)INFINITY,
         .stiff_yield_lb_ft = (double)INFINITY,
         .tear_lb = (double)INFINITY,
-        .unhinge_deg = (double)INFINITY,
-        .unhinge_lap_ft = 1.5 / 12.0,
     };
     for (int g = 0; g < SIM_BAND_GROUPS; g++)
         mods->band[g] = (struct sim_bands){
@@ -366,8 +359,7 @@ bool mods_any(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
     return m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
-           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0 ||
-           m->unhinge_deg < HUGE_VAL;
+           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
 }
 
 int mods_connections(const struct sim_scene *scene, int group)

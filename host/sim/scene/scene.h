@@ -95,9 +95,6 @@ struct sim_mods {
     /* joints torn in tension */
     double tear_lb; /* INFINITY: none */
     struct sim_list torn;
-    /* planar: joints that come apart when turned downwards so far; INFINITY: none */
-    double unhinge_deg;
-    double unhinge_lap_ft; /* ends apart in height by more pass over each other */
 };
 
 /* How the gear stands on an elastic ground (elements/gear.h); its stiffness is the element's. */

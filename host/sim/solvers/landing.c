@@ -106,13 +106,6 @@ static void note_shape(struct planar_engine *l, struct march *march)
         double tilt = j <= l->heaves.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
         double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
         l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
-        if (l->parting) {
-            right = j <= l->heaves.last ? engine_slope(l, j) : 0.0;
-            if (l->parting->apart[j]) {
-                l->rise_ft[j] = fmax(l->rise_ft[j], -l->parting->y_ft[j]);
-                left = right; /* not a joint any more */
-            }
-        }
         if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
             double turn_deg = (asin(right) - asin(left)) * DEGREES;
             if (turn_deg > march->crest_deg) {
@@ -148,7 +141,7 @@ static void note_overrun(const struct planar_engine *l, struct march *march, dou
         note_crest(l, march, lift_ft);
     if (mat < 0)
         return;
-    double left_ft = -l->z[2 * mat], right_ft = -parting_right_y_ft(l->parting, l->z, mat);
+    double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
     int node = (left_ft > right_ft ? mat : mat + 1) + 1;
     bool meets = fmax(left_ft, right_ft) >= lift_ft;
     if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
@@ -165,10 +158,7 @@ static bool sound(struct planar_engine *l, struct march *march, double t_s)
     for (int n = l->slides.first; n <= l->slides.last; n++)
         sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
     if (l->heaves.last >= l->heaves.first) {
-        double angle = l->parting ? engine_worst_angle_deg(l, &mat)
-                                  : model_worst_angle_deg(m, l->z, &mat);
-        while (l->parting && angle > FOLDED_DEG && engine_topple(l, mat - 1, t_s))
-            angle = engine_worst_angle_deg(l, &mat);
+        double angle = model_worst_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
         note_shape(l, march);
         if (angle > FOLDED_DEG)
@@ -193,8 +183,6 @@ static void begin(struct planar_engine *l, bool prunes)
     memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
     if (l->mods)
         mods_reset(l->mods);
-    if (l->parting)
-        parting_reset(l->parting);
     if (!prunes)
         return;
     engine_stretch_joints(l);
@@ -279,7 +267,7 @@ static void begin_march(struct under_way *way)
     struct planar_engine *l = way->l;
     double h = way->march->h_s;
     way->prunes = !way->options->no_prune && element_rests(&l->model.elements);
-    way->divides = !way->options->single && !l->parting;
+    way->divides = !way->options->single;
     way->before_s = h;
     l->closing_step_s = way->divides ? h : 0.0;
     l->rub_share = 1.0;
@@ -329,13 +317,9 @@ static void step_vertical(struct under_way *way, uint64_t i)
     if (l->mods)
         engine_brace_slides(l, way->touch, way->count, kick_s);
     engine_stretch_joints(l);
-    if (l->parting)
-        engine_part_joints(l, (double)i * h);
     if (way->heaves) {
         model_look_at(m, l->heaves.first, l->heaves.last);
         model_sample_shape(m, l->z);
-        if (l->parting)
-            engine_shape_ends(l);
         if (l->brace_heaves)
             l->brace_heaves(l);
     }
@@ -366,14 +350,10 @@ static void step_along(struct under_way *way, uint64_t i)
     double h = march->h_s, *p = l->z, *v = l->z + m->size;
     march->events += engine_kick_slides(l, way->touch, way->count,
                                         to_s(march, i) - from_s(march, i));
-    if (l->parting)
-        engine_hold_back(l, l->gear ? &l->gear->line[0] : &way->wheel, way->touch, way->count);
     for (int n = l->slides.first; n <= l->slides.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
     for (int j = m->first; way->heaves && !l->in_parts && j <= m->last + 1; j++)
         p[2 * j] += h * v[2 * j];
-    if (way->heaves && l->parting)
-        engine_move_ends(l, h);
     int live = l->slides.last - l->slides.first + 1;
     march->awake_s += live * h;
     march->mats_max = live > march->mats_max ? live : march->mats_max;
@@ -384,9 +364,7 @@ static void step_along(struct under_way *way, uint64_t i)
 static bool look(struct under_way *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
-    const struct parting *parting = way->l->parting;
-    /* mats that are apart turn fast: one could stand upright and beyond between two looks */
-    bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps || (parting && parting->count > 0);
+    bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps;
     if (due && !sound(way->l, march, t_s))
         return false;
     if (i % LOOK_STEPS == 0 && way->options->overrun_ft > 0.0)

@@ -22,8 +22,7 @@
  * A step in which a node lands is divided in 16 for the heights: two nodes that land within one
  * step lift their neighbours otherwise together than one after the other, and no step longer than
  * what lies between them shows it. A joint with slack that closed in the last step is damped for
- * the share of it in which it was closed. With options->single, and where joints may part, neither
- * is done.
+ * the share of it in which it was closed. With options->single neither is done.
  *
  * Checks: a step beyond the stability limit is refused. Every run is done at the step, at 1.9
  * times the step and, where those are stable, at 3.6 and 2.6 times the step: not at 2 and 4, as the

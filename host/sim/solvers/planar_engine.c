@@ -7,11 +7,7 @@
 #include "host/sim/elements/law.h"
 #include "host/sim/models/kernel.h"
 
-static bool engine_settle_ends(struct planar_engine *l, double h_s);
-
 static void engine_load_heaves(struct planar_engine *l);
-
-static double engine_kick_ends(struct planar_engine *l, double h_s);
 
 static void engine_brace_heaves(struct planar_engine *l);
 
@@ -55,9 +51,8 @@ static void lay_out(struct planar_engine *l)
     l->rub_next_lb = l->rub_lb + joints;
     lay_ground(l);
     bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
-    m->parting = l->parting;
-    if (braced || l->gear || l->parting) {
-        l->brace_heaves = l->gear ? engine_load_heaves : braced ? engine_brace_heaves : NULL;
+    if (braced || l->gear) {
+        l->brace_heaves = l->gear ? engine_load_heaves : engine_brace_heaves;
         l->brace_lb = l->rub_next_lb + joints;
         l->brace_lb_ft = l->brace_lb + joints;
         model_brace(m, l->brace_lb, l->brace_lb_ft);
@@ -91,7 +86,6 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
         model_describe(&l->model, result);
     l->mods = mods_make(scene);
     l->gear = gear_make(scene);
-    l->parting = parting_make(scene);
     lay_out(l);
     return MR_OK;
 }
@@ -100,7 +94,6 @@ void engine_free(struct planar_engine *l)
 {
     mods_free(l->mods);
     gear_free(l->gear);
-    parting_free(l->parting);
     model_free(&l->model);
     free(l->z);
 }
@@ -175,20 +168,9 @@ static bool node_rests(const struct planar_engine *l, int node)
            fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-/* The end of a mat that came apart from the next. */
-static bool end_rests(const struct planar_engine *l, int joint)
-{
-    const struct model *m = &l->model;
-    double still_ft_s = (m->tilt_ft ? CALM : QUIET) * sqrt(m->scene->g_ft_s2 * m->length_ft);
-    return fabs(l->parting->v_ft_s[joint]) <= still_ft_s &&
-           (m->tilt_ft ? l->parting->y_ft[joint] >= -AIR * m->length_ft
-                       : fabs(l->parting->y_ft[joint] - m->rest_y_ft) <= QUIET * m->length_ft);
-}
-
 bool engine_mat_rests(const struct planar_engine *l, int n)
 {
-    return node_rests(l, n) && node_rests(l, n + 1) &&
-           (!l->parting || !l->parting->apart[n + 1] || end_rests(l, n + 1));
+    return node_rests(l, n) && node_rests(l, n + 1);
 }
 
 /* On uneven ground every joint whose force changes lifts or presses its mats. */
@@ -271,8 +253,7 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     if (!m->full || n < l->heaves.first || n > l->heaves.last)
         return (struct shortening){0.0, 0.0};
     const double *p = l->z, *v = l->z + m->size;
-    struct kernel_mat mat = l->parting ? kernel_parted_mat(m, p, v, n, 1.0 / m->length_ft)
-                          : m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
+    struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
                                        : kernel_mat(p, v, n, 1.0 / m->length_ft);
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
@@ -287,17 +268,7 @@ LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_f
     return closing && fabs(over_ft) < fabs(rate_ft_s) * step_s ? over_ft / step_s : rate_ft_s;
 }
 
-/* What of a joint's force passes where mats come apart: nothing beside a mat that was pushed over,
- * and compression alone where it is torn. The runway's ends tear too, and have one mat. */
-static double passed_lb(const struct planar_engine *l, int j, double g_ft, double t_lb)
-{
-    struct parting *p = l->parting;
-    if (p->gone[j] || (p->apart[j] && !parting_abuts(p, j, g_ft, l->z[2 * j])))
-        return 0.0;
-    return p->apart[j] || mods_is_torn(l->mods, j + 1) ? fmin(0.0, t_lb) : t_lb;
-}
-
-LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool parts)
+LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
@@ -319,8 +290,8 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool parts)
         struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
         double t_lb = pulled.lb;
-        if (parts)
-            t_lb = passed_lb(l, j, g, t_lb);
+        if (l->mods && mods_is_torn(l->mods, j + 1))
+            t_lb = fmin(0.0, t_lb);
         if (law == JOINT_GRIT)
             l->reach_ft[j] = pulled.reach_ft;
         l->tension_lb[j] = t_lb;
@@ -330,27 +301,14 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law, bool parts)
 }
 
 /* Every law that occurs gets a loop of its own. */
-LAW_INLINE void stretch_all(struct planar_engine *l, bool parts)
-{
-    if (l->joints == JOINT_LINEAR)
-        stretch(l, JOINT_LINEAR, parts);
-    else if (l->joints == JOINT_SLACK)
-        stretch(l, JOINT_SLACK, parts);
-    else
-        stretch(l, JOINT_GRIT, parts);
-}
-
-static __attribute__((noinline)) void stretch_parted(struct planar_engine *l)
-{
-    stretch_all(l, true);
-}
-
 void engine_stretch_joints(struct planar_engine *l)
 {
-    if (l->parting)
-        stretch_parted(l);
+    if (l->joints == JOINT_LINEAR)
+        stretch(l, JOINT_LINEAR);
+    else if (l->joints == JOINT_SLACK)
+        stretch(l, JOINT_SLACK);
     else
-        stretch_all(l, false);
+        stretch(l, JOINT_GRIT);
     if (l->mods && l->mods->jointed) {
         struct mods_view view = engine_view(l);
         mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
@@ -430,12 +388,8 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
     if (l->in_parts || l->rub_share < 1.0)
         return m->friction * (rubbing_lb(l, n) + rubbing_lb(l, n + 1));
     const double *v = z + m->size;
-    const struct parting *parting = m->parting;
-    double right_lb = !parting || !parting->apart[n + 1] ? kernel_soil_lb(m, z, v, n + 1)
-                    : parting->contact[n + 1]
-                        ? soil_lb(m->kv, m->cv, parting->y_ft[n + 1], parting->v_ft_s[n + 1])
-                        : 0.0;
-    return m->friction * (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, right_lb));
+    return m->friction *
+           (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
 }
 
 /* A mat under the gear: the ground holds it, up to the Coulomb limit of its load beside its own. */
@@ -535,8 +489,6 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
         changed = changed || pushed != m->contact[j];
         m->contact[j] = pushed;
     }
-    if (l->parting)
-        changed = engine_settle_ends(l, h_s) || changed;
     return changed;
 }
 
@@ -554,7 +506,7 @@ double engine_kick_heaves(struct planar_engine *l, double h_s)
         if (m->contact[j] && fabs(change_ft_s) > jolt_ft_s)
             jolt_ft_s = fabs(change_ft_s);
     }
-    return l->parting ? fmax(jolt_ft_s, engine_kick_ends(l, h_s)) : jolt_ft_s;
+    return jolt_ft_s;
 }
 
 /* ---- gear ---- */
@@ -583,182 +535,10 @@ static void engine_load_heaves(struct planar_engine *l)
         for (int j = l->heaves.first; j <= l->heaves.last + 1; j++)
             l->brace_lb[j] = 0.0;
     }
-    for (int i = 0; l->parting && i < l->parting->count; i++)
-        l->parting->down_lb[l->parting->joint[i]] = 0.0;
     for (int i = 0; i < gear->loaded_count; i++) {
         int n = gear->loaded[i] - 1;
         double half_lb = 0.5 * l->scene->wheel_load_lb * gear->share[n + 1];
-        bool apart = l->parting && l->parting->apart[n + 1];
         l->brace_lb[n] += half_lb;
-        *(apart ? &l->parting->down_lb[n + 1] : &l->brace_lb[n + 1]) += half_lb;
-    }
-}
-
-/* ---- mats that come apart ---- */
-
-#define DEGREES (180.0 / 3.14159265358979323846)
-
-/* How far joint j is turned; upwards (^) positive. */
-static double turn_rad(const struct planar_engine *l, int j)
-{
-    double left = j - 1 >= l->heaves.first ? engine_slope(l, j - 1) : 0.0;
-    double right = j <= l->heaves.last ? engine_slope(l, j) : 0.0;
-    return fabs(left) < 1.0 && fabs(right) < 1.0 ? asin(right) - asin(left) : 0.0;
-}
-
-static void part(struct planar_engine *l, int j)
-{
-    const double *v = l->z + l->model.size;
-    parting_part(l->parting, j, l->z[2 * j], v[2 * j]);
-}
-
-/* A line of stiffeners that is riveted on both sides of a joint holds it. */
-static bool held_by_line(const struct mods *mods, int j)
-{
-    return mods->stiffened &&
-           (mods->spring_lb_ft[j + 1] > 0.0 || mods->turn_lb_ft_rad[j + 1] > 0.0);
-}
-
-void engine_part_joints(struct planar_engine *l, double t_s)
-{
-    struct parting *parting = l->parting;
-    struct mods_state *state = l->mods->state;
-    const struct model *m = &l->model;
-    for (int j = l->slides.first > 0 ? l->slides.first : 1; j <= l->slides.last + 1 && j < m->mats;
-         j++) {
-        if (state->torn[j + 1] != 0.0)
-            part(l, j);
-    }
-    for (int j = l->heaves.first + 1; j <= l->heaves.last; j++) {
-        if (parting->apart[j] || turn_rad(l, j) > -parting->unhinge_rad || held_by_line(l->mods, j))
-            continue;
-        part(l, j);
-        state->torn[j + 1] = 1.0;
-        state->unhinged_s[j + 1] = t_s;
-        l->tension_lb[j] = fmin(0.0, l->tension_lb[j]);
-    }
-}
-
-void engine_shape_ends(struct planar_engine *l)
-{
-    struct model *m = &l->model;
-    for (int j = m->first; j <= m->last + 1; j++) {
-        if (m->torsion[j] && turn_rad(l, j) <= 0.0)
-            m->torsion[j] = 0; /* downwards it turns freely until it parts */
-    }
-    for (int i = 0; i < l->parting->count; i++) {
-        int j = l->parting->joint[i];
-        l->parting->contact[j] = l->parting->y_ft[j] > 0.0;
-        if (j < m->first || j > m->last + 1)
-            continue;
-        m->torsion[j] = 0;
-        if (j - 1 > m->first && !l->parting->apart[j - 1] && (m->kt > 0.0 || m->ct > 0.0))
-            m->torsion[j - 1] = hinge_side(turn_rad(l, j - 1), m->tad_rad) > 0;
-    }
-}
-
-/* Ends on the outermost nodes are held, as those are. */
-static bool within(const struct model *m, int joint)
-{
-    return joint > m->first && joint <= m->last;
-}
-
-static bool engine_settle_ends(struct planar_engine *l, double h_s)
-{
-    const struct model *m = &l->model;
-    struct parting *p = l->parting;
-    bool changed = false;
-    for (int i = 0; i < p->count; i++) {
-        int j = p->joint[i];
-        if (!within(m, j))
-            continue;
-        bool pushed = p->y_ft[j] > 0.0 &&
-                      m->kv * p->y_ft[j] + m->cv * (p->v_ft_s[j] + h_s * p->accel[j]) > 0.0;
-        changed = changed || pushed != p->contact[j];
-        p->contact[j] = pushed;
-    }
-    return changed;
-}
-
-static double engine_kick_ends(struct planar_engine *l, double h_s)
-{
-    struct parting *p = l->parting;
-    double jolt_ft_s = 0.0;
-    for (int i = 0; i < p->count; i++) {
-        int j = p->joint[i];
-        if (!within(&l->model, j))
-            continue;
-        p->v_ft_s[j] += h_s * p->accel[j];
-        if (p->contact[j])
-            jolt_ft_s = fmax(jolt_ft_s, fabs(h_s * p->accel[j]));
-    }
-    return jolt_ft_s;
-}
-
-void engine_move_ends(struct planar_engine *l, double h_s)
-{
-    for (int i = 0; i < l->parting->count; i++) {
-        int j = l->parting->joint[i];
-        if (within(&l->model, j))
-            l->parting->y_ft[j] += h_s * l->parting->v_ft_s[j];
-    }
-}
-
-double engine_worst_angle_deg(const struct planar_engine *l, int *mat_from_1)
-{
-    double worst = 0.0;
-    *mat_from_1 = 1;
-    for (int n = l->heaves.first; n <= l->heaves.last; n++) {
-        double s = fabs(engine_slope(l, n));
-        if (!(s <= worst)) {
-            worst = s;
-            *mat_from_1 = n + 1;
-        }
-    }
-    return worst < 1.0 ? asin(worst) * DEGREES : worst >= 1.0 ? 90.0 : worst;
-}
-
-/* What the wheels push over no longer takes part: it lies flat, and its neighbours' ends are
- * free. */
-bool engine_topple(struct planar_engine *l, int n, double t_s)
-{
-    const struct model *m = &l->model;
-    struct parting *p = l->parting;
-    struct mods_state *state = l->mods->state;
-    double *v = l->z + m->size;
-    if (!p->apart[n] && !p->apart[n + 1])
-        return false;
-    for (int j = n; j <= n + 1; j++) {
-        p->gone[j] = true; /* at the runway's ends too: lying down, the mat is longer there */
-        if (j == 0 || j == m->mats)
-            continue;
-        part(l, j);
-        p->gone[j] = true;
-        if (state->unhinged_s[j + 1] == 0.0)
-            state->unhinged_s[j + 1] = t_s;
-        state->torn[j + 1] = 1.0;
-    }
-    bool apart = p->apart[n + 1];
-    l->z[2 * n] = m->rest_y_ft;
-    *(apart ? &p->y_ft[n + 1] : &l->z[2 * n + 2]) = m->rest_y_ft;
-    v[2 * n] = v[2 * n + 1] = *(apart ? &p->v_ft_s[n + 1] : &v[2 * n + 2]) = 0.0;
-    return true;
-}
-
-void engine_hold_back(struct planar_engine *l, const struct sim_wheel *wheel,
-                      const struct sim_touch *touch, int count)
-{
-    const struct parting *p = l->parting;
-    double *v = l->z + l->model.size, speed_ft_s = 0.0;
-    if (p->count == 0 || wheel->count == 0)
-        return;
-    size_t at = wheel->cursor;
-    if (at + 1 < wheel->count && wheel->rows[at + 1].t_s > wheel->rows[at].t_s)
-        speed_ft_s = (wheel->rows[at + 1].x_ft - wheel->rows[at].x_ft) /
-                     (wheel->rows[at + 1].t_s - wheel->rows[at].t_s);
-    for (int i = 0; i < count; i++) {
-        int n = touch[i].mat - 1;
-        if (touch[i].thrust_lb > 0.0 && (p->apart[n] || p->apart[n + 1]))
-            v[2 * n + 1] = fmin(v[2 * n + 1], fmax(0.0, speed_ft_s));
+        l->brace_lb[n + 1] += half_lb;
     }
 }

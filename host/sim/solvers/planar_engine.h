@@ -1,6 +1,6 @@
 /* Planar engine: the state of landing.h's solver and what a step does to it: which mats slide and
- * which rise, tensions, speeds, the gear, ends of mats that came apart. landing.c has the steps of
- * one run, and the runs. Mats, nodes and joints count from 0 as in model.h. */
+ * which rise, tensions, speeds, the gear. landing.c has the steps of one run, and the runs. Mats,
+ * nodes and joints count from 0 as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 
@@ -40,11 +40,10 @@ struct planar_engine {
     double *tension_lb;
     double slack_ft;
     enum joint_law joints;
-    struct part slides;      /* mats that move along the runway, and one at rest on either side */
-    struct part heaves;      /* mats whose nodes are not at rest */
-    struct mods *mods;       /* NULL when the scene has none */
-    struct gear *gear;       /* likewise */
-    struct parting *parting; /* likewise, with mods */
+    struct part slides; /* mats that move along the runway, and one at rest on either side */
+    struct part heaves; /* mats whose nodes are not at rest */
+    struct mods *mods;  /* NULL when the scene has none */
+    struct gear *gear;  /* likewise */
 };
 
 /* One strip, ready to march; the landing is all zero before. The result, if any, is told what is
@@ -72,28 +71,6 @@ bool engine_mat_rests(const struct planar_engine *l, int n);
 
 /* Tensions of all joints of the sliding part, and the most that each has had. */
 void engine_stretch_joints(struct planar_engine *l);
-
-/* With parting: joints that come apart at t_s; the hinges of the heaving part; the heights of its
- * ends over a step. */
-void engine_part_joints(struct planar_engine *l, double t_s);
-void engine_shape_ends(struct planar_engine *l);
-void engine_move_ends(struct planar_engine *l, double h_s);
-double engine_worst_angle_deg(const struct planar_engine *l, int *mat_from_1);
-/* Mat n stands upright: if it has come apart from a neighbour it is pushed over and lies loose on
- * the ground. False: it has not. */
-bool engine_topple(struct planar_engine *l, int n, double t_s);
-/* Loose mats that the brakes push get no faster than the aircraft. */
-void engine_hold_back(struct planar_engine *l, const struct sim_wheel *wheel,
-                      const struct sim_touch *touch, int count);
-
-/* Sine of mat n's angle. */
-static inline double engine_slope(const struct planar_engine *l, int n)
-{
-    const struct model *m = &l->model;
-    return (parting_right_y_ft(l->parting, l->z, n) - l->z[2 * n] +
-            (m->tilt_ft ? m->tilt_ft[n] : 0.0)) /
-           m->length_ft;
-}
 
 /* What modifications do along the runway in a step, before its kicks. */
 void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
