@@ -20,7 +20,7 @@
 #include "hil/rig/faults.h"
 #include "hil/rig/replay.h"
 #include "hil/rig/runfile.h"
-#include "hil/symbols.h"
+#include "hil/core/elf.h"
 
 #define WALL_LIMIT_S  600.0 /* of a run that has an end, beyond its length */
 #define CONNECT_MS    30000

@@ -25,6 +25,201 @@
 #include "hil/periph/options.h"
 #include "hil/periph/cells.h"
 
+/* ---- how the parts are joined: the chip's pins to the rig, its wires to the links ---- */
+
+static void cut_supply(void *device)
+{
+    hil_supply_cut(device);
+}
+
+static void wire_core(struct hil_board *board)
+{
+    struct hil_core *core = &board->core;
+    core->memory = &board->memories->own;
+    core->no_ccm = board->options.type->no_ccm;
+    core->watch_alignment = board->options.watch_alignment;
+    hil_event_create(core);
+    hil_systick_create(core);
+    hil_clock_start(&core->state.clock, 16000000);
+    hil_bus_create(core);
+}
+
+/* In the order in which those who listen to pins are told: rig, chip, camera. */
+static void wire_pins(struct hil_board *board)
+{
+    struct hil_core *core = &board->core;
+    struct hil_mcu *mcu = &board->mcu;
+    board->rig.core = board->camera.core = core;
+    board->rig.state = &board->state.rig;
+    board->rig.bare = board->options.bare;
+    board->rig.gpio = board->camera.gpio = &mcu->gpio;
+    board->rig.adc = &mcu->adc;
+    board->rig.type = board->options.type;
+    board->rig.electronics = &board->electronics;
+    board->camera.options = &board->options;
+    board->camera.state = &board->state.camera;
+    for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
+        const struct hil_pull *pull = &board->options.type->pull[i];
+        hil_gpio_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->up);
+    }
+    hil_rig_create(&board->rig);
+    hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
+    hil_camera_create(&board->camera);
+}
+
+static void wire_chips(struct hil_board *board)
+{
+    const struct hil_options *options = &board->options;
+    board->w25q = (struct hil_w25q_device){
+        .core = &board->core,
+        .options = options,
+        .state = &board->state.w25q,
+        .orders = &board->state.nor_orders,
+        .rules = &board->mcu.rules,
+        .spi = &board->mcu.spi,
+        .cells = board->memories->nor,
+        .began = {hil_faults_nor_operation, &board->faults},
+        .cut = {cut_supply, &board->supply},
+    };
+    board->tmp112 = (struct hil_tmp112_device){
+        .core = &board->core, .options = options, .state = &board->state.tmp112};
+    board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
+    board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
+    board->mcu.flash.began = (struct hil_call){hil_faults_flash_operation, &board->faults};
+    board->mcu.flash.cut = (struct hil_call){cut_supply, &board->supply};
+    hil_flash_create(&board->mcu.flash);
+    hil_w25q_create(&board->w25q);
+    board->supply = (struct hil_supply_device){
+        .core = &board->core,
+        .state = &board->state.supply,
+        .flash = &board->mcu.flash,
+        .rcc = &board->mcu.rcc,
+        .nor = &board->w25q,
+        .thermometer = &board->tmp112,
+    };
+    hil_supply_create(&board->supply);
+}
+
+static void wire_links(struct hil_board *board)
+{
+    board->lines = (struct hil_lines_device){
+        .core = &board->core,
+        .options = &board->options,
+        .state = &board->state.lines,
+        .frame_sent = {hil_faults_can_sent, &board->faults},
+    };
+    hil_lines_create(&board->lines, board->options.seed);
+    board->mcu.can.wire = board->mcu.usart.wire = hil_lines_wire(&board->lines);
+}
+
+static void wire_runs(struct hil_board *board)
+{
+    struct hil_mcu *mcu = &board->mcu;
+    board->script = (struct hil_script_device){
+        .core = &board->core,
+        .state = &board->state.script,
+        .rig = &board->rig,
+        .can = &mcu->can,
+        .usart = &mcu->usart,
+    };
+    hil_script_create(&board->script);
+    board->replay.core = &board->core;
+    board->replay.state = &board->state.replay;
+    board->replay.gpio = &mcu->gpio;
+    board->replay.adc = &mcu->adc;
+    board->replay.rcc = &mcu->rcc;
+    board->replay.tim = &mcu->tim;
+    board->replay.can = &mcu->can;
+    board->replay.usart = &mcu->usart;
+    board->replay.rig = &board->rig;
+    hil_replay_create(&board->replay);
+    board->faults = (struct hil_faults_device){
+        .core = &board->core,
+        .options = &board->options,
+        .state = &board->state.faults,
+        .lines = &board->lines,
+        .rig = &board->rig,
+        .camera = &board->camera,
+        .supply = &board->supply,
+        .rcc = &mcu->rcc,
+        .can = &mcu->can,
+        .i2c = &mcu->i2c,
+        .nor = &board->state.nor_orders,
+        .thermometer = &board->state.tmp112,
+    };
+    hil_faults_create(&board->faults);
+}
+
+void hil_board_fit_electronics(struct hil_board *board)
+{
+    hil_electronics_make(&board->electronics, &board->options, board->options.figures);
+    board->mcu.adc.vdda_v = board->electronics.vdda_v;
+    board->mcu.adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
+}
+
+/* Join the parts of a board that is zero but for its options and memories. */
+static void wire(struct hil_board *board)
+{
+    wire_core(board);
+    wire_pins(board);
+    hil_board_fit_electronics(board);
+    wire_chips(board);
+    wire_links(board);
+    wire_runs(board);
+}
+
+/* ---- which board an image is for, by its header (common/image.h) ---- */
+
+/* By the first bytes of flash; without a header `type` stays as it is. */
+static enum mr_status which_head(const uint8_t *flash, const struct hil_board_type **type,
+                                 char *error, size_t size)
+{
+    struct mr_image image;
+    enum mr_status status = mr_image_get(&image, flash);
+    if (status != MR_OK && status != MR_CRC) /* damaged, it says so all the same */
+        return MR_OK;
+    const struct hil_board_type *found = hil_board_type_of(image.board);
+    if (!found) {
+        snprintf(error, size,
+                 "the image is for board %u, which this matrig-board does not know; take the one "
+                 "that came with the image",
+                 image.board);
+        return MR_VERSION;
+    }
+    *type = found;
+    return MR_OK;
+}
+
+static bool read_elf(const char *path, struct hil_memory *memory)
+{
+    char unused[256];
+    return path && hil_elf_load(path, memory, unused, sizeof unused) == MR_OK;
+}
+
+static bool read_flash(const char *path, struct hil_memory *memory)
+{
+    FILE *file = path ? fopen(path, "rb") : NULL;
+    size_t n = file ? fread(memory->flash, 1, MR_IMAGE_HEAD, file) : 0;
+    if (file)
+        fclose(file);
+    return n == MR_IMAGE_HEAD;
+}
+
+enum mr_status hil_which_files(const char *elf, const char *flash,
+                               const struct hil_board_type **type, char *error, size_t size)
+{
+    struct hil_memory *memory = calloc(1, sizeof *memory);
+    enum mr_status status = MR_OK;
+    if (!memory)
+        abort();
+    if (read_elf(elf, memory) || (!elf && read_flash(flash, memory)))
+        status = which_head(memory->flash, type, error, size);
+    free(memory);
+    return status;
+}
+
+/* ---- the board ---- */
+
 /* RAM after a power cut: neither what was there nor zero. */
 static void forget_ram(struct hil_board *board)
 {
@@ -87,7 +282,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     if (options->board_drawn)
         hil_electronics_identity(options->board_seed, board->options.uid);
     board->options.log = NULL; /* an empty board has nothing to tell, nor core.trace */
-    hil_board_wire(board);
+    wire(board);
     for (unsigned i = 0; i < 2; i++)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
                                         i * 0x632be59bd9b4e019ull;
@@ -123,7 +318,8 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->lines.callbacks = *callbacks;
 }
 
-enum mr_status hil_board_restart(struct hil_board *board)
+/* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
+static enum mr_status restart(struct hil_board *board)
 {
     hil_cpu_forget_code(&board->core);
     board->core.stopped = false;
@@ -134,11 +330,13 @@ enum mr_status hil_board_restart(struct hil_board *board)
     return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 
-enum mr_status hil_board_fits(struct hil_board *board, const char *path)
+/* Is what is in flash, which came from this file, for this board? MR_VERSION: no; the reason says
+ * what it is for. */
+static enum mr_status check_fits(struct hil_board *board, const char *path)
 {
     const struct hil_board_type *type = board->options.type, *wanted = type;
     char why[160];
-    enum mr_status status = hil_which_head(board->core.memory->flash, &wanted, why, sizeof why);
+    enum mr_status status = which_head(board->core.memory->flash, &wanted, why, sizeof why);
     if (status != MR_OK)
         snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
     if (status != MR_OK)
@@ -171,7 +369,8 @@ static const char *function_at(void *who, uint32_t pc)
     return symbol ? symbol->name : NULL;
 }
 
-void hil_board_name_functions(struct hil_board *board, const char *elf)
+/* Where the names of functions come from, for what is told of rules; the path is copied. */
+static void name_functions(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);
     snprintf(board->elf, sizeof board->elf, "%s", elf);
@@ -184,11 +383,11 @@ enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
     enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason,
                                          sizeof board->core.reason);
     if (status == MR_OK)
-        status = hil_board_fits(board, path);
+        status = check_fits(board, path);
     if (status != MR_OK)
         return status;
-    hil_board_name_functions(board, path);
-    return hil_board_restart(board);
+    name_functions(board, path);
+    return restart(board);
 }
 
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
@@ -380,197 +579,6 @@ uint32_t hil_board_register(const struct hil_board *board, unsigned number)
     return hil_cpu_register(&board->core, number);
 }
 
-/* ---- how the parts are joined: the chip's pins to the rig, its wires to the links ---- */
-
-static void cut_supply(void *device)
-{
-    hil_supply_cut(device);
-}
-
-static void wire_core(struct hil_board *board)
-{
-    struct hil_core *core = &board->core;
-    core->memory = &board->memories->own;
-    core->no_ccm = board->options.type->no_ccm;
-    core->watch_alignment = board->options.watch_alignment;
-    hil_event_create(core);
-    hil_systick_create(core);
-    hil_clock_start(&core->state.clock, 16000000);
-    hil_bus_create(core);
-}
-
-/* In the order in which those who listen to pins are told: rig, chip, camera. */
-static void wire_pins(struct hil_board *board)
-{
-    struct hil_core *core = &board->core;
-    struct hil_mcu *mcu = &board->mcu;
-    board->rig.core = board->camera.core = core;
-    board->rig.state = &board->state.rig;
-    board->rig.bare = board->options.bare;
-    board->rig.gpio = board->camera.gpio = &mcu->gpio;
-    board->rig.adc = &mcu->adc;
-    board->rig.type = board->options.type;
-    board->rig.electronics = &board->electronics;
-    board->camera.options = &board->options;
-    board->camera.state = &board->state.camera;
-    for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
-        const struct hil_pull *pull = &board->options.type->pull[i];
-        hil_gpio_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->up);
-    }
-    hil_rig_create(&board->rig);
-    hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
-    hil_camera_create(&board->camera);
-}
-
-static void wire_chips(struct hil_board *board)
-{
-    const struct hil_options *options = &board->options;
-    board->w25q = (struct hil_w25q_device){
-        .core = &board->core,
-        .options = options,
-        .state = &board->state.w25q,
-        .orders = &board->state.nor_orders,
-        .rules = &board->mcu.rules,
-        .spi = &board->mcu.spi,
-        .cells = board->memories->nor,
-        .began = {hil_faults_nor_operation, &board->faults},
-        .cut = {cut_supply, &board->supply},
-    };
-    board->tmp112 = (struct hil_tmp112_device){
-        .core = &board->core, .options = options, .state = &board->state.tmp112};
-    board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
-    board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
-    board->mcu.flash.began = (struct hil_call){hil_faults_flash_operation, &board->faults};
-    board->mcu.flash.cut = (struct hil_call){cut_supply, &board->supply};
-    hil_flash_create(&board->mcu.flash);
-    hil_w25q_create(&board->w25q);
-    board->supply = (struct hil_supply_device){
-        .core = &board->core,
-        .state = &board->state.supply,
-        .flash = &board->mcu.flash,
-        .rcc = &board->mcu.rcc,
-        .nor = &board->w25q,
-        .thermometer = &board->tmp112,
-    };
-    hil_supply_create(&board->supply);
-}
-
-static void wire_links(struct hil_board *board)
-{
-    board->lines = (struct hil_lines_device){
-        .core = &board->core,
-        .options = &board->options,
-        .state = &board->state.lines,
-        .frame_sent = {hil_faults_can_sent, &board->faults},
-    };
-    hil_lines_create(&board->lines, board->options.seed);
-    board->mcu.can.wire = board->mcu.usart.wire = hil_lines_wire(&board->lines);
-}
-
-static void wire_runs(struct hil_board *board)
-{
-    struct hil_mcu *mcu = &board->mcu;
-    board->script = (struct hil_script_device){
-        .core = &board->core,
-        .state = &board->state.script,
-        .rig = &board->rig,
-        .can = &mcu->can,
-        .usart = &mcu->usart,
-    };
-    hil_script_create(&board->script);
-    board->replay.core = &board->core;
-    board->replay.state = &board->state.replay;
-    board->replay.gpio = &mcu->gpio;
-    board->replay.adc = &mcu->adc;
-    board->replay.rcc = &mcu->rcc;
-    board->replay.tim = &mcu->tim;
-    board->replay.can = &mcu->can;
-    board->replay.usart = &mcu->usart;
-    board->replay.rig = &board->rig;
-    hil_replay_create(&board->replay);
-    board->faults = (struct hil_faults_device){
-        .core = &board->core,
-        .options = &board->options,
-        .state = &board->state.faults,
-        .lines = &board->lines,
-        .rig = &board->rig,
-        .camera = &board->camera,
-        .supply = &board->supply,
-        .rcc = &mcu->rcc,
-        .can = &mcu->can,
-        .i2c = &mcu->i2c,
-        .nor = &board->state.nor_orders,
-        .thermometer = &board->state.tmp112,
-    };
-    hil_faults_create(&board->faults);
-}
-
-void hil_board_fit_electronics(struct hil_board *board)
-{
-    hil_electronics_make(&board->electronics, &board->options, board->options.figures);
-    board->mcu.adc.vdda_v = board->electronics.vdda_v;
-    board->mcu.adc.errors = board->electronics.drawn ? &board->electronics.adc : NULL;
-}
-
-void hil_board_wire(struct hil_board *board)
-{
-    wire_core(board);
-    wire_pins(board);
-    hil_board_fit_electronics(board);
-    wire_chips(board);
-    wire_links(board);
-    wire_runs(board);
-}
-
-/* ---- which board an image is for, by its header (common/image.h) ---- */
-
-enum mr_status hil_which_head(const uint8_t *flash, const struct hil_board_type **type, char *error,
-                              size_t size)
-{
-    struct mr_image image;
-    enum mr_status status = mr_image_get(&image, flash);
-    if (status != MR_OK && status != MR_CRC) /* damaged, it says so all the same */
-        return MR_OK;
-    const struct hil_board_type *found = hil_board_type_of(image.board);
-    if (!found) {
-        snprintf(error, size,
-                 "the image is for board %u, which this matrig-board does not know; take the one "
-                 "that came with the image",
-                 image.board);
-        return MR_VERSION;
-    }
-    *type = found;
-    return MR_OK;
-}
-
-static bool read_elf(const char *path, struct hil_memory *memory)
-{
-    char unused[256];
-    return path && hil_elf_load(path, memory, unused, sizeof unused) == MR_OK;
-}
-
-static bool read_flash(const char *path, struct hil_memory *memory)
-{
-    FILE *file = path ? fopen(path, "rb") : NULL;
-    size_t n = file ? fread(memory->flash, 1, MR_IMAGE_HEAD, file) : 0;
-    if (file)
-        fclose(file);
-    return n == MR_IMAGE_HEAD;
-}
-
-enum mr_status hil_which_files(const char *elf, const char *flash,
-                               const struct hil_board_type **type, char *error, size_t size)
-{
-    struct hil_memory *memory = calloc(1, sizeof *memory);
-    enum mr_status status = MR_OK;
-    if (!memory)
-        abort();
-    if (read_elf(elf, memory) || (!elf && read_flash(flash, memory)))
-        status = hil_which_head(memory->flash, type, error, size);
-    free(memory);
-    return status;
-}
-
 /* ---- flash and NOR as files, so that they outlast the program ---- */
 
 #define OPTION_BYTES 16u
@@ -667,10 +675,10 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
                       "no flash file: what follows the first MiB is no option bytes; give another");
     if (status == MR_OK && n) {
         memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
-        status = hil_board_fits(board, path);
+        status = check_fits(board, path);
     }
     if (status == MR_OK)
-        status = hil_board_restart(board);
+        status = restart(board);
     free(bytes);
     return status;
 }

@@ -102,13 +102,9 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
 /* Core registers by the numbers of hil_cpu_register. */
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
-/* Which board an image is for, by the first bytes of flash. An image without a header is for any
- * board: `type` stays as it is. MR_VERSION: for a board that is not modelled; `error` says
- * which. */
-enum mr_status hil_which_head(const uint8_t *flash, const struct hil_board_type **type, char *error,
-                              size_t size);
-/* By what is in a file; a file that cannot be read leaves `type` as it is, for whoever loads it
- * says why. Either may be NULL; the ELF has precedence. MR_VERSION, as above. */
+/* Which board an image is for, by what is in a file; one that has no header or cannot be read
+ * leaves `type` as it is, for whoever loads it says why. Either may be NULL; the ELF has precedence.
+ * MR_VERSION: for a board that is not modelled; `error` says which. */
 enum mr_status hil_which_files(const char *elf, const char *flash,
                                const struct hil_board_type **type, char *error, size_t size);
 

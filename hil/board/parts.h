@@ -18,7 +18,7 @@
 #include "hil/rig/lines.h"
 #include "hil/rig/replay.h"
 #include "hil/rig/supply.h"
-#include "hil/symbols.h"
+#include "hil/core/elf.h"
 
 struct hil_state {
     struct hil_mcu_state mcu;
@@ -60,18 +60,9 @@ struct hil_board {
     struct mr_symbols symbols; /* of it, read when a name is first asked for */
 };
 
-/* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
-enum mr_status hil_board_restart(struct hil_board *board);
-/* Is what is in flash, which came from this file, for this board? MR_VERSION: no; the reason says
- * what it is for. */
-enum mr_status hil_board_fits(struct hil_board *board, const char *path);
-/* Where the names of functions come from, for what is told of rules; the path is copied. */
-void hil_board_name_functions(struct hil_board *board, const char *elf);
 /* Reset the chip now, as a debugger asks. */
 void hil_board_reset(struct hil_board *board);
 /* Draw or take the electronics that the options say, and give the converters theirs. */
 void hil_board_fit_electronics(struct hil_board *board);
-/* Join the parts of a board that is zero but for its options and memories. */
-void hil_board_wire(struct hil_board *board);
 
 #endif

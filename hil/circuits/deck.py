@@ -14,7 +14,6 @@ class Draw:
         self.random, self.spread = random.Random(seed), spread
         self.turned, self.closed = 0.5, False  # trimmers, relays
         self.warmer_k = 0.0
-        self.fed = False  # buffers draw their outputs' current from their supply
 
     def within(self, most):
         return self.spread * self.random.uniform(-most, most)

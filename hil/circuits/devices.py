@@ -32,12 +32,6 @@ ro o out 10
 bo o 0 v=0.5*v(vcc)*(1+tanh(8*(v(a)-0.5*v(vcc))))
 ro o y {r}
 .ends
-.subckt buffer_fed a y vcc r=15
-bo o 0 v=0.5*v(vcc)*(1+tanh(8*(v(a)-0.5*v(vcc))))
-vo o p 0
-ro p y {r}
-bs vcc 0 i=0.25*(i(vo)+sqrt(i(vo)*i(vo)+1e-10))*(1+tanh(8*(v(a)-0.5*v(vcc))))
-.ends
 .subckt schmitt_inverter a y vcc gnd vt=1.5 vh=0.35 r=12
 bc c 0 v=-v(a)
 sh y vcc c 0 up
@@ -123,8 +117,7 @@ def ina826(name, part, node, draw):
 
 def dual_buffer(name, part, node, draw):
     """74LVC2G34 at 2.5 V: VOL is 0.3 V most at 8 mA and 2.3 V, 37 Ohm; 10 to 20 Ohm at 25 C is assumed."""
-    kind = "buffer_fed" if draw.fed else "buffer"
-    return [f"X{name}{n} {node(n + 'A')} {node(n + 'Y')} {node('VCC')} {kind} r={draw.between(10, 20):.9g}" for n in "12"]
+    return [f"X{name}{n} {node(n + 'A')} {node(n + 'Y')} {node('VCC')} buffer r={draw.between(10, 20):.9g}" for n in "12"]
 
 
 def schmitt_inverter(name, part, node, draw):

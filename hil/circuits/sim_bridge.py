@@ -131,7 +131,6 @@ def figures(parts, work):
         ("gage_v_per_lb", nominal / 200 * V_PER_LB, "V/lb", "nominal"),
         ("gage_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} copies, gages' factor left out"),
         ("gage_zero_sd_lb", deviation(zero), "lb", "standard deviation of the zero before trimming, gages to 0.3 %"),
-        ("gage_zero_most_lb", max(abs(z) for z in zero), "lb", f"most of {COPIES} copies"),
         ("gage_trim_range_lb", min(min(abs(h - z), abs(z - l)) for z, l, h in zip(zero, low, high)), "lb", "reach of the balance trim each way, least"),
         ("gage_trim_beyond_part", beyond, "1", "part of the copies that the trim does not bring to zero"),
         ("gage_trim_left_lb", deviation(left), "lb", "standard deviation of the zero after trimming, set to 0.01 % of the trimmer's voltage"),
@@ -145,8 +144,8 @@ def figures(parts, work):
         ("gage_kick_rel", kick(work, "bridge", part, "GAGE_1", near), "1", "part of the difference to the channel before that is left"),
         ("gage_source_ohm", source_ohm(work, "bridge", part, "GAGE_1", near), "Ohm", "what the converter sees"),
         ("gage_corner_hz", corner, "Hz", "-3 dB from the bridge to the converter"),
-        ("relay_coil_ms", operate_ms, "ms", "from PE1 high until the coil's current operates, most of 20 copies, 0.1 H assumed"),
-        ("relay_operate_ms", operate_ms + 0.5, "ms", "that and the contact's own 0.5 ms with bounce, most"),
+        ("relay_operate_ms", operate_ms + 0.5, "ms",
+         "from PE1 high until the coil's current operates, 0.1 H assumed, and the contact's own 0.5 ms with bounce, most of 20 copies"),
         ("relay_release_ms", release_ms + 0.2, "ms", "from PE1 low until the coil releases beside its diode, and the contact's 0.2 ms, most"),
         ("relay_bounce_ms", 0.25, "ms", "bounce within the operate time, half of it; assumed, reed relay"),
     ]

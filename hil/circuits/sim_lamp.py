@@ -100,12 +100,10 @@ def figures(parts, work):
     times, amps, pin = switched(parts, work)
     hot = at(times, amps, 300e-3)
     cold = max(a for t, a in zip(times, amps) if t < 20e-3)
-    warm = next((t for t, a in zip(times, amps) if t > 1.5e-3 and a < 1.1 * hot), math.nan) - 1e-3
     level = thresholds(parts, work)
     return [
         ("lamp_cold_a", cold, "A", "peak when switched on cold, filament of tungsten"),
         ("lamp_hot_a", hot, "A", "300 ms later"),
-        ("lamp_warm_ms", warm * 1e3, "ms", "until within 10 % of hot"),
         ("lamp_sense_us", fast(parts, work, True), "us", "from PE0 low to PE3 low, most of 20 copies"),
         ("lamp_clear_us", fast(parts, work, False), "us", "from PE0 high to PE3 high, most"),
         ("lamp_sense_threshold_a", mean(level), "A", "current from which PE3 is low, mean"),

@@ -1,7 +1,6 @@
-"""The reference and what is made of it: errors under load, and what eight transducers do to their supply."""
-from deck import Deck, Draw, at
-from measure import LSB_V, SCAN_S, VDDA, deviation, kick, mean, rails, source_ohm
-import sim_transducer
+"""The reference and what is made of it: errors under load."""
+from deck import Deck, Draw
+from measure import VDDA, deviation, kick, mean, rails, source_ohm
 
 COPIES = 100
 BRIDGE_OHM, BRIDGES, CELL_A = 350.0, 14, 1.2e-3
@@ -32,28 +31,6 @@ def levels(parts, work):
     return {n: [plot[f"v({deck.node(c, n)})"][0] for c in range(COPIES)] for n in names}
 
 
-def fed(parts, work):
-    """The transducers' supply with all eight at work: largest departure from its mean at the sampling times."""
-    deck = Deck(work, "power-transducers")
-    mine = block(parts) + [p for r, p in parts.items() if r.startswith("T") and "/" in r]
-    sim_transducer.drive(deck)
-    draw = Draw(0, 0)
-    draw.fed = True
-    deck.place(0, mine, draw)
-    rails(deck, 0, SUPPLY)
-    loads(deck, 0)
-    deck.add("Rplus drivep c0_excitation_plus 30", "Rminus drivem c0_excitation_minus 30")
-    for n in range(1, 9):
-        plus, minus, centre = (deck.node(0, parts[f"T{n}/J1"].net(p)) for p in "123")
-        deck.add(f"Rcella{n} {plus} {centre} 500", f"Rcellb{n} {centre} {minus} 1500")
-    # Before the drive runs, its current: the follower is to be in its long run from the first.
-    deck.add(f"Ibefore {deck.node(0, '2V5T')} 0 pwl(0 {8 * CELL_A} 1u {8 * CELL_A} 1.05u 0)")
-    name = f"v({deck.node(0, '2V5T')})"
-    plot = deck.run([f"tran 0.25u {SCAN_S * 4} 0 0.25u", "WRITE"], [name], 120)[0]
-    instants = [at(plot["time"], plot[name], SCAN_S * 2 + 28e-6 + 6e-6 * i + SCAN_S * half) for i in range(8) for half in (0, 1)]
-    return max(instants) - min(instants), mean(instants)
-
-
 def short(parts, work):
     """Amperes into one bridge's excitation lead that is shorted to ground by 1 Ohm."""
     deck = Deck(work, "power-short")
@@ -68,7 +45,6 @@ def short(parts, work):
 def figures(parts, work):
     level = levels(parts, work)
     ratio = {n: [v / r for v, r in zip(level[n], level["2V5"])] for n in ("2V5G", "2V5T", "0V4", "REFERENCE")}
-    ripple, fed_v = fed(parts, work)
     part = [p for p in block(parts) if p.refdes in ("U803", "R801", "C808", "C807")]
 
     def around(deck, copy):
@@ -86,9 +62,7 @@ def figures(parts, work):
         ("reference_kick_rel", kick(work, "reference", part, "REFERENCE", around), "1", "part of the difference to the channel before that is left"),
         ("gage_excitation_sd_rel", deviation(ratio["2V5G"]), "1", "standard deviation of the bridges' supply against the reference, 100 mA"),
         ("transducer_excitation_sd_rel", deviation(ratio["2V5T"]), "1", "the same of the transducers' supply, 10 mA"),
-        ("transducer_supply_ripple_v", ripple, "V", "its largest change between sampling times, eight cells at work"),
         ("gage_zero_v", mean(level["0V4"]), "V", "what stands for no tension, mean"),
-        ("gage_zero_sd_v", deviation(level["0V4"]), "V", "standard deviation of the 0.4 V"),
         ("transducer_mid_supply_sd_v", deviation(level["MID"]), "V", "standard deviation of MID at one VDDA"),
         ("gage_supply_short_a", short(parts, work) / 1.0, "A", "from the bridges' supply into an excitation lead that is shorted by 1 Ohm"),
     ]

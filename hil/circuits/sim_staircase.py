@@ -2,12 +2,10 @@
 import math
 
 from deck import Deck, Draw, at
-from measure import LSB_V, VDDA, deviation, kick, rails, source_ohm
+from measure import LSB_V, VDDA, kick, rails, source_ohm
 
 BOARDS = 1000
 ONE_SHOTS = 60
-# Most that a step between two codes is off: STM32F407 data sheet, ADC accuracy, ED.
-JUMP_LSB = 2.0
 
 
 def steps_codes():
@@ -52,46 +50,6 @@ def board_steps(parts, work, boards=BOARDS, chunk=50):
         zero += more[0]
         steps += more[1]
     return zero, steps
-
-
-def linearity(most_lsb, draw):
-    """Errors of the codes of a converter by successive approximation, from the straight line between their ends. Each of its
-    eight upper bits weighs a little more or less than it should, so that no code is off from the one before by more than
-    JUMP_LSB; a smooth bow makes up the rest until the largest error is most_lsb."""
-    weights = [draw.random.gauss(0, math.sqrt(2 ** -n)) for n in range(8)]
-    curve = [sum(w for n, w in enumerate(weights) if code >> (7 - n) & 1) for code in range(256)]
-    curve = [c - curve[0] - (curve[255] - curve[0]) * i / 255 for i, c in enumerate(curve)]
-    scale = min(most_lsb / max(abs(c) for c in curve), JUMP_LSB / max(abs(b - a) for a, b in zip(curve, curve[1:])))
-    curve = [scale * c for c in curve]
-    way = draw.random.choice((-1, 1))
-    bow = [way * math.sin(math.pi * i / 255) for i in range(256)]
-    low, high = 0.0, 2 * most_lsb
-    for _ in range(30):
-        by = (low + high) / 2
-        if max(abs(c + by * b) for c, b in zip(curve, bow)) > most_lsb:
-            high = by
-        else:
-            low = by
-    curve = [c + low * b for c, b in zip(curve, bow)]
-    return lambda code: curve[min(max(int(code) // 16, 0), 255)]
-
-
-def misnamed(zero, steps, inl_lsb, draw):
-    """Part of the boards of which a switch is unnamed, and named wrongly, when 1 to 24 open in turn: common/staircase.h takes
-    the nearest step that is left, within 4 codes."""
-    wanted = steps_codes()
-    unnamed = wrong = 0
-    for start, board in zip(zero, steps):
-        error, level, left, kinds = linearity(inl_lsb, draw), start, set(range(24)), set()
-        for p in range(24):
-            seen = board[p] + error(level + board[p]) - error(level)
-            level += board[p]
-            best = min(left, key=lambda q: abs(seen - wanted[q]))
-            kinds.add("unnamed" if abs(seen - wanted[best]) > 4 else "right" if best == p else "wrong")
-            left.discard(p)
-        unnamed += "unnamed" in kinds
-        wrong += "wrong" in kinds
-    return unnamed / len(steps), wrong / len(steps)
 
 
 def line_of(parts, p):
@@ -179,9 +137,6 @@ def figures(parts, work):
     zero, steps = board_steps(parts, work)
     wanted = steps_codes()
     errors = [board[p] - wanted[p] for board in steps for p in range(24)]
-    draw = Draw("linearity")
-    inside = misnamed(zero, steps, 1.5, draw)
-    most = misnamed(zero, steps, 3.0, draw)
     times, stair, edge = opening(parts, work)
     rises = crossings(times, edge, 1.65)
     settle_us = math.nan
@@ -199,15 +154,9 @@ def figures(parts, work):
     tolerance = max(parts[f"R{n}"].tolerance() for n in [*range(301, 325), *range(331, 355)])
     return [
         ("staircase_resistor_tol_rel", tolerance, "1", "tolerance of a step's two resistors, from the parts list"),
-        ("staircase_step_sd_codes", deviation(errors), "codes", f"standard deviation of a step from its code, {BOARDS} boards"),
-        ("staircase_step_most_codes", max(abs(e) for e in errors), "codes", "largest of these errors"),
-        ("staircase_zero_sd_codes", deviation(zero), "codes", "standard deviation of the level with all switches closed"),
+        ("staircase_step_most_codes", max(abs(e) for e in errors), "codes", f"largest error of a step from its code, {BOARDS} boards"),
         ("staircase_top_codes", largest, "codes", "most with all switches open; 4095 is the end"),
         ("staircase_vdda_rel", reference_rule(parts, work), "1", "rule 3: what is left when VDDA is 2 % low and the code is taken raw"),
-        ("staircase_wrong_part", inside[1], "1", "part of the boards with a misnamed switch, linearity +-1.5 LSB"),
-        ("staircase_unnamed_part", inside[0], "1", "part of the boards with an unnamed switch, the same"),
-        ("staircase_wrong_part_most", most[1], "1", "misnamed, linearity +-3 LSB"),
-        ("staircase_unnamed_part_most", most[0], "1", "unnamed, linearity +-3 LSB"),
         ("staircase_opened_right", float(found == wanted[:4] and len(rises) == 4), "1",
          f"1: switches 1 to 4 opened one after the other gave their steps ({' '.join(map(str, found))}) and an edge each"),
         ("staircase_settle_us", settle_us, "us", "time constant of a step"),

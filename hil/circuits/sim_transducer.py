@@ -107,8 +107,6 @@ def reference_rule(parts, work, usual_v):
 def figures(parts, work):
     times, nominal = transient(parts, work, 1, 0, TRAVEL)
     half, middle = codes(times, nominal[0])
-    # ready: what one inch is, by the rig's 0.5 V/in, and what of the cell's half travel that takes
-    gain_v = mean(half) / TRAVEL
     times_mc, volts = transient(parts, work, COPIES, 1, TRAVEL, "transducer-tolerance")
     read = [codes(times_mc, v) for v in volts]
     gains = [mean(h) for h, _ in read]
@@ -118,7 +116,6 @@ def figures(parts, work):
     around, part = surround(parts), block(parts)
     with_reference, with_vdda = reference_rule(parts, work, mean(half))
     return [
-        ("transducer_v_per_half_travel", gain_v, "V", "amplitude at the converter with the cell at the end of its travel"),
         ("transducer_top_in", (VDDA / 2 - 0.03) / 0.5 - 0.1, "in", "where the amplifier's end is at 0.5 V/in and 0.050 V"),
         ("transducer_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} copies, cell left out"),
         ("transducer_cell_ppm_k", abs(warmer[1] / warmer[0] - 1) * 1e6, "ppm/K", "gain's change when the cell conducts 2 %/K better"),

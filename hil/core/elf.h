@@ -1,4 +1,5 @@
-/* Loader of firmware images: 32-bit little-endian ARM executables for the memories of this chip. */
+/* Firmware images, 32-bit little-endian ARM executables: into the memories of this chip, and their
+ * functions (common/symbols.h). */
 #ifndef MATRIG_HIL_ELF_H
 #define MATRIG_HIL_ELF_H
 
@@ -6,6 +7,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
+#include "common/symbols.h"
 
 struct hil_memory;
 
@@ -18,5 +20,12 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
 /* Address of a function (without its Thumb bit) or variable of that image. MR_UNKNOWN: it has no
  * such symbol, or cannot be read. */
 enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *address);
+
+/* Read the functions of the ELF at `path`. The caller frees them with hil_symbols_free, also after
+ * a failure. MR_IO, MR_TOO_LONG, MR_MALFORMED, MR_TRUNCATED, with `error` in words; a file without
+ * symbols is MR_OK with none. */
+enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, char *error,
+                                size_t size);
+void hil_symbols_free(struct mr_symbols *symbols);
 
 #endif

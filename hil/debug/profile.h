@@ -13,7 +13,7 @@
 #include <stdio.h>
 
 #include "common/status.h"
-#include "hil/symbols.h"
+#include "hil/core/elf.h"
 
 struct hil_board;
 

@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
-#include "hil/symbols.h"
+#include "hil/core/elf.h"
 
 struct hil_board;
 

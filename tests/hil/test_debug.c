@@ -2,7 +2,6 @@
  * registers and memory. */
 #include "hil/core/elf.h"
 #include "hil/debug/debug.h"
-#include "hil/symbols.h"
 #include "tests/hil/bench.h"
 #include "tests/hil/snapshot.h"
 

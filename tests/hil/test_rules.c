@@ -5,7 +5,7 @@
 #include "hil/periph/adc.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
-#include "hil/symbols.h"
+#include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
 #define OLD_ELF      "build/tests/old/339b9da.elf"
