@@ -99,25 +99,6 @@ static struct access decode32(const struct hil_core *core, uint32_t pc, uint16_t
     return none;
 }
 
-uint32_t hil_cpu_access_pc(const struct hil_core *core, uint32_t address, bool write)
-{
-    uint32_t start = core->state.cpu.block_address;
-    const uint8_t *code = hil_memory_at(core, start, core->state.cpu.block_size, false);
-    for (uint32_t i = 0; code && i + 2 <= core->state.cpu.block_size;) {
-        uint16_t first = (uint16_t)(code[i] | code[i + 1] << 8);
-        bool wide = first >= 0xe800u && i + 4 <= core->state.cpu.block_size;
-        uint16_t second = wide ? (uint16_t)(code[i + 2] | code[i + 3] << 8) : 0;
-        struct access access = wide ? decode32(core, start + i, first, second)
-                                    : decode16(core, start + i, first);
-        if (access.any && access.write == write && address >= access.low && address <= access.high)
-            return start + i;
-        i += wide ? 4 : 2;
-    }
-    return start;
-}
-
-/* --- of several that access one address --- */
-
 #define XPSR 16u
 
 /* ARMv7-M A7.3 */
@@ -167,6 +148,13 @@ bool hil_cpu_access_place(const struct hil_core *core, uint32_t address, bool wr
         i += wide ? 4 : 2;
     }
     return false;
+}
+
+uint32_t hil_cpu_access_pc(const struct hil_core *core, uint32_t address, bool write)
+{
+    struct hil_place place = {.pc = core->state.cpu.block_address};
+    (void)hil_cpu_access_place(core, address, write, 0, &place);
+    return place.pc;
 }
 
 bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t *address)
@@ -226,7 +214,7 @@ struct hil_moment hil_stamp(struct hil_core *core)
         return moment_of(core, last);
     /* one instruction makes several accesses at most to several addresses */
     bool other = last->pc && !same;
-    if (!hil_cpu_access_place(core, core->bus.issued, access.write, last->pc - other, &place))
+    if (!hil_cpu_access_place(core, access.address, access.write, last->pc - other, &place))
         return (struct hil_moment){0};
     *last = (struct hil_stamped){.block = block,
                                  .cycle = now,

@@ -70,52 +70,10 @@ static bool clock_is_on(struct hil_core *core, const struct hil_peripheral *p)
     return false;
 }
 
-static uint32_t bit_band_target(uint32_t address, unsigned *bit)
-{
-    uint32_t base = (address & 0xf0000000u);
-    uint32_t offset = address & 0x01ffffffu;
-    *bit = offset >> 2 & 7u;
-    return base + (offset >> 5);
-}
-
-static bool is_bit_band(uint32_t address)
-{
-    return address - 0x22000000u < 0x02000000u || address - 0x42000000u < 0x02000000u;
-}
-
 uint32_t hil_bus_bits_read(const struct hil_core *core)
 {
-    const struct hil_bus *bus = &core->bus;
-    unsigned bit;
-    if (is_bit_band(bus->issued)) {
-        uint32_t target = bit_band_target(bus->issued, &bit);
-        return 1u << (8u * (target & 3u) + bit);
-    }
-    return lane(UINT32_MAX, 0, bus->access.size) << (8u * (bus->access.address & 3u));
-}
-
-static uint32_t bit_band_read(struct hil_core *core, uint32_t address)
-{
-    unsigned bit;
-    uint32_t target = bit_band_target(address, &bit);
-    const uint8_t *memory = hil_memory_at(core, target, 1, false);
-    if (memory)
-        return *memory >> bit & 1u;
-    return hil_bus_read(core, target & ~3u, 4) >> (8u * (target & 3u) + bit) & 1u;
-}
-
-static void bit_band_write(struct hil_core *core, uint32_t address, uint32_t value)
-{
-    unsigned bit;
-    uint32_t target = bit_band_target(address, &bit);
-    uint8_t *memory = hil_memory_at(core, target, 1, true);
-    if (memory) {
-        *memory = (uint8_t)((*memory & ~(1u << bit)) | (value & 1u) << bit);
-        return;
-    }
-    uint32_t mask = 1u << (8u * (target & 3u) + bit);
-    uint32_t word = hil_bus_read(core, target & ~3u, 4);
-    hil_bus_write(core, target & ~3u, 4, (value & 1u) ? word | mask : word & ~mask);
+    const struct hil_access *access = &core->bus.access;
+    return lane(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
 }
 
 /* What a narrow write leaves in the rest of the word: the register's own bits in GPIO, nothing in
@@ -127,8 +85,6 @@ static uint32_t other_lanes(const struct hil_peripheral *p, uint32_t offset)
 
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
 {
-    if (is_bit_band(address))
-        return bit_band_read(core, address);
     core->bus.access = (struct hil_access){address, size, false};
     if (address - 0x40000000u < 0x00080000u) {
         const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);
@@ -152,10 +108,6 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
 
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value)
 {
-    if (is_bit_band(address)) {
-        bit_band_write(core, address, value);
-        return;
-    }
     core->bus.access = (struct hil_access){address, size, true};
     if (address - 0x40000000u < 0x00080000u) {
         const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);

@@ -71,7 +71,6 @@ struct hil_fresh_clocks {
 
 struct hil_bus {
     struct hil_access access;
-    uint32_t issued; /* the address that the core named: a bit-band alias, or that of `access` */
     uint64_t issues; /* how many the core has named */
     struct hil_system_memory system_memory;
     struct hil_fresh_clocks fresh;

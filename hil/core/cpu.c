@@ -104,17 +104,11 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     return false;
 }
 
-static void issue(const struct hil_region *region, uint64_t offset)
-{
-    region->core->bus.issued = region->base + (uint32_t)offset;
-    region->core->bus.issues++;
-}
-
 static uint64_t on_mmio_read(uc_engine *uc, uint64_t offset, unsigned size, void *user)
 {
     const struct hil_region *region = user;
     (void)uc;
-    issue(region, offset);
+    region->core->bus.issues++;
     return hil_bus_read(region->core, region->base + (uint32_t)offset, size);
 }
 
@@ -122,7 +116,7 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 {
     const struct hil_region *region = user;
     (void)uc;
-    issue(region, offset);
+    region->core->bus.issues++;
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
     const struct hil_onlookers *lookers = &region->core->onlookers;
     if (lookers->tracer)
@@ -138,9 +132,9 @@ void hil_map_create(struct hil_core *core)
         uint32_t base, size;
     } ranges[HIL_REGIONS] = {
         {0x1fff7000u, 0x00006000u}, /* above the boot ROM: OTP, unique id, option bytes */
-        {0x22000000u, 0x02000000u}, /* SRAM bit-band alias */
+        {0x22000000u, 0x02000000u}, /* SRAM bit-band alias: refused */
         {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
-        {0x42000000u, 0x02000000u}, /* their bit-band alias */
+        {0x42000000u, 0x02000000u}, /* their bit-band alias: refused */
         {0x50000000u, 0x10000000u}, /* AHB2 */
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */

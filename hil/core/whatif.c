@@ -6,14 +6,11 @@
 
 #include "hil/core/core.h"
 
-#define STEPS      (2u * HIL_WHATIF_INSTRUCTIONS)
-#define STACK_LOW  0x1000u /* below the stack pointer of the load, and above it */
-#define STACK_TOP  0x200u
-#define JUDGED     256u /* places that are remembered */
-#define REGISTERS  33u
-/* of the peripherals' bits, from their first register on: RM0090 2.3.3 */
-#define ALIAS      0x02000000u
-#define ALIAS_SIZE 0x02000000u
+#define STEPS     (2u * HIL_WHATIF_INSTRUCTIONS)
+#define STACK_LOW 0x1000u /* below the stack pointer of the load, and above it */
+#define STACK_TOP 0x200u
+#define JUDGED    256u /* places that are remembered */
+#define REGISTERS 33u
 
 /* An instruction, or a store to a peripheral: its address and value. What is stored in memory is
  * compared when a run has ended: Unicorn's hook of stores misses some on a 64-bit ARM computer. */
@@ -97,19 +94,15 @@ static uint64_t on_read(uc_engine *uc, uint64_t offset, unsigned size, void *use
 {
     struct hil_whatif *w = user;
     uint32_t at = (uint32_t)offset;
-    bool is_bit = at - ALIAS < ALIAS_SIZE; /* of the word: its alias of the bit band */
-    unsigned shift = is_bit ? at >> 2 & 31u : 8u * (at & 3u);
     (void)uc;
     (void)size;
-    if (is_bit)
-        at = (at - ALIAS) >> 5;
     if (!w->was_read) {
         w->was_read = true;
         w->read_offset = at & ~3u;
     }
     if ((at & ~3u) != w->read_offset)
         return 0;
-    return w->read_value >> shift & (is_bit ? 1u : UINT32_MAX);
+    return w->read_value >> (8u * (at & 3u));
 }
 
 static uint64_t on_read_of_core(uc_engine *uc, uint64_t offset, unsigned size, void *user)

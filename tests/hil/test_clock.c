@@ -21,8 +21,6 @@ TEST(test_start)
     assert_int_equal(bench_result(board, 3), 0x00310042);
     assert_int_equal(bench_result(board, 4), 1024);
     assert_int_equal(bench_result(board, 5), 0x413);
-    assert_int_equal(bench_result(board, 17), 8); /* by its bit-band alias */
-    assert_int_equal(bench_result(board, 18), 1);
     assert_int_equal(bench_result(board, 19), 1); /* WFE after SEV does not sleep */
     hil_board_destroy(board);
 }

@@ -348,8 +348,6 @@ TEST(each_rule_stops_who_breaks_it)
         {44, 0, "FLOATING", "PE15"},
         {45, 0, NULL, NULL},
         {47, 0, "FLOATING", "PE15"},
-        {48, 0, NULL, NULL},
-        {49, 0, "FLOATING", "PE15"},
         /* at 8 MHz: 2.5 / (8e6 * 4e-12 * 14 ln 2) - 6000 = 2051 Ohm; at 3 clocks and 8 MHz it is
          * enough for 1 k */
         {50, 0, NULL, NULL},

@@ -318,14 +318,6 @@ static void memory(void)
                      : "r"(cells)
                      : "memory");
     expect("strexb", s, 0);
-    /* Bit-band alias of SRAM (PM0214 2.2.5): byte b, bit n is at 0x22000000 + 32 b + 4 n. */
-    words[0] = 0;
-    WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 9u) = 1;
-    expect("bit_band_write", words[0], 1u << 9);
-    expect("bit_band_read_1", WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 9u),
-           1);
-    expect("bit_band_read_0", WORD(0x22000000u + 32u * ((uintptr_t)cells - 0x20000000u) + 4u * 8u),
-           0);
 }
 
 static void special_registers(void)

@@ -228,15 +228,6 @@ static __attribute__((noinline)) uint32_t read_e(void)
     return IDR_E;
 }
 
-/* The alias of a bit of IDR_E: RM0090 2.3.3. */
-static __attribute__((noinline)) void read_alias(unsigned last, unsigned times)
-{
-    for (unsigned i = 0; i <= times; i++) {
-        if (REG(0x42000000u + 0x21010u * 32u + 4u * (i < times ? 3u : last)))
-            results[2]++;
-    }
-}
-
 static void of_the_chip(uint32_t which)
 {
     static volatile uint32_t kept;
@@ -280,8 +271,6 @@ static void of_the_chip(uint32_t which)
             (void)read_e();
         results[2] = read_e() >> 15 & 1u;
         break;
-    case 48: /* PE3 alone, by its alias */ read_alias(3, 1); break;
-    case 49: /* PE3 often, then PE15, by their aliases */ read_alias(15, 100); break;
     default: break;
     }
     results[3] = kept;
