@@ -15,14 +15,9 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
+#include "hil/periph/wire.h"
 
 struct hil_adc_errors;
-struct hil_core;
-struct hil_dma_device;
-struct hil_gpio_device;
-struct hil_options;
-struct hil_rcc_device;
-struct hil_rules_device;
 
 #define HIL_NOMINAL_VDDA_V 3.3 /* what the codes of the configuration stand for */
 
@@ -66,14 +61,9 @@ struct hil_recorded_codes {
 };
 
 struct hil_adc_device {
-    struct hil_core *core;
-    const struct hil_options *options;
+    HIL_NEIGHBOURS;
     struct hil_adc *state; /* of both */
     uint32_t *ccr;         /* the register that they share */
-    struct hil_rcc_device *rcc;
-    struct hil_dma_device *dma;
-    struct hil_gpio_device *gpio;
-    struct hil_rules_device *rules;
     struct hil_analogue outside;
     struct hil_recorded_codes record;
     double vdda_v;
@@ -136,8 +126,6 @@ double hil_adc_left(const struct hil_adc_errors *errors, int source, double wind
 
 /* How long a converter must sample a source of some resistance: STM32F407 data sheet, 12-bit ADC
  * characteristics, equation 1, for an error below a quarter of an LSB. */
-
-struct hil_rules_device;
 
 /* The most that a window of so many ADC clocks takes; below 0: not even 0 Ohm. */
 double hil_adc_most_ohm(unsigned sample_clocks, double clock_hz);

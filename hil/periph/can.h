@@ -18,11 +18,6 @@
 #include "hil/periph/canbits.h"
 #include "hil/periph/wire.h"
 
-struct hil_core;
-struct hil_gpio_device;
-struct hil_options;
-struct hil_rcc_device;
-
 #define HIL_CAN_QUEUE      64u
 #define HIL_CAN_BANKS      28u
 #define HIL_CAN_HOST_RATE  1000000u
@@ -68,11 +63,8 @@ struct hil_can {
 };
 
 struct hil_can_device {
-    struct hil_core *core;
-    struct hil_options *options; /* can_bus changes */
+    HIL_NEIGHBOURS;
     struct hil_can *state;
-    struct hil_rcc_device *rcc;
-    struct hil_gpio_device *gpio;
     struct hil_wire wire;
 };
 

@@ -11,8 +11,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_core;
+#include "hil/periph/wire.h"
 
 struct hil_dma_stream {
     HIL_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
@@ -44,7 +43,7 @@ struct hil_dma_client {
 #define HIL_DMA_CLIENTS 2u
 
 struct hil_dma_device {
-    struct hil_core *core;
+    HIL_NEIGHBOURS;
     struct hil_dma *state; /* of both */
     /* of each controller, in the order in which they catch up */
     struct hil_dma_client client[2][HIL_DMA_CLIENTS];

@@ -24,10 +24,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_core;
-struct hil_options;
-struct hil_rcc_device;
+#include "hil/periph/wire.h"
 
 #define HIL_FLASH_SECTORS         12u
 /* layout of FLASH_OPTCR: level 0, no sector protected */
@@ -57,10 +54,8 @@ struct hil_flash {
 };
 
 struct hil_flash_device {
-    struct hil_core *core;
-    const struct hil_options *options;
+    HIL_NEIGHBOURS;
     struct hil_flash *state;
-    struct hil_rcc_device *rcc;
     struct hil_call began; /* an operation has begun */
     struct hil_call ready; /* the bank can be read again */
     struct hil_call cut;   /* the supply goes: what hil_flash_cut_at ordered */

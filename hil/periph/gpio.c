@@ -165,7 +165,8 @@ uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
 static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
 {
     for (unsigned pin = 0; pin < 16; pin++) {
-        if ((moder >> (2u * pin) & 3u) == HIL_PIN_INPUT || hil_board_type_has(dev->type, port, pin))
+        if ((moder >> (2u * pin) & 3u) == HIL_PIN_INPUT ||
+            hil_board_type_has(dev->options->type, port, pin))
             continue;
         hil_core_stop(dev->core, MR_HALTED, "P%c%u is used: the package does not have that pin",
                       'A' + port, pin);

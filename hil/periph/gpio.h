@@ -12,9 +12,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_board_type;
-struct hil_core;
+#include "hil/periph/wire.h"
 
 #define HIL_GPIO_PORTS 9u
 #define HIL_GPIO_BSRR  0x18u
@@ -51,9 +49,8 @@ struct hil_pin_listener {
 #define HIL_PIN_LISTENERS 8u
 
 struct hil_gpio_device {
-    struct hil_core *core;
+    HIL_NEIGHBOURS;
     struct hil_gpio *state;
-    const struct hil_board_type *type;
     const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
     /* NULL: nothing, or what hil_gpio_drive says */
     const struct hil_pin *outside[HIL_GPIO_PORTS][16];

@@ -19,11 +19,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_core;
-struct hil_gpio_device;
-struct hil_rcc_device;
-struct hil_rules_device;
+#include "hil/periph/wire.h"
 
 enum hil_i2c_phase {
     HIL_I2C_IDLE,
@@ -72,11 +68,8 @@ struct hil_i2c_slave {
 };
 
 struct hil_i2c_device {
-    struct hil_core *core;
+    HIL_NEIGHBOURS;
     struct hil_i2c *state;
-    struct hil_rcc_device *rcc;
-    struct hil_gpio_device *gpio;
-    struct hil_rules_device *rules;
     struct hil_i2c_slave slave;
 };
 

@@ -188,48 +188,32 @@ static void attach_to_dma(struct hil_mcu *mcu)
 void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
                     struct hil_mcu_state *state)
 {
-    struct hil_rcc_device *rcc = &mcu->rcc;
-    struct hil_dma_device *dma = &mcu->dma;
-    struct hil_gpio_device *gpio = &mcu->gpio;
-    mcu->core = rcc->core = dma->core = gpio->core = core;
-    mcu->options = rcc->options = options;
-    rcc->state = &state->rcc;
-    dma->state = state->dma;
-    gpio->state = &state->gpio;
-    gpio->type = options->type;
-    mcu->flash.core = mcu->iwdg.core = mcu->tim.core = mcu->adc.core = mcu->usart.core =
-        mcu->spi.core = core;
-    mcu->i2c.core = mcu->can.core = mcu->tim11.core = core;
-    mcu->flash.options = mcu->iwdg.options = mcu->adc.options = mcu->usart.options =
-        mcu->can.options = options;
-    mcu->tim11.options = options;
-    mcu->flash.rcc = mcu->iwdg.rcc = mcu->tim.rcc = mcu->adc.rcc = mcu->usart.rcc = mcu->spi.rcc =
-        rcc;
-    mcu->i2c.rcc = mcu->can.rcc = mcu->tim11.rcc = rcc;
-    mcu->tim.gpio = mcu->adc.gpio = mcu->usart.gpio = mcu->spi.gpio = mcu->i2c.gpio =
-        mcu->can.gpio = gpio;
-    mcu->tim.dma = mcu->adc.dma = mcu->usart.dma = mcu->spi.dma = dma;
-    mcu->tim.adc = &mcu->adc;
-    mcu->flash.state = &state->flash;
-    mcu->tim.state = state->tim;
-    mcu->adc.state = state->adc;
+#define JOIN(part, of)                                                                      \
+    (mcu->part.core = core, mcu->part.options = options, mcu->part.rcc = &mcu->rcc,         \
+     mcu->part.dma = &mcu->dma, mcu->part.gpio = &mcu->gpio, mcu->part.rules = &mcu->rules, \
+     mcu->part.state = of)
+    mcu->core = core;
+    mcu->options = options;
+    JOIN(rcc, &state->rcc);
+    JOIN(flash, &state->flash);
+    JOIN(gpio, &state->gpio);
+    JOIN(tim, state->tim);
+    JOIN(dma, state->dma);
+    JOIN(adc, state->adc);
+    JOIN(usart, &state->usart);
+    JOIN(spi, &state->spi);
+    JOIN(i2c, &state->i2c);
+    JOIN(can, &state->can);
+    JOIN(iwdg, &state->iwdg);
+    JOIN(tim11, &state->tim11);
+    JOIN(rules, &state->rules);
+#undef JOIN
     mcu->adc.ccr = &state->adc_ccr;
-    mcu->usart.state = &state->usart;
-    mcu->spi.state = &state->spi;
-    mcu->i2c.state = &state->i2c;
-    mcu->can.state = &state->can;
-    mcu->iwdg.state = &state->iwdg;
-    mcu->tim11.state = &state->tim11;
-    mcu->rules.core = core;
-    mcu->rules.options = options;
-    mcu->rules.gpio = gpio;
-    mcu->rules.state = &state->rules;
-    gpio->stored = hil_rules_stored;
-    gpio->floats = hil_rules_floats;
-    gpio->stored_who = gpio->floats_who = &mcu->rules;
-    mcu->spi.rules = mcu->rcc.rules = mcu->adc.rules = mcu->tim.rules = mcu->i2c.rules =
-        &mcu->rules;
-    mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, dma};
+    mcu->tim.adc = &mcu->adc;
+    mcu->gpio.stored = hil_rules_stored;
+    mcu->gpio.floats = hil_rules_floats;
+    mcu->gpio.stored_who = mcu->gpio.floats_who = &mcu->rules;
+    mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, &mcu->dma};
     core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_wait};
     attach_to_bus(mcu);
     attach_to_events(mcu);

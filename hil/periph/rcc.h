@@ -11,9 +11,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_core;
-struct hil_options;
+#include "hil/periph/wire.h"
 
 enum hil_rcc_bus { HIL_RCC_AHB1, HIL_RCC_APB1, HIL_RCC_APB2, HIL_RCC_BUSES };
 
@@ -43,10 +41,8 @@ struct hil_rcc_fresh {
 };
 
 struct hil_rcc_device {
-    struct hil_core *core;
-    struct hil_rules_device *rules;
+    HIL_NEIGHBOURS;
     struct hil_rcc_fresh fresh;
-    const struct hil_options *options;
     struct hil_rcc *state;
     struct hil_reset_line line[HIL_RCC_BUSES][32];
 };
@@ -94,10 +90,8 @@ struct hil_iwdg {
 };
 
 struct hil_iwdg_device {
-    struct hil_core *core;
-    const struct hil_options *options;
+    HIL_NEIGHBOURS;
     struct hil_iwdg *state;
-    struct hil_rcc_device *rcc;
 };
 
 void hil_iwdg_reset(struct hil_iwdg_device *dev);

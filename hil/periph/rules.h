@@ -20,10 +20,7 @@
 #include <stdio.h>
 
 #include "hil/core/access.h"
-
-struct hil_core;
-struct hil_gpio_device;
-struct hil_options;
+#include "hil/periph/wire.h"
 
 enum hil_rule {
 #define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
@@ -65,9 +62,7 @@ struct hil_rules {
 };
 
 struct hil_rules_device {
-    struct hil_core *core;
-    const struct hil_options *options;
-    const struct hil_gpio_device *gpio;
+    HIL_NEIGHBOURS;
     struct hil_rules *state;
     /* Words for the function at an address; NULL: there are no names. */
     const char *(*function)(void *who, uint32_t pc);

@@ -12,12 +12,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_core;
-struct hil_dma_device;
-struct hil_gpio_device;
-struct hil_rcc_device;
-struct hil_rules_device;
+#include "hil/periph/wire.h"
 
 struct hil_spi {
     /* Of SR only RXNE, MODF, OVR; the rest follows from the state. DR: the byte received. */
@@ -44,12 +39,8 @@ struct hil_spi_slave {
 };
 
 struct hil_spi_device {
-    struct hil_core *core;
+    HIL_NEIGHBOURS;
     struct hil_spi *state;
-    struct hil_rcc_device *rcc;
-    struct hil_dma_device *dma;
-    struct hil_gpio_device *gpio;
-    struct hil_rules_device *rules;
     struct hil_spi_slave slave;
 };
 

@@ -12,13 +12,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
-
-struct hil_adc_device;
-struct hil_core;
-struct hil_dma_device;
-struct hil_gpio_device;
-struct hil_rcc_device;
-struct hil_rules_device;
+#include "hil/periph/wire.h"
 
 #define HIL_TIMERS   2u
 #define HIL_CAPTURES 2u
@@ -39,13 +33,9 @@ struct hil_tim {
 };
 
 struct hil_tim_device {
-    struct hil_core *core;
+    HIL_NEIGHBOURS;
     struct hil_tim *state; /* of all */
-    struct hil_rcc_device *rcc;
-    struct hil_dma_device *dma;
-    struct hil_gpio_device *gpio;
     struct hil_adc_device *adc;
-    struct hil_rules_device *rules;
 };
 
 /* For the bus and the event queue; `device` is a struct hil_tim_device. */
@@ -67,10 +57,6 @@ uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev);
 /* TIM11 (RM0090 19.5) as far as it measures the crystal: channel 1 captures the HSE, divided for
  * the RTC (TIM11_OR). Anything else is refused. */
 
-struct hil_core;
-struct hil_options;
-struct hil_rcc_device;
-
 struct hil_tim11 {
     HIL_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30, ccr1,
               at_38[6], or);
@@ -79,9 +65,7 @@ struct hil_tim11 {
 };
 
 struct hil_tim11_device {
-    struct hil_core *core;
-    const struct hil_options *options;
-    struct hil_rcc_device *rcc;
+    HIL_NEIGHBOURS;
     struct hil_tim11 *state;
 };
 

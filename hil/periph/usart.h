@@ -16,12 +16,6 @@
 #include "hil/core/state.h"
 #include "hil/periph/wire.h"
 
-struct hil_core;
-struct hil_dma_device;
-struct hil_gpio_device;
-struct hil_options;
-struct hil_rcc_device;
-
 #define HIL_USART_QUEUE 4096u
 #define HIL_USART_GROUP 32u /* bytes that one event may send under DMA */
 
@@ -44,12 +38,8 @@ struct hil_usart {
 };
 
 struct hil_usart_device {
-    struct hil_core *core;
-    const struct hil_options *options;
+    HIL_NEIGHBOURS;
     struct hil_usart *state;
-    struct hil_rcc_device *rcc;
-    struct hil_dma_device *dma;
-    struct hil_gpio_device *gpio;
     struct hil_wire wire;
 };
 

@@ -1,6 +1,6 @@
-/* What lies between a link's pins and its other end, as a peripheral sees it: it takes what is
- * sent, and says what befalls each frame or byte on the way. The peripheral asks; who answers is
- * the rig (hil/rig/lines.h). */
+/* What a peripheral is wired to: its neighbours within the chip, and what lies between a link's
+ * pins and its other end. That takes what is sent, and says what befalls each frame or byte on the
+ * way. The peripheral asks; who answers is the rig (hil/rig/lines.h). */
 #ifndef MATRIG_HIL_WIRE_H
 #define MATRIG_HIL_WIRE_H
 
@@ -9,6 +9,23 @@
 #include <stdint.h>
 
 struct hil_can_frame;
+
+struct hil_adc_device;
+struct hil_core;
+struct hil_dma_device;
+struct hil_gpio_device;
+struct hil_options;
+struct hil_rcc_device;
+struct hil_rules_device;
+
+/* What each peripheral finds beside it within the chip; mcu.c sets them. */
+#define HIL_NEIGHBOURS            \
+    struct hil_core *core;        \
+    struct hil_options *options;  \
+    struct hil_rcc_device *rcc;   \
+    struct hil_dma_device *dma;   \
+    struct hil_gpio_device *gpio; \
+    struct hil_rules_device *rules
 
 enum hil_parity { HIL_PARITY_NONE, HIL_PARITY_EVEN, HIL_PARITY_ODD };
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
