@@ -67,11 +67,6 @@ static void go_on(struct hil_board *board)
     d->fresh_pc = pc;
 }
 
-void hil_debug_reset(struct hil_board *board)
-{
-    hil_board_reset(board);
-}
-
 void hil_debug_run(struct hil_board *board)
 {
     go_on(board);
@@ -183,7 +178,7 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
 static bool step_sees(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
-    return d->step_into_interrupts || depth(board) <= d->step_depth ||
+    return depth(board) <= d->step_depth ||
            (hil_board_register(board, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 

@@ -8,7 +8,7 @@
  *
  * A watchpoint in a block that is not walked holds at the block's end, a few instructions late;
  * `watch_pc` is the instruction. It sees the core's accesses, not DMA's. A step goes over
- * interrupts that come meanwhile (their handlers run), unless step_into_interrupts. */
+ * interrupts that come meanwhile: their handlers run. */
 #ifndef MATRIG_HIL_DEBUG_H
 #define MATRIG_HIL_DEBUG_H
 
@@ -51,7 +51,6 @@ struct hil_debug {
     enum hil_watch watch_kind; /* what hit: HIL_HOLD_WATCHPOINT */
     uint32_t watch_address, watch_pc;
     bool watch_hit;
-    bool step_into_interrupts;
 
     bool stepping, stepped;       /* a step was asked for; its instruction has run */
     uint32_t step_low, step_high; /* goes on while PC is in low..high - 1 */
@@ -102,8 +101,5 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
 enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n);
 enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes,
                                size_t n);
-
-/* The probe's reset line: at once, while the board is held. */
-void hil_debug_reset(struct hil_board *board);
 
 #endif

@@ -11,10 +11,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "hil/board/parts.h"
 #include "hil/core/wall.h"
 #include "hil/link/wire_link.h"
 
 #define POLL_MS          50
+#define SEND_MS          10000
 #define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
 #define SIGNAL_INTERRUPT 2
 #define SIGNAL_TRAP      5
@@ -45,11 +47,149 @@ static const char target_xml[] =
 #undef FEATURE
 /* clang-format on */
 
-static const char monitor_help[] =
-    "time                          virtual time, cycles, instructions\n"
-    "counters                      what the board has counted\n"
-    "reset                         reset the chip; then `maintenance flush register-cache`\n"
-    "interrupts step-over|step-into  whether a step goes over interrupts (it does) or into them\n";
+/* --- packets: `$text#sum`, acknowledged by `+` (GDB manual, E.1) --- */
+
+static int digit(char c)
+{
+    return c >= '0' && c <= '9' ? c - '0'
+         : c >= 'a' && c <= 'f' ? c - 'a' + 10
+         : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                : -1;
+}
+
+/* Bytes of hex text, at most `room`: how many. And the other way, with a 0 after them: where that 0
+ * is. */
+static size_t from_hex(const char *text, uint8_t *bytes, size_t room)
+{
+    size_t n = 0;
+    while (n < room && digit(text[0]) >= 0 && digit(text[1]) >= 0) {
+        bytes[n++] = (uint8_t)(digit(text[0]) << 4 | digit(text[1]));
+        text += 2;
+    }
+    return n;
+}
+
+static char *to_hex(char *text, const void *bytes, size_t n)
+{
+    static const char digits[] = "0123456789abcdef";
+    const uint8_t *p = bytes;
+    for (size_t i = 0; i < n; i++) {
+        *text++ = digits[p[i] >> 4];
+        *text++ = digits[p[i] & 15u];
+    }
+    *text = '\0';
+    return text;
+}
+
+/* End the connection; whoever `lost` names is told. */
+static void lose(struct hil_gdb_line *line)
+{
+    if (line->fd >= 0)
+        close(line->fd);
+    line->fd = -1;
+    line->in_size = 0;
+    hil_call(&line->lost);
+}
+
+static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
+{
+    int64_t until = hil_wall_ms() + SEND_MS;
+    while (n && line->fd >= 0) {
+        ssize_t sent = send(line->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (sent > 0) {
+            bytes += sent;
+            n -= (size_t)sent;
+            continue;
+        }
+        struct pollfd wait = {.fd = line->fd, .events = POLLOUT};
+        if ((errno != EAGAIN && errno != EINTR) || hil_wall_ms() > until)
+            lose(line);
+        else
+            poll(&wait, 1, POLL_MS);
+    }
+}
+
+/* Send; waits ten seconds at most, then the connection is lost. */
+static void put_packet(struct hil_gdb_line *line, const char *text)
+{
+    char packet[2 * HIL_GDB_PACKET + 8];
+    uint8_t sum = 0;
+    size_t n = strlen(text);
+    for (size_t i = 0; i < n; i++)
+        sum = (uint8_t)(sum + (uint8_t)text[i]);
+    int length = snprintf(packet, sizeof packet, "$%s#%02x", text, sum);
+    send_all(line, packet, (size_t)length);
+}
+
+/* A line for the debugger's console; only while the debugger waits for the board or for a monitor
+ * command. */
+static void put_console(struct hil_gdb_line *line, const char *text)
+{
+    char packet[2 * HIL_GDB_PACKET] = "O";
+    size_t n = strlen(text);
+    to_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
+    put_packet(line, packet);
+}
+
+/* What the socket has, up to timeout_ms; false: it is closed. */
+static bool receive(struct hil_gdb_line *line, int timeout_ms)
+{
+    struct pollfd wait = {.fd = line->fd, .events = POLLIN};
+    if (line->in_size == sizeof line->in)
+        line->in_size = 0; /* longer than any packet: none */
+    if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
+        return line->fd >= 0;
+    ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size,
+                     MSG_DONTWAIT);
+    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
+        lose(line);
+        return false;
+    }
+    if (n > 0)
+        line->in_size += (size_t)n;
+    return true;
+}
+
+static void drop(struct hil_gdb_line *line, size_t n)
+{
+    memmove(line->in, line->in + n, line->in_size - n);
+    line->in_size -= n;
+}
+
+/* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none.
+ * *interrupt: Ctrl-C came instead. A packet whose sender cannot be told that it came is none: the
+ * connection is lost, and the board detached. But for kill: gdb goes as soon as it has sent it. */
+static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
+{
+    *interrupt = false;
+    while (line->in_size && line->in[0] != '$') {
+        *interrupt = line->in[0] == 3;
+        drop(line, 1);
+        if (*interrupt)
+            return -1;
+    }
+    const char *hash = line->in_size ? memchr(line->in, '#', line->in_size) : NULL;
+    if (!hash || line->in_size - (size_t)(hash - line->in) < 3)
+        return -1;
+    uint8_t sum = 0;
+    int n = 0;
+    for (const char *p = line->in + 1; p < hash; p++) {
+        sum = (uint8_t)(sum + (uint8_t)*p);
+        if (*p == '}' && p + 1 < hash) {
+            sum = (uint8_t)(sum + (uint8_t)p[1]);
+            packet[n++] = (char)(*++p ^ 0x20);
+        } else {
+            packet[n++] = *p;
+        }
+    }
+    packet[n] = '\0';
+    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 &&
+                sum == (digit(hash[1]) << 4 | digit(hash[2]));
+    drop(line, (size_t)(hash - line->in) + 3);
+    if (line->acknowledges)
+        send_all(line, good ? "+" : "-", 1);
+    return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
+}
 
 /* `ADDRESS,LENGTH` and what follows; false: it is not. */
 static bool two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
@@ -74,14 +214,14 @@ static size_t register_bytes(unsigned number)
 static char *put_register(const struct hil_gdb *gdb, unsigned number, char *text)
 {
     uint64_t value = hil_debug_read_register(gdb->board, number);
-    return hil_gdb_to_hex(text, &value, register_bytes(number));
+    return to_hex(text, &value, register_bytes(number));
 }
 
 static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
 {
     uint64_t value = 0;
     if (number >= HIL_REG_COUNT ||
-        hil_gdb_from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
+        from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
         return false;
     hil_debug_write_register(gdb->board, number, value);
     return true;
@@ -109,7 +249,7 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
         return;
     }
     if (hil_debug_read(gdb->board, address, bytes, n) == MR_OK)
-        hil_gdb_to_hex(answer, bytes, n);
+        to_hex(answer, bytes, n);
     else
         strcpy(answer, "E0e"); /* EFAULT */
 }
@@ -123,7 +263,7 @@ static void write_memory(struct hil_gdb *gdb, const char *text, const char *end,
     if (!two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
         return;
     text++;
-    if (binary ? (size_t)(end - text) != n : hil_gdb_from_hex(text, bytes, n) != n)
+    if (binary ? (size_t)(end - text) != n : from_hex(text, bytes, n) != n)
         return;
     if (binary)
         memcpy(bytes, text, n);
@@ -181,50 +321,23 @@ static void tell_time(const struct hil_board *board, char *text, size_t size)
              (unsigned long long)hil_board_counters(board)->instructions);
 }
 
-static void tell_counters(const struct hil_board *board, char *text, size_t size)
-{
-    const struct hil_counters *c = hil_board_counters(board);
-    snprintf(
-        text, size,
-        "instructions %llu\nasleep %llu cycles\nexceptions %llu, %llu of them tail-chained\nfaults "
-        "%llu\n"
-        "resets %llu, %llu of them by the watchdog\nCAN frames %llu out, %llu in, errors %llu\n"
-        "serial bytes %llu out, %llu in\nADC scans %llu and %llu, overruns %llu\nswitches opened "
-        "%llu, edges captured %llu\n",
-        (unsigned long long)c->instructions, (unsigned long long)c->asleep_cycles,
-        (unsigned long long)c->exceptions, (unsigned long long)c->tail_chains,
-        (unsigned long long)c->faults, (unsigned long long)c->resets,
-        (unsigned long long)c->watchdog_resets, (unsigned long long)c->can_frames_out,
-        (unsigned long long)c->can_frames_in, (unsigned long long)c->can_errors,
-        (unsigned long long)c->serial_bytes_out, (unsigned long long)c->serial_bytes_in,
-        (unsigned long long)c->adc_scans[0], (unsigned long long)c->adc_scans[1],
-        (unsigned long long)c->adc_overruns, (unsigned long long)c->switches_opened,
-        (unsigned long long)c->edges_captured);
-}
-
 static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
 {
-    char command[128] = "", text[HIL_GDB_PACKET / 2 - 8];
-    hil_gdb_from_hex(hex, (uint8_t *)command, sizeof command - 1);
-    if (strcmp(command, "time") == 0) {
-        tell_time(gdb->board, text, sizeof text);
-    } else if (strcmp(command, "counters") == 0) {
-        tell_counters(gdb->board, text, sizeof text);
-    } else if (strcmp(command, "reset") == 0) {
-        hil_debug_reset(gdb->board);
+    char command[128] = "", text[256];
+    from_hex(hex, (uint8_t *)command, sizeof command - 1);
+    bool reset = strcmp(command, "reset") == 0;
+    if (reset)
+        hil_board_reset(gdb->board);
+    if (reset)
         snprintf(text, sizeof text, "reset; PC 0x%08x\n",
                  (unsigned)hil_board_register(gdb->board, 15));
-    } else if (strcmp(command, "interrupts step-into") == 0 ||
-               strcmp(command, "interrupts step-over") == 0) {
-        gdb->debug.step_into_interrupts = strstr(command, "into") != NULL;
-        snprintf(text, sizeof text, "a step goes %s interrupts\n",
-                 gdb->debug.step_into_interrupts ? "into" : "over");
-    } else {
-        snprintf(text, sizeof text, "%s%s%s",
-                 strcmp(command, "help") == 0 ? "" : "no such command; there are:\n", monitor_help,
-                 "");
-    }
-    hil_gdb_to_hex(answer, text, strlen(text));
+    else if (strcmp(command, "time") == 0)
+        tell_time(gdb->board, text, sizeof text);
+    else
+        snprintf(text, sizeof text,
+                 "time   virtual time, cycles, instructions\n"
+                 "reset  reset the chip; then `maintenance flush register-cache`\n");
+    to_hex(answer, text, strlen(text));
 }
 
 /* --- conversation --- */
@@ -266,7 +379,7 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
                                                      : "",
                  (unsigned)d->watch_address);
     gdb->reported = true;
-    hil_gdb_put_packet(&gdb->line, packet);
+    put_packet(&gdb->line, packet);
 }
 
 /* vCont;ACTION[;ACTION...]: there is one thread, so the first counts. True: the board goes on. */
@@ -322,17 +435,17 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
     case 'H':
     case 'T': strcpy(answer, "OK"); break;
     case 'D':
-        hil_gdb_put_packet(&gdb->line, "OK");
-        hil_gdb_lose(&gdb->line);
+        put_packet(&gdb->line, "OK");
+        lose(&gdb->line);
         return true;
     case 'k':
         gdb->killed = true;
-        hil_gdb_lose(&gdb->line);
+        lose(&gdb->line);
         return true;
     case 'q': query(gdb, packet, answer); break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
-            hil_gdb_put_packet(&gdb->line, "OK");
+            put_packet(&gdb->line, "OK");
             gdb->line.acknowledges = false;
             return false;
         }
@@ -345,15 +458,15 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
                 return true;
             strcpy(answer, "E01");
         } else if (strncmp(packet, "vKill", 5) == 0) {
-            hil_gdb_put_packet(&gdb->line, "OK");
+            put_packet(&gdb->line, "OK");
             gdb->killed = true;
-            hil_gdb_lose(&gdb->line);
+            lose(&gdb->line);
             return true;
         }
         break;
     default: break; /* the empty answer: not supported */
     }
-    hil_gdb_put_packet(&gdb->line, answer);
+    put_packet(&gdb->line, answer);
     return false;
 }
 
@@ -363,9 +476,9 @@ static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int 
     char packet[2 * HIL_GDB_PACKET + 1];
     while (gdb->line.fd >= 0 && !*stop) {
         bool interrupt;
-        int n = hil_gdb_take_packet(&gdb->line, packet, &interrupt);
+        int n = take_packet(&gdb->line, packet, &interrupt);
         if (n < 0) {
-            if (!interrupt && !hil_gdb_receive(&gdb->line, POLL_MS))
+            if (!interrupt && !receive(&gdb->line, POLL_MS))
                 return;
             continue;
         }
@@ -415,7 +528,7 @@ static void explain(struct hil_gdb *gdb, enum mr_status status)
                  "the firmware's own BKPT instruction; going on steps over it\n");
     else
         return;
-    hil_gdb_put_console(&gdb->line, text);
+    put_console(&gdb->line, text);
 }
 
 bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
@@ -428,11 +541,11 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
             return true;
         attach(gdb);
     }
-    if (gdb->line.fd >= 0 && !hil_debug_holds(gdb->board) && hil_gdb_receive(&gdb->line, 0)) {
+    if (gdb->line.fd >= 0 && !hil_debug_holds(gdb->board) && receive(&gdb->line, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
         /* while it runs nothing else is to come */
-        hil_gdb_take_packet(&gdb->line, packet, &interrupt);
+        take_packet(&gdb->line, packet, &interrupt);
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
     }
@@ -521,157 +634,15 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
     char packet[8];
     if (gdb->line.fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
-        hil_gdb_put_packet(&gdb->line, packet);
+        put_packet(&gdb->line, packet);
         /* its acknowledgement: closing with unread input would look like an error */
-        hil_gdb_receive(&gdb->line, POLL_MS);
+        receive(&gdb->line, POLL_MS);
     }
-    hil_gdb_lose(&gdb->line);
+    lose(&gdb->line);
     if (gdb->listener >= 0)
         close(gdb->listener);
     if (gdb->path[0])
         unlink(gdb->path);
     gdb->listener = -1;
     gdb->path[0] = '\0';
-}
-
-/* ---- gdb_packet ---- */
-
-#define SEND_MS 10000
-#define POLL_MS 50
-
-/* --- hexadecimal --- */
-
-static int digit(char c)
-{
-    return c >= '0' && c <= '9' ? c - '0'
-         : c >= 'a' && c <= 'f' ? c - 'a' + 10
-         : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                : -1;
-}
-
-/* Bytes from pairs of digits; how many there were. */
-size_t hil_gdb_from_hex(const char *text, uint8_t *bytes, size_t room)
-{
-    size_t n = 0;
-    while (n < room && digit(text[0]) >= 0 && digit(text[1]) >= 0) {
-        bytes[n++] = (uint8_t)(digit(text[0]) << 4 | digit(text[1]));
-        text += 2;
-    }
-    return n;
-}
-
-char *hil_gdb_to_hex(char *text, const void *bytes, size_t n)
-{
-    static const char digits[] = "0123456789abcdef";
-    const uint8_t *p = bytes;
-    for (size_t i = 0; i < n; i++) {
-        *text++ = digits[p[i] >> 4];
-        *text++ = digits[p[i] & 15u];
-    }
-    *text = '\0';
-    return text;
-}
-
-/* --- the connection --- */
-
-void hil_gdb_lose(struct hil_gdb_line *line)
-{
-    if (line->fd >= 0)
-        close(line->fd);
-    line->fd = -1;
-    line->in_size = 0;
-    hil_call(&line->lost);
-}
-
-static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
-{
-    int64_t until = hil_wall_ms() + SEND_MS;
-    while (n && line->fd >= 0) {
-        ssize_t sent = send(line->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
-        if (sent > 0) {
-            bytes += sent;
-            n -= (size_t)sent;
-            continue;
-        }
-        struct pollfd wait = {.fd = line->fd, .events = POLLOUT};
-        if ((errno != EAGAIN && errno != EINTR) || hil_wall_ms() > until)
-            hil_gdb_lose(line);
-        else
-            poll(&wait, 1, POLL_MS);
-    }
-}
-
-void hil_gdb_put_packet(struct hil_gdb_line *line, const char *text)
-{
-    char packet[2 * HIL_GDB_PACKET + 8];
-    uint8_t sum = 0;
-    size_t n = strlen(text);
-    for (size_t i = 0; i < n; i++)
-        sum = (uint8_t)(sum + (uint8_t)text[i]);
-    int length = snprintf(packet, sizeof packet, "$%s#%02x", text, sum);
-    send_all(line, packet, (size_t)length);
-}
-
-void hil_gdb_put_console(struct hil_gdb_line *line, const char *text)
-{
-    char packet[2 * HIL_GDB_PACKET] = "O";
-    size_t n = strlen(text);
-    hil_gdb_to_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
-    hil_gdb_put_packet(line, packet);
-}
-
-bool hil_gdb_receive(struct hil_gdb_line *line, int timeout_ms)
-{
-    struct pollfd wait = {.fd = line->fd, .events = POLLIN};
-    if (line->in_size == sizeof line->in)
-        line->in_size = 0; /* longer than any packet: none */
-    if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
-        return line->fd >= 0;
-    ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size,
-                     MSG_DONTWAIT);
-    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
-        hil_gdb_lose(line);
-        return false;
-    }
-    if (n > 0)
-        line->in_size += (size_t)n;
-    return true;
-}
-
-static void drop(struct hil_gdb_line *line, size_t n)
-{
-    memmove(line->in, line->in + n, line->in_size - n);
-    line->in_size -= n;
-}
-
-int hil_gdb_take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
-{
-    *interrupt = false;
-    while (line->in_size && line->in[0] != '$') {
-        *interrupt = line->in[0] == 3;
-        drop(line, 1);
-        if (*interrupt)
-            return -1;
-    }
-    const char *hash = line->in_size ? memchr(line->in, '#', line->in_size) : NULL;
-    if (!hash || line->in_size - (size_t)(hash - line->in) < 3)
-        return -1;
-    uint8_t sum = 0;
-    int n = 0;
-    for (const char *p = line->in + 1; p < hash; p++) {
-        sum = (uint8_t)(sum + (uint8_t)*p);
-        if (*p == '}' && p + 1 < hash) {
-            sum = (uint8_t)(sum + (uint8_t)p[1]);
-            packet[n++] = (char)(*++p ^ 0x20);
-        } else {
-            packet[n++] = *p;
-        }
-    }
-    packet[n] = '\0';
-    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 &&
-                sum == (digit(hash[1]) << 4 | digit(hash[2]));
-    drop(line, (size_t)(hash - line->in) + 3);
-    if (line->acknowledges)
-        send_all(line, good ? "+" : "-", 1);
-    return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
 }

@@ -38,7 +38,6 @@ monitor time
 tbreak landinglink_summary
 continue
 printf "touchdown = %.3f\n", app.landing.summary.touchdown_speed_ft_s.value
-monitor counters
 continue
 EOF
 
