@@ -116,17 +116,4 @@ json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double va
 /* Paths of the outputs: an array of text. */
 const json_t *sweep_outputs(const struct sweep *sweep);
 
-/* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a
- * study: what `matrig study --json` says and status, "incomplete" when a runway could not be
- * played to its end. Status "refused" for what the simulation does not take; "reason" beside every
- * status that is not "ok". */
-typedef json_t *sweep_simulate(const json_t *input);
-
-/* That of the sweep's base. */
-sweep_simulate *sweep_simulation(const struct sweep *sweep);
-
-/* Runs a case in this process. A new object: "status", "reason" when that is not "ok", "result"
- * with the wanted outputs, and with a search "find" (README.md). */
-json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
-
 #endif

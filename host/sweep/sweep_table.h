@@ -1,4 +1,4 @@
-/* The result lines of a sweep's cases, gathered from any number of files: one row a case, in the
+/* Results: of one case, which is a simulation or a search with several; and the lines of all cases, gathered from any number of files: one row a case, in the
  * sweep's order, with the indices of sensitivity where the design has them.
  *
  *   {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" | why not,
@@ -9,13 +9,26 @@
 #include "host/base/answer.h"
 #include "host/sweep/sweep.h"
 
+/* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a
+ * study: what `matrig study --json` says and status, "incomplete" when a runway could not be
+ * played to its end. Status "refused" for what the simulation does not take; "reason" beside every
+ * status that is not "ok". */
+typedef json_t *sweep_simulate(const json_t *input);
+
+/* That of the sweep's base. */
+sweep_simulate *sweep_simulation(const struct sweep *sweep);
+
+/* Runs a case in this process. A new object: "status", "reason" when that is not "ok", "result"
+ * with the wanted outputs, and with a search "find" (README.md). */
+json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
+
 struct sweep_table {
     const struct sweep *sweep;
     json_t **line; /* [cases], owned; NULL: missing */
     size_t count, failed, missing, repeated;
 };
 
-/* The line of a finished case; takes `outcome` (sweep.h). */
+/* The line of a finished case; takes `outcome`. */
 json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome);
 
 /* Reads the files. A line that is no result, or one of another sweep: MR_MALFORMED with its number.
