@@ -30,6 +30,7 @@ struct answer_fact {
     bool bounded;    /* a ratio: people see ">999" where it is above 999 */
     bool plus;       /* people see the sign of what is positive, too */
     bool warn;       /* pages show it in the colour of warnings */
+    bool run;        /* a RUN: pages lead to its section */
     const char *end; /* follows the value for people; static. NULL: nothing */
 };
 

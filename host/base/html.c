@@ -1,7 +1,5 @@
 #include "host/base/html.h"
 
-#include <math.h>
-#include <stdarg.h>
 #include <string.h>
 
 void html_bytes(FILE *out, const char *text, size_t length)
@@ -22,13 +20,6 @@ void html_text(FILE *out, const char *text)
     html_bytes(out, text, strlen(text));
 }
 
-static void formatted(FILE *out, const char *format, va_list arguments)
-{
-    char text[1200];
-    vsnprintf(text, sizeof text, format, arguments);
-    html_text(out, text);
-}
-
 void html_base64(FILE *out, const unsigned char *bytes, size_t count)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -42,54 +33,4 @@ void html_base64(FILE *out, const unsigned char *bytes, size_t count)
         fputc(have > 1 ? digits[word >> 6 & 63] : '=', out);
         fputc(have > 2 ? digits[word & 63] : '=', out);
     }
-}
-
-void html_cell(FILE *out, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("<td>", out);
-    formatted(out, format, arguments);
-    fputs("</td>", out);
-    va_end(arguments);
-}
-
-void html_number(FILE *out, double value, int decimals)
-{
-    if (isfinite(value))
-        fprintf(out, "<td class=\"n\">%.*f</td>", decimals, value);
-    else
-        fputs("<td class=\"n\">&ndash;</td>", out);
-}
-
-void html_estimate(FILE *out, double value, double error, int decimals)
-{
-    if (isfinite(value))
-        fprintf(out, "<td class=\"n\">%.*f&thinsp;&plusmn;&thinsp;%.*f</td>", decimals, value,
-                decimals, error);
-    else
-        fputs("<td class=\"n\">&ndash;</td>", out);
-}
-
-void html_table(FILE *out, const char *const *heads)
-{
-    fputs("<div class=\"scroll\"><table><thead><tr>", out);
-    for (; *heads; heads++) {
-        fputs("<th>", out);
-        html_text(out, *heads);
-        fputs("</th>", out);
-    }
-    fputs("</tr></thead><tbody>\n", out);
-}
-
-void html_fact(FILE *out, const char *term, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("<div><dt>", out);
-    html_text(out, term);
-    fputs("</dt><dd>", out);
-    formatted(out, format, arguments);
-    fputs("</dd></div>\n", out);
-    va_end(arguments);
 }

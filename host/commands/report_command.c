@@ -43,7 +43,6 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = command_parse(&command_report, argc, argv, cli, &r, words, &error);
     report.path = words[0];
     report.run = r.run;
-    report.json = cli->json ? json_array() : NULL;
     if (status == MR_OK && !r.path) {
         default_path(words[0], made_path, sizeof made_path);
         r.path = made_path;
@@ -60,12 +59,12 @@ static int report_command(int argc, char **argv, const struct cli *cli)
         write_page(&report, r.path, &error);
     status = error.status;
     if (status == MR_OK && cli->json)
-        exit_code = cli_print_json(json_pack("{sssO}", "file", r.path, "landings", report.json), 0);
+        exit_code = cli_print_json(
+            json_pack("{sssI}", "file", r.path, "landings", (json_int_t)report.landings), 0);
     else if (status == MR_OK)
         cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s",
                  r.path);
     report_free(&report);
-    json_decref(report.json);
     store_close(report.store);
     return status != MR_OK ? cli_fail(&error) : exit_code;
 }

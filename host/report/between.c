@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/html.h"
 #include "host/base/xmalloc.h"
 #include "host/report/chart.h"
 #include "host/report/report.h"
@@ -82,23 +81,21 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
 
 static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
 {
-    html_table(out, (const char *const[]){"survey", "begun", "after RUN", "by", "note", NULL});
+    struct answer *answer = answer_new(false);
+    answer_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
-        fputs("<tr>", out);
-        html_cell(out, "%lld%s", (long long)rows[i].id,
-                  rows[i].ended_us == STORE_NONE ? ", goes on" : "");
-        html_cell(out, "%s", when);
-        if (rows[i].after_run == STORE_NONE)
-            html_cell(out, "-");
-        else
-            html_cell(out, "%lld", (long long)rows[i].after_run);
-        html_cell(out, "%s", rows[i].who);
-        html_cell(out, "%s", rows[i].note);
-        fputs("</tr>\n", out);
+        answer_row(answer);
+        answer_words(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
+                     rows[i].ended_us == STORE_NONE ? ", goes on" : "");
+        answer_words(answer, NULL, "begun", "%s", when);
+        answer_count(answer, NULL, "after RUN", rows[i].after_run);
+        answer_words(answer, NULL, "by", "%s", rows[i].who);
+        answer_words(answer, NULL, "note", "%s", rows[i].note);
     }
-    fputs("</tbody></table></div>\n", out);
+    answer_close(answer);
+    report_answer(answer, out);
 }
 
 static void survey_words(FILE *out, const struct survey *survey, const struct survey_found *found,

@@ -5,6 +5,7 @@
 
 #include "host/analyse/journal.h"
 #include "host/analyse/record.h"
+#include "host/base/answer.h"
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 #include "host/report/chart.h"
@@ -26,67 +27,68 @@ static const struct report_moved *largest_movement(const struct report_facts *fa
     return largest;
 }
 
-static void estimate(FILE *out, struct mr_estimate value, enum unit_kind kind, bool si)
+/* "57.1 to 71.4" in the unit of its head; a dash where it is not known. */
+static struct answer_fact *span(struct answer *answer, const char *label, bool known,
+                                double start_ft, double end_ft)
 {
-    double factor = unit_of(kind, si)->factor;
-    html_estimate(out, value.value * factor, value.error * factor, 3);
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    char head[CHART_LABEL];
+    chart_label(head, label, UNIT_STATION, answer_in_si(answer));
+    return known ? answer_words(answer, NULL, head, "%.1f to %.1f", station->factor * start_ft,
+                                station->factor * end_ft)
+                 : answer_words(answer, NULL, head, "\xe2\x80\x93");
 }
 
-static void run_link(FILE *out, int64_t run)
-{
-    fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td>", (long long)run, (long long)run);
-}
-
-static void summary_row(FILE *out, const struct report_facts *facts, bool si)
+static void summary_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *warning = &facts->warning;
     const struct report_moved *largest = largest_movement(facts);
-    double station = unit_of(UNIT_STATION, si)->factor;
-    run_link(out, facts->landing.id);
-    html_cell(out, "%lld, %s%s", (long long)facts->landing.board_landing,
-              mr_landing_state_text((unsigned)facts->landing.state), facts->torn ? ", torn" : "");
-    html_cell(out, "%zu of %zu", facts->gates, facts->switches);
-    estimate(out, facts->speed_ft_s, UNIT_SPEED, si);
-    estimate(out, facts->deceleration_ft_s2, UNIT_DECELERATION, si);
-    html_number(out, station * facts->stop_ft.value, 1);
-    if (largest)
-        html_cell(out, "%.3f at %.0f", largest->peak * unit_of(UNIT_DISPLACEMENT, si)->factor,
-                  station * largest->station_ft);
-    else
-        html_number(out, none, 0);
+    char head[CHART_LABEL];
+    answer_row(answer);
+    answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
+    answer_words(answer, NULL, "landing", "%lld, %s%s", (long long)facts->landing.board_landing,
+                 mr_landing_state_text((unsigned)facts->landing.state),
+                 facts->torn ? ", torn" : "");
+    answer_words(answer, NULL, "switches", "%zu of %zu", facts->gates, facts->switches);
+    answer_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
+                    facts->speed_ft_s.error, 3);
+    answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
+                    facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
+    answer_value(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value, 1);
+    answer_value(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
+                 largest ? largest->peak : none, 3);
+    answer_value(answer, NULL, "at station", UNIT_STATION, largest ? largest->station_ft : none, 0);
     if (warning->warned)
-        fprintf(out, "<td class=\"warn\">%.1f to %.1f</td>", station * warning->start_ft,
-                station * warning->end_ft);
+        span(answer, "zone warned of", true, warning->start_ft, warning->end_ft)->warn = true;
     else
-        html_cell(out, "%s",
-                  facts->source == MEASURED_IMPORT ? "no board watched"
-                  : facts->unheard                 ? "not known"
-                                                   : "none");
-    html_cell(out, "%lld", (long long)facts->lost);
-    html_number(out, facts->worst_rms_in * unit_of(UNIT_DISPLACEMENT, si)->factor, 3);
-    fputs("</tr>\n", out);
+        answer_words(answer, NULL,
+                     chart_label(head, "zone warned of", UNIT_STATION, answer_in_si(answer)), "%s",
+                     facts->source == MEASURED_IMPORT ? "no board watched"
+                     : facts->unheard                 ? "not known"
+                                                      : "none");
+    answer_count(answer, NULL, "frames lost", facts->lost);
+    answer_value(answer, NULL, "worst rms against simulation", UNIT_DISPLACEMENT,
+                 facts->worst_rms_in, 3);
+}
+
+/* A table on the page, a row for each landing that `row` writes one of. */
+static void landings_table(const struct report *report, FILE *out, const char *note,
+                           void (*row)(const struct report_facts *facts, struct answer *answer))
+{
+    struct answer *answer = answer_new(report->si);
+    answer_table(answer, NULL, "");
+    for (size_t i = 0; i < report->landings; i++)
+        row(&report->facts[i], answer);
+    answer_close(answer);
+    answer_sentence(answer, NULL, "%s", note);
+    report_answer(answer, out);
 }
 
 static enum mr_status summary(const struct report *report, FILE *out, struct error *error)
 {
-    char heads[4][CHART_LABEL], largest[CHART_LABEL], rms[CHART_LABEL];
-    const bool si = report->si;
     (void)error;
-    if (report->landings == 0)
-        return MR_OK;
-    snprintf(largest, sizeof largest, "largest movement, %s at %s",
-             unit_of(UNIT_DISPLACEMENT, si)->text, unit_of(UNIT_STATION, si)->text);
-    html_table(out,
-               (const char *const[]){
-                   "RUN", "landing", "switches",
-                   chart_label(heads[0], "touchdown speed", UNIT_SPEED, si),
-                   chart_label(heads[1], "mean deceleration", UNIT_DECELERATION, si),
-                   chart_label(heads[2], "stop", UNIT_STATION, si), largest,
-                   chart_label(heads[3], "zone warned of", UNIT_STATION, si), "frames lost",
-                   chart_label(rms, "worst rms against simulation", UNIT_DISPLACEMENT, si), NULL});
-    for (size_t i = 0; i < report->landings; i++)
-        summary_row(out, &report->facts[i], si);
-    fputs("</tbody></table></div>\n<p>&plusmn; is one standard error.</p>\n", out);
+    if (report->landings)
+        landings_table(report, out, "\xc2\xb1 is one standard error.", summary_row);
     return MR_OK;
 }
 
@@ -145,26 +147,28 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
     figure_end(&figure, NULL, "%s%s", caption, step > 1 ? " Not every line is named." : "");
 }
 
+/* Of profiles in the page's units. */
 static void profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
 {
-    char heads[MR_TRANSDUCERS][40];
-    const char *list[MR_TRANSDUCERS + 2] = {"after"};
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        snprintf(heads[i], sizeof heads[i], "%.*f %s", si ? 1 : 0, profiles[0].station[i],
-                 unit_of(UNIT_STATION, si)->text);
-        list[i + 1] = isnan(profiles[0].station[i]) ? "not fitted" : heads[i];
-    }
-    fprintf(out, "<p>Cumulative displacement by station, %s; &plusmn; is one standard error.</p>\n",
-            unit_of(UNIT_DISPLACEMENT, si)->text);
-    html_table(out, list);
+    struct answer *answer = answer_new(false);
+    answer_table(answer, NULL, "");
     for (size_t k = 0; k < count; k++) {
-        fputs("<tr>", out);
-        html_cell(out, "%s", profiles[k].name);
-        for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-            html_estimate(out, profiles[k].value[i], profiles[k].error[i], si ? 2 : 4);
-        fputs("</tr>\n", out);
+        answer_row(answer);
+        answer_words(answer, NULL, "after", "%s", profiles[k].name);
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+            char head[40];
+            snprintf(head, sizeof head, "%.*f %s", si ? 1 : 0, profiles[0].station[i],
+                     unit_of(UNIT_STATION, si)->text);
+            if (!isnan(profiles[0].station[i]))
+                answer_estimate(answer, NULL, head, UNIT_NUMBER, profiles[k].value[i],
+                                profiles[k].error[i], si ? 2 : 4);
+        }
     }
-    fputs("</tbody></table></div>\n", out);
+    answer_close(answer);
+    answer_sentence(answer, NULL,
+                    "Cumulative displacement by station, %s; \xc2\xb1 is one standard error.",
+                    unit_of(UNIT_DISPLACEMENT, si)->text);
+    report_answer(answer, out);
 }
 
 static const char *series_name(const struct report_facts *facts)
@@ -373,188 +377,149 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
     free(x);
 }
 
+static void tension_row(const struct report_facts *facts, struct answer *answer)
+{
+    if (!facts->fitted)
+        return;
+    answer_row(answer);
+    answer_count(answer, NULL, "RUN", facts->landing.id);
+    answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
+                    facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
+    for (unsigned b = 0; b < REPORT_BANDS; b++) {
+        char head[CHART_LABEL];
+        if (facts->band[b].gages == 0)
+            continue;
+        snprintf(head, sizeof head, "band %u: largest fall", b + 1);
+        answer_value(answer, NULL, head, UNIT_TENSION, facts->band[b].fell_lb, 2);
+        snprintf(head, sizeof head, "band %u: largest rise", b + 1);
+        answer_value(answer, NULL, head, UNIT_TENSION, facts->band[b].rose_lb, 2);
+    }
+}
+
 static enum mr_status tension(const struct report *report, FILE *out, struct error *error)
 {
-    const struct unit *unit = unit_of(UNIT_TENSION, report->si),
-                      *braking = unit_of(UNIT_DECELERATION, report->si);
-    char heads[1 + 2 * REPORT_BANDS][CHART_LABEL];
-    const char *list[3 + 2 * REPORT_BANDS] = {"RUN"};
     unsigned bands = bands_of(report);
     (void)error;
     if (bands == 0)
         return MR_OK;
     draw_tension(report, bands, out);
-    list[1] = chart_label(heads[0], "mean deceleration", UNIT_DECELERATION, report->si);
-    for (unsigned k = 0; k < 2 * bands; k++) {
-        snprintf(heads[1 + k], sizeof heads[0], "band %u: largest %s, %s", k / 2 + 1,
-                 k % 2 ? "rise" : "fall", unit->text);
-        list[2 + k] = heads[1 + k];
-    }
-    html_table(out, list);
-    for (size_t i = 0; i < report->landings; i++) {
-        const struct report_facts *facts = &report->facts[i];
-        if (!facts->fitted)
-            continue;
-        fputs("<tr>", out);
-        html_cell(out, "%lld", (long long)facts->landing.id);
-        html_estimate(out, braking->factor * facts->deceleration_ft_s2.value,
-                      braking->factor * facts->deceleration_ft_s2.error, 3);
-        for (unsigned b = 0; b < bands; b++) {
-            html_number(out, unit->factor * facts->band[b].fell_lb, 2);
-            html_number(out, unit->factor * facts->band[b].rose_lb, 2);
-        }
-        fputs("</tr>\n", out);
-    }
-    fputs("</tbody></table></div>\n", out);
+    landings_table(report, out, "\xc2\xb1 is one standard error.", tension_row);
     return MR_OK;
 }
 
 /* ---- measured against simulated: the newest comparison of each landing ---- */
 
-static void overlap_cell(FILE *out, const struct compare_overlap *overlap)
+static void overlap(struct answer *answer, const char *label, const struct compare_overlap *overlap)
 {
     if (!overlap->known)
-        html_cell(out, "-");
+        answer_words(answer, NULL, label, "-");
     else if (overlap->all_mats > 0.0)
-        html_cell(out, "%.0f of %.0f", overlap->common_mats, overlap->all_mats);
+        answer_words(answer, NULL, label, "%.0f of %.0f", overlap->common_mats, overlap->all_mats);
     else
-        html_cell(out, "both none");
+        answer_words(answer, NULL, label, "both none");
 }
 
-static void compared_row(FILE *out, const struct report_facts *facts, bool si)
+static void compared_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct report_compared *compared = &facts->compared;
     const struct compare_mean *mean = &compared->mean;
-    const double in = unit_of(UNIT_DISPLACEMENT, si)->factor;
-    const int d = si ? 2 : 4;
-    run_link(out, facts->landing.id);
-    html_cell(out, "%s", compared->against);
-    html_cell(out, "%zu of %zu", mean->channels, compared->channels);
-    html_number(out, mean->bias_in * in, d);
-    html_number(out, mean->rms_in * in, d);
-    html_number(out, mean->worst_rms_in * in, d);
-    if (isinf(mean->peak_en))
-        html_cell(out, "inf");
-    else
-        html_number(out, mean->peak_en, 1);
-    overlap_cell(out, &compared->longest);
-    overlap_cell(out, &compared->longest_board);
-    overlap_cell(out, &compared->rest);
-    html_number(out, compared->error_in * in, d);
-    fputs("</tr>\n", out);
+    answer_row(answer);
+    answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
+    answer_words(answer, NULL, "against", "%s", compared->against);
+    answer_words(answer, NULL, "channels", "%zu of %zu", mean->channels, compared->channels);
+    answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean->bias_in, 4);
+    answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean->rms_in, 4);
+    answer_value(answer, NULL, "worst rms", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
+    answer_value(answer, NULL, "worst En of a peak", UNIT_NUMBER, mean->peak_en, 1)->bounded = true;
+    overlap(answer, "longest zone, mats", &compared->longest);
+    overlap(answer, "of the board, mats", &compared->longest_board);
+    overlap(answer, "zone at rest, mats", &compared->rest);
+    answer_value(answer, NULL, "own error", UNIT_DISPLACEMENT, compared->error_in, 4);
 }
 
 static enum mr_status compared(const struct report *report, FILE *out, struct error *error)
 {
-    static const char *const names[] = {"bias", "rms", "worst rms", "own error"};
-    const double in = unit_of(UNIT_DISPLACEMENT, report->si)->factor;
-    const int d = report->si ? 2 : 4;
     double samples = 0.0, sum = 0.0, squares = 0.0;
-    char heads[4][CHART_LABEL];
     size_t rows = 0;
+    struct answer *answer = answer_new(report->si);
     (void)error;
+    answer_table(answer, NULL, "");
     for (size_t i = 0; i < report->landings; i++) {
-        const struct report_facts *facts = &report->facts[i];
-        const struct compare_mean *mean = &facts->compared.mean;
+        const struct compare_mean *mean = &report->facts[i].compared.mean;
         if (mean->channels == 0)
             continue;
-        for (int k = 0; k < 4; k++)
-            chart_label(heads[k], names[k], UNIT_DISPLACEMENT, report->si);
-        if (rows++ == 0)
-            html_table(out, (const char *const[]){"RUN", "against", "channels", heads[0], heads[1],
-                                                  heads[2], "worst En of a peak",
-                                                  "longest zone, mats", "of the board, mats",
-                                                  "zone at rest, mats", heads[3], NULL});
-        compared_row(out, facts, report->si);
+        rows++;
+        compared_row(&report->facts[i], answer);
         samples += mean->samples;
         sum += mean->samples * mean->bias_in;
         squares += mean->samples * mean->rms_in * mean->rms_in;
     }
-    if (rows == 0)
-        return MR_OK;
     if (rows > 1) { /* all together, weighted by their samples */
-        fputs("<tr><td>all</td><td></td><td></td>", out);
-        html_number(out, sum / samples * in, d);
-        html_number(out, sqrt(squares / samples) * in, d);
-        fputs("<td></td><td></td><td></td><td></td><td></td><td></td></tr>\n", out);
+        answer_row(answer);
+        answer_words(answer, NULL, "RUN", "all");
+        answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, sum / samples, 4);
+        answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, sqrt(squares / samples), 4);
     }
-    fputs("</tbody></table></div>\n<p>Each landing with the newest comparison that the campaign "
-          "keeps. Differences are measured less simulated, over all samples of all channels. "
-          "Zones: mats that measured and simulated (or the board) both have, of those that either "
-          "has. Own error: the simulation's own estimate.</p>\n",
-          out);
+    answer_close(answer);
+    if (rows)
+        answer_sentence(answer, NULL,
+                        "Each landing with the newest comparison that the campaign keeps. "
+                        "Differences are measured less simulated, over all samples of all "
+                        "channels. Zones: mats that measured and simulated (or the board) both "
+                        "have, of those that either has. Own error: the simulation's own "
+                        "estimate.");
+    report_answer(answer, out);
     return MR_OK;
 }
 
 /* ---- predictions and their outcome ---- */
 
-static void span_cell(FILE *out, bool known, double start_ft, double end_ft, double station)
-{
-    if (known)
-        html_cell(out, "%.1f to %.1f", station * start_ft, station * end_ft);
-    else
-        html_number(out, none, 0);
-}
-
-static void predictor_row(FILE *out, const struct report_facts *facts, double station)
+static void predictor_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *w = &facts->warning;
     int64_t worst = facts->worst_verdict;
     const bool watched = facts->source != MEASURED_IMPORT;
-    fputs("<tr>", out);
-    html_cell(out, "%lld", (long long)facts->landing.id);
-    html_cell(out, "%zu", facts->statements);
-    if (w->warned)
-        fputs("<td class=\"warn\">warning</td>", out);
-    else
-        html_cell(out, "%s%s",
-                  !watched              ? "no board watched"
-                  : worst == STORE_NONE ? "no warning"
-                                        : mr_predictor_verdict_text((unsigned)worst),
-                  watched && facts->unheard ? ", as far as it was heard" : "");
-    html_number(out, w->warned ? w->t_s : none, 3);
-    html_cell(out, "%s",
-              w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason)
-                                                   : "");
-    span_cell(out, w->warned, w->start_ft, w->end_ft, station);
-    html_number(out, w->warned && w->reached ? w->true_lead_s : none, 3);
-    html_number(out, w->warned ? w->lead_s : none, 3);
-    html_number(out, w->warned ? w->lead_became_s : none, 3);
-    if (w->warned)
-        html_cell(out, "%lld mats, %.1f to %.1f", (long long)w->most_mats,
-                  station * w->most_start_ft, station * w->most_end_ft);
-    else
-        html_number(out, none, 0);
-    span_cell(out, facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft, station);
-    fputs("</tr>\n", out);
+    answer_row(answer);
+    answer_count(answer, NULL, "RUN", facts->landing.id);
+    answer_count(answer, NULL, "statements", (int64_t)facts->statements);
+    answer_words(answer, NULL, "worst", "%s%s",
+                 w->warned             ? "warning"
+                 : !watched            ? "no board watched"
+                 : worst == STORE_NONE ? "no warning"
+                                       : mr_predictor_verdict_text((unsigned)worst),
+                 !w->warned && watched && facts->unheard ? ", as far as it was heard" : "")
+        ->warn = w->warned;
+    answer_value(answer, NULL, "first warning", UNIT_TIME, w->warned ? w->t_s : none, 3);
+    answer_words(
+        answer, NULL, "because", "%s",
+        w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason) : "");
+    span(answer, "zone then", w->warned, w->start_ft, w->end_ft);
+    answer_value(answer, NULL, "wheel there after", UNIT_TIME,
+                 w->warned && w->reached ? w->true_lead_s : none, 3);
+    answer_value(answer, NULL, "first lead given", UNIT_TIME, w->warned ? w->lead_s : none, 3);
+    answer_value(answer, NULL, "it became", UNIT_TIME, w->warned ? w->lead_became_s : none, 3);
+    answer_count(answer, NULL, "longest, mats", w->warned ? w->most_mats : ANSWER_UNKNOWN);
+    span(answer, "longest", w->warned, w->most_start_ft, w->most_end_ft);
+    span(answer, "last reported", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
 }
 
 static enum mr_status predictor(const struct report *report, FILE *out, struct error *error)
 {
-    char zone[CHART_LABEL], last[CHART_LABEL];
     size_t statements = 0;
     (void)error;
     for (size_t i = 0; i < report->landings; i++)
         statements += report->facts[i].statements;
-    if (statements == 0)
-        return MR_OK;
-    html_table(out,
-               (const char *const[]){
-                   "RUN", "statements", "worst", "first warning, s", "because",
-                   chart_label(zone, "zone then", UNIT_STATION, report->si), "wheel there after, s",
-                   "first lead given, s", "it became, s", "at its longest",
-                   chart_label(last, "last reported", UNIT_STATION, report->si), NULL});
-    for (size_t i = 0; i < report->landings; i++)
-        predictor_row(out, &report->facts[i], unit_of(UNIT_STATION, report->si)->factor);
-    fputs("</tbody></table></div>\n<p>Times since touchdown, by the board's clock, at the "
-          "beginning of the block that decided. A dash: none was given, or the wheel did not reach "
-          "it in the record. No warning is no clearance.</p>\n",
-          out);
+    if (statements)
+        landings_table(report, out,
+                       "Times since touchdown, by the board's clock, at the beginning of the block "
+                       "that decided. A dash: none was given, or the wheel did not reach it in the "
+                       "record. No warning is no clearance.",
+                       predictor_row);
     return MR_OK;
 }
 
 /* Advice, warnings and outcomes. */
-static void record_row(const struct record_row *row, double station, FILE *out)
+static void record_row(const struct record_row *row, struct answer *answer)
 {
     static const char *const warned[] = {[RECORD_UNWATCHED] = "no board watched",
                                          [RECORD_WARNED] = "warned",
@@ -562,57 +527,48 @@ static void record_row(const struct record_row *row, double station, FILE *out)
                                          [RECORD_UNHEARD] = "not all heard"};
     static const char *const came[] = {"not known", "came", "did not come"};
     const struct outcome *outcome = &row->outcome;
-    fputs("<tr>", out);
-    html_cell(out, "%lld", (long long)row->run);
-    html_cell(out, "%s%s", row->advised ? row->advice.verdict : "none",
-              row->advised && row->off_plan ? ", landed otherwise" : "");
-    html_number(out, row->advised ? 100.0 * row->advice.zone : none, 0);
-    if (row->warned == RECORD_WARNED)
-        fputs("<td class=\"warn\">warned</td>", out);
-    else
-        html_cell(out, "%s", warned[row->warned]);
-    html_number(out, row->warned_t_s, 3);
-    html_number(out, station * row->warned_ft, 1);
-    html_number(out, row->risk_most, 2);
-    html_cell(out, "%s", row->is_void ? "void" : came[outcome->came]);
-    html_number(out, outcome->mats == STORE_NONE ? none : (double)outcome->mats, 0);
-    html_number(out, station * (outcome->mats > 0 ? outcome->start_ft : none), 1);
-    html_number(out, outcome->t_s, 2);
-    html_number(out, outcome->left_mats == STORE_NONE ? none : (double)outcome->left_mats, 0);
-    html_cell(out, "%zu, %zu", outcome->waves, outcome->breaks);
-    html_cell(out, "%s", record_verdict_text(row->verdict));
-    html_number(out, row->lead_s, 2);
-    html_cell(out, "%s",
-              row->verdict == RECORD_NOT_KNOWN ? row->why : outcome_basis_text(outcome->basis));
-    fputs("</tr>\n", out);
+    answer_row(answer);
+    answer_count(answer, NULL, "RUN", row->run);
+    answer_words(answer, NULL, "advice", "%s%s", row->advised ? row->advice.verdict : "none",
+                 row->advised && row->off_plan ? ", landed otherwise" : "");
+    answer_value(answer, NULL, "zone, %", UNIT_NUMBER,
+                 row->advised ? 100.0 * row->advice.zone : none, 0);
+    answer_words(answer, NULL, "the board", "%s", warned[row->warned])->warn = row->warned ==
+                                                                               RECORD_WARNED;
+    answer_value(answer, NULL, "at", UNIT_TIME, row->warned_t_s, 3);
+    answer_value(answer, NULL, "zone start", UNIT_STATION, row->warned_ft, 1);
+    answer_value(answer, NULL, "risk, most", UNIT_NUMBER, row->risk_most, 2);
+    answer_words(answer, NULL, "a zone", "%s", row->is_void ? "void" : came[outcome->came]);
+    answer_count(answer, NULL, "longest, mats", outcome->mats);
+    answer_value(answer, NULL, "start", UNIT_STATION, outcome->mats > 0 ? outcome->start_ft : none,
+                 1);
+    answer_value(answer, NULL, "50 mats at", UNIT_TIME, outcome->t_s, 2);
+    answer_count(answer, NULL, "left at the wheel, mats", outcome->left_mats);
+    answer_words(answer, NULL, "waves, breaks seen", "%zu, %zu", outcome->waves, outcome->breaks);
+    answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
+    answer_value(answer, NULL, "lead", UNIT_TIME, row->lead_s, 2);
+    answer_words(answer, NULL, "known by", "%s",
+                 row->verdict == RECORD_NOT_KNOWN ? row->why : outcome_basis_text(outcome->basis));
 }
 
 static enum mr_status warnings(const struct report *report, FILE *out, struct error *error)
 {
     const struct record *record = &report->record;
-    char at[CHART_LABEL], longest[CHART_LABEL];
     (void)error;
     if (report->run || record->landings == 0)
         return MR_OK;
     struct answer *answer = answer_new(report->si);
     record_answer(record, false, answer);
-    report_answer(answer, out);
-    if (record->rows == 0)
-        return MR_OK;
-    html_table(out,
-               (const char *const[]){"RUN", "advice", "zone, %", "the board", "at, s",
-                                     chart_label(at, "zone start", UNIT_STATION, report->si),
-                                     "risk, most", "a zone", "longest, mats",
-                                     chart_label(longest, "start", UNIT_STATION, report->si),
-                                     "50 mats at, s", "left at the wheel, mats",
-                                     "waves, breaks seen", "outcome", "lead, s", "known by", NULL});
+    answer_table(answer, NULL, "");
     for (size_t i = 0; i < record->rows; i++)
-        record_row(&record->row[i], unit_of(UNIT_STATION, report->si)->factor, out);
-    fputs("</tbody></table></div>\n<p>A zone: 50 closed mats or more that the wheel reached before "
-          "it stopped, by survey and transducers or by what people saw, never by the predictor. "
-          "Longest: of those that the wheel reached. Times since touchdown. Left at the wheel: by "
-          "the survey after the landing.</p>\n",
-          out);
+        record_row(&record->row[i], answer);
+    answer_close(answer);
+    answer_sentence(answer, NULL,
+                    "A zone: 50 closed mats or more that the wheel reached before it stopped, by "
+                    "survey and transducers or by what people saw, never by the predictor. "
+                    "Longest: of those that the wheel reached. Times since touchdown. Left at the "
+                    "wheel: by the survey after the landing.");
+    report_answer(answer, out);
     return MR_OK;
 }
 
@@ -630,100 +586,50 @@ static const struct report_facts *landing_after(const struct report *report,
     return NULL;
 }
 
-static const char *advice_name(void *context, size_t i)
-{
-    static char name[60];
-    snprintf(name, sizeof name, "%zu: %s", i + 1,
-             ((const struct store_advice *)context)[i].verdict);
-    return name;
-}
-
-static void draw_advice(struct store_advice *advice, size_t count, FILE *out)
-{
-    static const char *const keys[] = {"mark", "the limit", NULL};
-    double *x = xmalloc(3 * count * sizeof *x), *y = x + count, *half = y + count;
-    struct figure figure = figure_begin(
-        out, "advice before landings: probabilities against the limit", 1, FIGURE_EACH);
-    figure_plot(&figure, &(struct chart_axes){.x = "advice",
-                                              .y = "probability, %",
-                                              .x_high = (double)count,
-                                              .y_high = 104.0,
-                                              .height_px = 240,
-                                              .tick = advice_name,
-                                              .context = advice,
-                                              .ticks = count,
-                                              .on_x = true});
-    for (size_t i = 0; i < count; i++) {
-        x[i] = (double)i + 0.5;
-        y[i] = 50.0 * (advice[i].zone_low + advice[i].zone_high);
-        half[i] = 50.0 * (advice[i].zone_high - advice[i].zone_low);
-        figure_shape(&figure, "mark", x[i] - 0.45, x[i] + 0.45, 100.0 * advice[i].most,
-                     100.0 * advice[i].most, NULL);
-    }
-    figure_series(
-        &figure, &(struct chart_series){"its sampling interval", 0, "whiskers", x, y, half, count});
-    for (size_t i = 0; i < count; i++)
-        y[i] = 100.0 * advice[i].zone;
-    figure_series(&figure, &(struct chart_series){"probability of a zone of 50 mats", 1, "points",
-                                                  x, y, NULL, count});
-    figure_end(&figure, keys, "Probability of a zone of 50 mats with its sampling interval.");
-    free(x);
-}
-
 static void advice_row(const struct report *report, const struct store_advice *advice,
-                       size_t number, FILE *out)
+                       size_t number, struct answer *answer)
 {
     const struct report_facts *facts = landing_after(report, advice);
-    const double speed = unit_of(UNIT_SPEED, report->si)->factor,
-                 braking = unit_of(UNIT_DECELERATION, report->si)->factor;
-    fputs("<tr>", out);
-    html_cell(out, "%zu", number);
-    if (strcmp(advice->verdict, "against") == 0)
-        fputs("<td class=\"warn\">against</td>", out);
-    else
-        html_cell(out, "%s", advice->verdict);
-    html_number(out, speed * advice->speed_ft_s, 1);
-    html_number(out, braking * advice->deceleration_ft_s2, 2);
-    html_number(out, 100.0 * advice->zone, 0);
-    html_number(out, braking * advice->hardest_ft_s2, 1);
-    if (facts)
-        html_cell(out, "%lld", (long long)facts->landing.id);
-    else
-        html_cell(out, "to come");
-    html_number(out, facts ? speed * facts->speed_ft_s.value : none, 1);
-    html_number(out, facts ? braking * facts->deceleration_ft_s2.value : none, 2);
-    html_cell(out, "%s",
-              !facts                      ? ""
-              : !facts->warning.warned    ? "no warning"
-              : facts->warning.reached    ? "warned, the wheel reached the zone"
-              : facts->warning.path_known ? "warned, the wheel did not reach it"
-                                          : "warned");
-    html_cell(out, "%s", advice->reason);
-    fputs("</tr>\n", out);
+    answer_row(answer);
+    answer_count(answer, NULL, "advice", (int64_t)number);
+    answer_words(answer, NULL, "verdict", "%s", advice->verdict)->warn = strcmp(advice->verdict,
+                                                                                "against") == 0;
+    answer_value(answer, NULL, "planned speed", UNIT_SPEED, advice->speed_ft_s, 1);
+    answer_value(answer, NULL, "planned braking", UNIT_DECELERATION, advice->deceleration_ft_s2, 2);
+    answer_value(answer, NULL, "zone, %", UNIT_NUMBER, 100.0 * advice->zone, 0);
+    answer_words(answer, NULL, "95 % of it", "%.0f to %.0f", 100.0 * advice->zone_low,
+                 100.0 * advice->zone_high);
+    answer_value(answer, NULL, "limit, %", UNIT_NUMBER, 100.0 * advice->most, 0);
+    answer_value(answer, NULL, "hardest braking", UNIT_DECELERATION, advice->hardest_ft_s2, 1);
+    answer_count(answer, NULL, "RUN", facts ? facts->landing.id : ANSWER_UNKNOWN);
+    answer_value(answer, NULL, "its speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : none, 1);
+    answer_value(answer, NULL, "its braking", UNIT_DECELERATION,
+                 facts ? facts->deceleration_ft_s2.value : none, 2);
+    answer_words(answer, NULL, "the board then", "%s",
+                 !facts                      ? "to come"
+                 : !facts->warning.warned    ? "no warning"
+                 : facts->warning.reached    ? "warned, the wheel reached the zone"
+                 : facts->warning.path_known ? "warned, the wheel did not reach it"
+                                             : "warned");
+    answer_words(answer, NULL, "why", "%s", advice->reason);
 }
 
 static enum mr_status advice(const struct report *report, FILE *out, struct error *error)
 {
     struct store_advice *advice = NULL;
     size_t count = 0;
-    char planned[CHART_LABEL], braking[CHART_LABEL], hardest[CHART_LABEL], had[CHART_LABEL];
+    struct answer *answer = answer_new(report->si);
     enum mr_status status = store_advices(report->store, &advice, &count, error);
-    if (status == MR_OK && count) {
-        draw_advice(advice, count, out);
-        chart_label(braking, "braking", UNIT_DECELERATION, report->si);
-        html_table(out, (const char *const[]){
-                            "advice", "verdict",
-                            chart_label(planned, "planned speed", UNIT_SPEED, report->si), braking,
-                            "zone, %",
-                            chart_label(hardest, "hardest braking", UNIT_DECELERATION, report->si),
-                            "RUN", chart_label(had, "its speed", UNIT_SPEED, report->si), braking,
-                            "the board then", "why", NULL});
-        for (size_t i = 0; i < count; i++)
-            advice_row(report, &advice[i], i + 1, out);
-        fputs("</tbody></table></div>\n<p>By matrig advise before the landing beside it. No "
-              "warning is no clearance.</p>\n",
-              out);
-    }
+    answer_table(answer, NULL, "");
+    for (size_t i = 0; i < count; i++)
+        advice_row(report, &advice[i], i + 1, answer);
+    answer_close(answer);
+    if (count)
+        answer_sentence(answer, NULL,
+                        "By matrig advise before the landing beside it: the probability of a zone "
+                        "of 50 mats, with its sampling interval, and the limit from which on the "
+                        "advice is against it. No warning is no clearance.");
+    report_answer(answer, out);
     free(advice);
     return status;
 }

@@ -9,7 +9,7 @@
 #include "host/base/html.h"
 #include "host/base/xmalloc.h"
 
-#define COLUMNS_WHOLE 200u /* of a plot that has a row of its own */
+#define COLUMNS_WHOLE 120u /* of a plot that has a row of its own */
 #define COLUMNS_SMALL 80u
 #define STEPS         2500.0 /* of a range: finer than a pixel */
 #define DECIMALS_MOST 9
@@ -99,8 +99,11 @@ static struct points thin(const struct chart_series *s, size_t columns)
             kept.at[kept.count] = kept.count;
         return kept;
     }
-    double from = s->x[0], width = (s->x[s->count - 1] - from) / (double)columns;
-    for (size_t first = 0, next; first < s->count; first = next) {
+    size_t begin = 0;
+    while (begin + 1 < s->count && isnan(s->x[begin]))
+        begin++;
+    double from = s->x[begin], width = (s->x[s->count - 1] - from) / (double)columns;
+    for (size_t first = begin, next; first < s->count; first = next) {
         double column = floor((s->x[first] - from) / width);
         for (next = first + 1; next < s->count; next++) {
             if (floor((s->x[next] - from) / width) != column)

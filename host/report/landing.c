@@ -13,7 +13,7 @@
 #include "host/report/report.h"
 
 #define CURVE_POINTS    200
-#define COMPARED_POINTS 150u
+#define COMPARED_POINTS 100u
 #define IN_PER_FT       12.0
 
 bool report_is_fitted(const struct report_landing *landing)
@@ -465,62 +465,6 @@ static enum mr_status bands(const struct report *report, const struct report_lan
     return MR_OK;
 }
 
-/* ---- the film ---- */
-
-#define FILM_EVERY_FT 10.0
-#define FILM_STATIONS 13 /* 0 to 120 ft */
-
-/* The frame nearest to a station; NULL: none within half a step. */
-static const struct film_frame *frame_at(const struct film *film, double station_ft)
-{
-    const struct film_frame *best = NULL;
-    double nearest_ft = 0.5 * FILM_EVERY_FT;
-    for (size_t i = 0; i < film->frames; i++) {
-        double away_ft = fabs(film->frame[i].station_ft.value - station_ft);
-        if (!(away_ft < nearest_ft))
-            continue;
-        nearest_ft = away_ft;
-        best = &film->frame[i];
-    }
-    return best;
-}
-
-static enum mr_status film(const struct report *report, const struct report_landing *landing,
-                           FILE *out, struct error *error)
-{
-    const struct film *film = &landing->summary.film;
-    const struct unit *length = unit_of(UNIT_STATION, report->si),
-                      *speed = unit_of(UNIT_SPEED, report->si);
-    char heads[2][CHART_LABEL];
-    (void)error;
-    if (film->frames == 0)
-        return MR_OK;
-    fprintf(out,
-            "<p>%zu frames, %.2f a second, %lld missing; numbered from 1, the first pulse of the "
-            "landing. Below: the frame nearest to every tenth foot of the gear's way; &plusmn; is "
-            "one standard error.</p>\n",
-            film->frames, film->rate_hz, (long long)film->missing);
-    html_table(out,
-               (const char *const[]){"frame", CHART_TIME,
-                                     chart_label(heads[0], "gear at", UNIT_STATION, report->si),
-                                     chart_label(heads[1], "speed", UNIT_SPEED, report->si), NULL});
-    for (int i = 0; i < FILM_STATIONS; i++) {
-        const struct film_frame *frame = frame_at(film, FILM_EVERY_FT * i);
-        if (!frame)
-            continue;
-        fputs("<tr>", out);
-        html_cell(out, "%lld", (long long)frame->number);
-        html_number(out, frame->t_s, 4);
-        html_estimate(out, frame->station_ft.value * length->factor,
-                      frame->station_ft.error * length->factor, 3);
-        html_estimate(out, frame->speed_ft_s.value * speed->factor,
-                      frame->speed_ft_s.error * speed->factor, 3);
-        fputs("</tr>\n", out);
-    }
-    fputs("</tbody></table></div>\n", out);
-    return MR_OK;
-}
-
 /* ---- transducers and gages ---- */
 
 /* What was measured, and what the newest comparison simulated. */
@@ -705,7 +649,6 @@ const struct report_part report_parts[] = {
     {"Band tensions", tensions},
     {"Tension change along the bands", along},
     {"Bands", bands},
-    {"Film", film},
     {"Transducers and gages", channels},
     {"Measured against simulated", compared},
     {"Health and losses", health},

@@ -82,6 +82,11 @@ void report_answer(struct answer *answer, FILE *out)
     answer_free(answer);
 }
 
+static const char *name_of(const struct report *report)
+{
+    return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
+}
+
 /* ---- the front: what a reader looks for first. What is not known says so, with the command that
  * enters it; nothing stands in its place ---- */
 
@@ -408,7 +413,6 @@ static void facts(const struct report *report, bool *of, FILE *out)
 
 static void cover_write(const struct report *report, FILE *out)
 {
-    const char *slash = strrchr(report->path, '/');
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<header class=\"cover\"><h1>", out);
     if (report->run)
@@ -416,7 +420,7 @@ static void cover_write(const struct report *report, FILE *out)
     else
         fputs("Campaign report", out);
     fputs("</h1>\n<p>", out);
-    html_text(out, slash ? slash + 1 : report->path);
+    html_text(out, name_of(report));
     fputs(", on the model landing-mat runway</p>\n", out);
     facts(report, of, out);
     fputs("</header>\n", out);
@@ -432,151 +436,126 @@ static int64_t now_us(void)
     return 1000000 * (fixed ? strtoll(fixed, NULL, 10) : (int64_t)time(NULL));
 }
 
-static void general(const struct report *report, const char *drawn, FILE *out)
+static void general(const struct report *report, struct answer *answer)
 {
     char when[40];
     struct stat file;
-    const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
     survey_time_text(now_us(), when, sizeof when);
-    fputs("<dl>\n", out);
-    html_fact(out, "made by", "matrig " VERSION_TEXT);
-    html_fact(out, "made", "%s", when);
-    html_fact(out, "database", "%s, version %d", name, STORE_VERSION);
+    answer_words(answer, NULL, "made by", "matrig " VERSION_TEXT);
+    answer_words(answer, NULL, "made", "%s", when);
+    answer_words(answer, NULL, "database", "%s, version %d", name_of(report), STORE_VERSION);
     if (stat(report->path, &file) == 0)
-        html_fact(out, "its size", "%lld bytes", (long long)file.st_size);
-    html_fact(out, "SHA-256 of the page, <main> to </main>", "%s", drawn);
-    fputs("</dl>\n", out);
+        answer_words(answer, NULL, "its size", "%lld bytes", (long long)file.st_size);
 }
 
-static void landing_row(const struct report_facts *facts, FILE *out)
+static void landing_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct store_landing *row = &facts->landing;
     char when[40];
     survey_time_text(row->armed_us, when, sizeof when);
-    fputs("<tr>", out);
-    html_cell(out, "%lld", (long long)row->id);
-    html_cell(out, "%s", when);
-    html_cell(out, "%s", row->board_uid[0] ? row->board_uid : "unknown");
-    html_cell(out, "%s, %08llx, %s", row->firmware[0] ? row->firmware : "unknown",
-              row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
-              row->image_commit[0] ? row->image_commit : "unknown");
+    answer_row(answer);
+    answer_count(answer, NULL, "RUN", row->id);
+    answer_words(answer, NULL, "armed", "%s", when);
+    answer_words(answer, NULL, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
+    answer_words(answer, NULL, "firmware, CRC-32 of its image, commit", "%s, %08llx, %s",
+                 row->firmware[0] ? row->firmware : "unknown",
+                 row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
+                 row->image_commit[0] ? row->image_commit : "unknown");
     if (row->config_crc == STORE_NONE)
-        html_cell(out, "unknown");
+        answer_words(answer, NULL, "configuration, CRC-32", "unknown");
     else
-        html_cell(out, "%08llx%s", (unsigned long long)row->config_crc,
-                  facts->config_read ? "" : ", not read");
-    html_cell(out, "CAN %s; serial %s", facts->can_link[0] ? facts->can_link : "not used",
-              facts->serial_link[0] ? facts->serial_link : "not used");
-    html_cell(out, "%zu of %u segments", facts->surveyed, MR_SEGMENTS);
-    fprintf(out, "<td class=\"hash\">%s</td></tr>\n",
-            facts->records[0] ? facts->records : "no block records");
+        answer_words(answer, NULL, "configuration, CRC-32", "%08llx%s",
+                     (unsigned long long)row->config_crc, facts->config_read ? "" : ", not read");
+    answer_words(answer, NULL, "links", "CAN %s; serial %s",
+                 facts->can_link[0] ? facts->can_link : "not used",
+                 facts->serial_link[0] ? facts->serial_link : "not used");
+    answer_words(answer, NULL, "survey", "%zu of %u segments", facts->surveyed, MR_SEGMENTS);
 }
 
-static void landings(const struct report *report, FILE *out)
+static void day_text_of(uint32_t day, char out[20])
 {
-    if (report->landings == 0)
-        return;
-    fputs("<h3>Landings</h3>\n", out);
-    html_table(out, (const char *const[]){"RUN", "armed", "board",
-                                          "firmware, CRC-32 of its image, commit",
-                                          "configuration, CRC-32", "links", "survey",
-                                          "SHA-256 of its block records", NULL});
-    for (size_t i = 0; i < report->landings; i++)
-        landing_row(&report->facts[i], out);
-    fputs("</tbody></table></div>\n", out);
-}
-
-static void day_cell(FILE *out, uint32_t day, bool expired)
-{
-    time_t second = (time_t)day * DAY_S;
-    struct tm utc;
-    char text[20];
-    if (day == 0) {
-        html_cell(out, "never");
-        return;
-    }
-    gmtime_r(&second, &utc);
-    strftime(text, sizeof text, "%Y-%m-%d", &utc);
-    fprintf(out, "<td%s>%s%s</td>", expired ? " class=\"warn\"" : "", text,
-            expired ? ", before the landing" : "");
+    day_text((int64_t)day * DAY_S * 1000000, out);
 }
 
 /* Sensor and dates are in the configuration that the board was asked for, if it was. */
-static void sensor_cells(FILE *out, const struct mr_channel_config *read, int64_t used_day)
+static void sensor_facts(const struct mr_channel_config *read, int64_t used_day,
+                         struct answer *answer)
 {
-    if (!read) {
-        fputs("<td colspan=\"3\">configuration not read</td>", out);
-        return;
-    }
-    html_cell(out, "%.*s", (int)sizeof read->serial,
-              read->serial[0] ? read->serial : "not entered");
-    day_cell(out, read->calibrated_day, false);
-    day_cell(out, read->expires_day, read->expires_day && (int64_t)read->expires_day <= used_day);
+    char day[20];
+    answer_words(answer, NULL, "sensor", "%.*s", (int)sizeof read->serial,
+                 read->serial[0] ? read->serial : "not entered");
+    day_text_of(read->calibrated_day, day);
+    answer_words(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "never");
+    bool expired = read->expires_day && (int64_t)read->expires_day <= used_day;
+    day_text_of(read->expires_day, day);
+    answer_words(answer, NULL, "expires", "%s%s", read->expires_day ? day : "never",
+                 expired ? ", before the landing" : "")
+        ->warn = expired;
 }
 
 /* As the landing is read with. */
-static void calibrations(const struct report_landing *landing, FILE *out)
+static void calibrations(const struct report_landing *landing, struct answer *answer)
 {
     const struct measured *measured = &landing->summary.measured;
-    html_table(out, (const char *const[]){"channel", "sensor", "calibrated", "expires",
-                                          "in or lb per code", "its error, %",
-                                          "error of the zero, in or lb", NULL});
+    answer_table(answer, NULL, "");
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &measured->channel[i].config;
         if (!mr_channel_measures(channel))
             continue;
-        fputs("<tr>", out);
-        html_cell(out, "%s %u", channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
-                  channel->number);
-        sensor_cells(out, landing->config ? &landing->config->channel[i] : NULL,
-                     measured->landing.armed_us / 1000000 / DAY_S);
-        html_cell(out, "%.9g", (double)channel->unit_per_code);
-        html_number(out, 100.0 * (double)channel->gain_error, 3);
-        html_number(out, (double)channel->zero_error, 4);
-        fputs("</tr>\n", out);
+        answer_row(answer);
+        answer_words(answer, NULL, "channel", "%s %u",
+                     channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
+                     channel->number);
+        if (landing->config)
+            sensor_facts(&landing->config->channel[i], measured->landing.armed_us / 1000000 / DAY_S,
+                         answer);
+        answer_words(answer, NULL, "in or lb per code", "%.9g", (double)channel->unit_per_code);
+        answer_value(answer, NULL, "its error, %", UNIT_NUMBER, 100.0 * (double)channel->gain_error,
+                     3);
+        answer_value(answer, NULL, "error of the zero, in or lb", UNIT_NUMBER,
+                     (double)channel->zero_error, 4);
     }
-    fputs("</tbody></table></div>\n", out);
+    answer_close(answer);
 }
 
-void provenance_calibration(const struct report_landing *landing, FILE *out)
+void provenance_calibration(const struct report_landing *landing, struct answer *answer)
 {
-    fprintf(out, "<h3>Calibration from RUN %lld on</h3>\n<p>",
-            (long long)landing->summary.measured.landing.id);
+    char heading[60];
+    snprintf(heading, sizeof heading, "Calibration from RUN %lld on",
+             (long long)landing->summary.measured.landing.id);
+    answer_open(answer, NULL, heading);
     if (landing->config) {
         const struct mr_site_config *site = &landing->config->site[0];
-        char name[sizeof site->name + 1];
-        snprintf(name, sizeof name, "%.*s", (int)sizeof site->name, site->name);
-        fputs("Configuration ", out);
-        html_text(out, name);
-        fprintf(out, ", revision %u.</p>\n", site->revision);
-    } else {
-        fputs("The board's configuration was not read (matrig log asks for it, where the link "
-              "goes both ways).</p>\n",
-              out);
-    }
-    calibrations(landing, out);
+        answer_sentence(answer, NULL, "Configuration %.*s, revision %u.", (int)sizeof site->name,
+                        site->name, site->revision);
+    } else
+        answer_sentence(answer, NULL,
+                        "The board's configuration was not read (matrig log asks for it, where the "
+                        "link goes both ways).");
+    calibrations(landing, answer);
+    answer_close(answer);
 }
 
-/* What of the landings is read with another calibration than it was recorded with. */
-static void recalibrated(const struct report *report, FILE *out)
+static void provenance_write(const struct report *report, FILE *out)
 {
+    struct answer *answer = answer_new(report->si);
+    fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
+    general(report, answer);
+    answer_table(answer, NULL, "Landings");
+    for (size_t i = 0; i < report->landings; i++)
+        landing_row(&report->facts[i], answer);
+    answer_close(answer);
+    report_answer(answer, out);
+    answer_html(report->calibrations, out);
+    answer = answer_new(report->si);
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].recalibrated)
-            fprintf(out,
-                    "<p class=\"say\">RUN %lld is read with a corrected calibration; what was in "
-                    "force is kept in the campaign.</p>\n",
-                    (long long)report->facts[i].landing.id);
+            answer_sentence(answer, NULL,
+                            "RUN %lld is read with a corrected calibration; what was in force is "
+                            "kept in the campaign.",
+                            (long long)report->facts[i].landing.id);
     }
-}
-
-static void provenance_write(const struct report *report, const char *drawn,
-                             const char *calibrations, FILE *out)
-{
-    fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
-    general(report, drawn, out);
-    landings(report, out);
-    fputs(calibrations, out);
-    recalibrated(report, out);
+    report_answer(answer, out);
     fputs("</section>\n", out);
 }
 
@@ -657,11 +636,6 @@ static enum mr_status write_sections(const struct report *report, FILE *contents
     return status;
 }
 
-static const char *name_of(const struct report *report)
-{
-    return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
-}
-
 /* The front: all of <main> before the landings. The caller frees it. */
 static enum mr_status make_front(const struct report *report, char **text, size_t *length,
                                  struct error *error)
@@ -687,54 +661,35 @@ static enum mr_status make_front(const struct report *report, char **text, size_
     return status;
 }
 
-static void put_hashed(FILE *out, SHA2_CTX *hash, const char *bytes, size_t count)
-{
-    SHA256Update(hash, (const uint8_t *)bytes, count);
-    fwrite(bytes, 1, count, out);
-}
-
-/* <main> to </main>, with its hash. */
-static void put_main(FILE *out, const char *front, size_t length, FILE *landings,
-                     char drawn[SHA256_DIGEST_STRING_LENGTH])
-{
-    static const char end[] =
-        "<p>Lines are thinned to what can be seen: of each column of a plot the least and the "
-        "greatest value stay, where they were measured.</p>\n</main>";
-    char *bytes = xmalloc(COPIED_BYTES);
-    SHA2_CTX hash;
-    SHA256Init(&hash);
-    put_hashed(out, &hash, front, length);
-    rewind(landings);
-    for (size_t count; (count = fread(bytes, 1, COPIED_BYTES, landings)) > 0;)
-        put_hashed(out, &hash, bytes, count);
-    put_hashed(out, &hash, end, sizeof end - 1);
-    SHA256End(&hash, drawn);
-    free(bytes);
-}
-
 enum mr_status page_write(struct report *report, FILE *out, struct error *error)
 {
-    char *front = NULL, *calibrations = NULL, drawn[SHA256_DIGEST_STRING_LENGTH];
-    size_t length = 0, size = 0;
+    char *front = NULL, *bytes = xmalloc(COPIED_BYTES);
+    size_t length = 0;
     FILE *landings = tmpfile(); /* what they say is in the front, which stands before them */
     if (!landings)
         return error_set(error, MR_IO, "cannot write a temporary file; TMPDIR names a folder");
-    report->calibrations = xopen_memstream(&calibrations, &size);
+    report->calibrations = answer_new(report->si);
     enum mr_status status = write_landings(report, landings, error);
     if (status == MR_OK && !report->run)
         status = record_end(report->store, &report->record, error);
     if (status == MR_OK)
         status = make_front(report, &front, &length, error);
-    fclose(report->calibrations);
-    report->calibrations = NULL;
     if (status == MR_OK) {
         page_head(out, name_of(report));
-        put_main(out, front, length, landings, drawn);
-        provenance_write(report, drawn, calibrations, out);
+        fwrite(front, 1, length, out);
+        rewind(landings);
+        for (size_t count; (count = fread(bytes, 1, COPIED_BYTES, landings)) > 0;)
+            fwrite(bytes, 1, count, out);
+        fputs("<p>Lines are thinned to what can be seen: of each column of a plot the least and "
+              "the greatest value stay, where they were measured.</p>\n</main>",
+              out);
+        provenance_write(report, out);
         page_foot(out, true);
     }
+    answer_free(report->calibrations);
+    report->calibrations = NULL;
     fclose(landings);
     free(front);
-    free(calibrations);
+    free(bytes);
     return status;
 }

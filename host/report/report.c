@@ -265,14 +265,6 @@ static void compute(struct report_landing *landing)
                     landing->simulations, landing->compared);
 }
 
-static enum mr_status hash_record(void *context, const uint8_t *record, size_t length, int link)
-{
-    (void)link;
-    SHA2_CTX *hash = context;
-    SHA256Update(hash, record, length);
-    return MR_OK;
-}
-
 /* The weight that a person entered. */
 static enum mr_status load_weight(struct store *store, int64_t run, struct mr_estimate *weight_lb,
                                   struct error *error)
@@ -290,7 +282,6 @@ static enum mr_status load_facts(struct report *report, const struct report_land
 {
     const struct measured *measured = &landing->summary.measured;
     const struct record_given given = {measured, &landing->summary.zones};
-    SHA2_CTX hash;
     memset(facts, 0, sizeof *facts);
     take_facts(landing, facts);
     enum mr_status status = load_weight(report->store, measured->landing.id, &facts->weight_lb,
@@ -298,11 +289,6 @@ static enum mr_status load_facts(struct report *report, const struct report_land
     if (status == MR_OK)
         status = store_is_recalibrated(report->store, measured->landing.id, &facts->recalibrated,
                                        error);
-    SHA256Init(&hash);
-    if (status == MR_OK && measured->source == MEASURED_SERIAL)
-        status = store_blocks_each(report->store, measured->landing.id, hash_record, &hash, error);
-    if (measured->source == MEASURED_SERIAL)
-        SHA256End(&hash, facts->records);
     return status == MR_OK ? record_judge(report->store, &report->record, &given, error) : status;
 }
 
@@ -333,13 +319,11 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     if (status != MR_OK)
         return status;
     take_record(report, facts);
-    bool listed = report->calibrations == NULL;
+    bool listed = false;
     for (size_t i = 0; i < at && !listed; i++)
         listed = strcmp(report->facts[i].calibration, facts->calibration) == 0;
     if (!listed)
         provenance_calibration(landing, report->calibrations);
-    if (report->json)
-        json_array_append_new(report->json, summary_json(&landing->summary, report->si));
     return MR_OK;
 }
 

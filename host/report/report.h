@@ -81,7 +81,6 @@ struct report_facts {
         struct compare_overlap longest, longest_board, rest;
         double error_in;
     } compared;
-    char records[REPORT_HASH];     /* of its block records; "": none */
     char calibration[REPORT_HASH]; /* the same: the same calibration */
     struct mr_estimate weight_lb;  /* as corrected (matrig landing) */
     unsigned wrong;
@@ -100,8 +99,7 @@ struct report {
     size_t slow_rows;
     int64_t run; /* the only one; 0: all */
     bool si;
-    json_t *json;       /* receives summary_json of each landing that is loaded; NULL: not wanted */
-    FILE *calibrations; /* receives a table for each other calibration; NULL: not wanted */
+    struct answer *calibrations; /* receives a table for each other calibration */
 };
 
 /* Landing report->run, or all of the campaign that count, or with `voided` all there are, without
@@ -144,6 +142,6 @@ bool report_is_fitted(const struct report_landing *landing);
 void report_answer(struct answer *answer, FILE *out);
 
 /* Calibrations of a landing, as a table under a heading. */
-void provenance_calibration(const struct report_landing *landing, FILE *out);
+void provenance_calibration(const struct report_landing *landing, struct answer *answer);
 
 #endif

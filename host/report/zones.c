@@ -3,14 +3,12 @@
 #include <stdlib.h>
 
 #include "common/predictor.h"
-#include "host/base/html.h"
 #include "host/base/xmalloc.h"
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
 #define PATH_POINTS 200
 #define STATEMENT_S 0.05
-#define CHANGES_MAX 12u /* rows of the predictor's table */
 
 /* ---- the zone map ---- */
 
@@ -178,6 +176,7 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
     double *t_s = xmalloc(2 * (landing->predictions + 1) * sizeof *t_s),
            *mats = t_s + landing->predictions + 1;
     size_t count = 0;
+    axes.x = CHART_TIME;
     axes.y = "mats in the zone";
     axes.y_high = 60.0;
     axes.height_px = 150;
@@ -199,86 +198,6 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
     free(t_s);
 }
 
-/* The lead time that the board gave, and how long the wheel then took to the start of that zone. */
-static void draw_leads(struct figure *figure, const struct report_landing *landing,
-                       struct chart_axes axes)
-{
-    const struct zones *zones = &landing->summary.zones;
-    const struct measured *measured = &landing->summary.measured;
-    double *t_s = xmalloc(3 * (zones->count + 1) * sizeof *t_s), *given_s = t_s + zones->count + 1,
-           *became_s = given_s + zones->count + 1;
-    size_t count = 0;
-    axes.y = "lead time, s";
-    axes.x = CHART_TIME;
-    axes.y_high = 0.5;
-    axes.height_px = 130;
-    for (size_t i = 0; i < zones->count; i++) {
-        const struct store_zone *row = &zones->row[i];
-        t_s[count] = zones_time_s(measured, row);
-        given_s[count] = row->lead_s;
-        became_s[count] = measured_reach_s(measured, row->start_ft) - t_s[count];
-        if (row->mats <= 0 || isnan(row->lead_s))
-            continue;
-        axes.y_high = fmax(axes.y_high, 1.25 * row->lead_s);
-        count++;
-    }
-    figure_plot(figure, &axes);
-    figure_series(figure, &(struct chart_series){"given", 1, "points", t_s, given_s, NULL, count});
-    figure_series(figure,
-                  &(struct chart_series){"what it became", 0, "dots", t_s, became_s, NULL, count});
-    free(t_s);
-}
-
-/* The first changes of the verdict; how many there were. */
-static size_t changes(FILE *out, const struct report_landing *landing, const struct unit *station)
-{
-    const struct measured *measured = &landing->summary.measured;
-    int64_t verdict = STORE_NONE;
-    size_t changed = 0;
-    char zone[60];
-    snprintf(zone, sizeof zone, "zone, %s", station->text);
-    html_table(out, (const char *const[]){"time, s", "verdict", "because", "mats", zone,
-                                          "lead time, s", "it became, s", "model", NULL});
-    for (size_t i = 0; i < landing->predictions; i++) {
-        const struct store_prediction *prediction = &landing->prediction[i];
-        const struct store_zone *row = NULL;
-        if (prediction->verdict == STORE_NONE || prediction->verdict == verdict)
-            continue;
-        verdict = prediction->verdict;
-        if (++changed > CHANGES_MAX)
-            continue;
-        for (size_t k = 0; k < landing->summary.zones.count && !row; k++)
-            row = landing->summary.zones.row[k].block == prediction->block
-                    ? &landing->summary.zones.row[k]
-                    : NULL;
-        double t_s = measured_block_s(measured, prediction->block);
-        bool zoned = row && row->mats > 0;
-        double became_s = zoned ? measured_reach_s(measured, row->start_ft) - t_s : (double)NAN;
-        fputs("<tr>", out);
-        html_number(out, t_s, 3);
-        html_cell(out, "%s", mr_predictor_verdict_text((unsigned)verdict));
-        html_cell(out, "%s",
-                  prediction->reason == STORE_NONE
-                      ? ""
-                      : mr_predictor_reason_text((unsigned)prediction->reason));
-        html_number(out, row ? (double)row->mats : (double)NAN, 0);
-        if (zoned)
-            html_cell(out, "%.1f to %.1f", station->factor * row->start_ft,
-                      station->factor * row->end_ft);
-        else
-            html_number(out, (double)NAN, 0);
-        html_number(out, zoned ? row->lead_s : (double)NAN, 3);
-        html_number(out, became_s >= 0.0 ? became_s : (double)NAN, 3);
-        html_cell(out, "%s",
-                  prediction->level == STORE_NONE
-                      ? ""
-                      : mr_predictor_level_text((unsigned)prediction->level));
-        fputs("</tr>\n", out);
-    }
-    fputs("</tbody></table></div>\n", out);
-    return changed;
-}
-
 enum mr_status report_predictions(const struct report *report, const struct report_landing *landing,
                                   FILE *out, struct error *error)
 {
@@ -294,16 +213,9 @@ enum mr_status report_predictions(const struct report *report, const struct repo
     report_answer(answer, out);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
         return MR_OK;
-    struct figure figure = figure_begin(
-        out, "zone that the board reported, and its lead time, against time", 1, FIGURE_EACH);
+    struct figure figure = figure_begin(out, "zone that the board reported, against time", 1,
+                                        FIGURE_EACH);
     draw_mats(&figure, landing, axes);
-    draw_leads(&figure, landing, axes);
-    figure_end(&figure, keys,
-               "Every statement of the board, and its outcome: the wheel's way to the start of "
-               "the zone from the final fit of its motion.");
-    size_t changed = landing->predictions ? changes(out, landing, unit_of(UNIT_STATION, report->si))
-                                          : 0;
-    if (changed > CHANGES_MAX)
-        fprintf(out, "<p>And %zu more changes of the verdict.</p>\n", changed - CHANGES_MAX);
+    figure_end(&figure, keys, "Every statement of the board.");
     return MR_OK;
 }

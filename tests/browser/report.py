@@ -74,7 +74,7 @@ DRAWN = """(() => [...document.querySelectorAll('figure.chart')].map(f => [f.get
 def whole(browser, width=1120):
     """The page as high as it is, so that every plot is on the screen, and what is drawn there."""
     browser.size(width, browser.js("document.documentElement.scrollHeight") + 2000)
-    browser.wait("[...document.querySelectorAll('figure.chart .box')].every(b => b.querySelector('canvas'))")
+    browser.wait("[...document.querySelectorAll('figure.chart .plots')].every(p => p.querySelector('.box canvas'))")
     return browser.js(DRAWN)
 
 

@@ -15,10 +15,10 @@ tells() {
 all_measured() { # each touchdown's speed, against the truth that its run file was made with
     local true
     true=$(for landing in 1 4 5; do truth $landing touchdown_speed_ft_s; done)
-    "$matrig" --quiet --json report "$work/first/campaign.db" -o "$tmp/again.html" >"$tmp/report.json" && python3 -c 'import json, sys
+    "$matrig" --json show "$work/first/campaign.db" >"$tmp/show.json" && python3 -c 'import json, sys
 said = [(l["landing"], l["touchdown_speed_ft_s"]) for l in json.load(open(sys.argv[1]))["landings"]]
 print(said, sys.argv[2:])
-assert [l for l, _ in said] == [1, 4, 5] and all(abs(v - float(t)) < 0.05 for (_, v), t in zip(said, sys.argv[2:], strict=True))' "$tmp/report.json" $true
+assert [l for l, _ in said] == [1, 4, 5] and all(abs(v - float(t)) < 0.05 for (_, v), t in zip(said, sys.argv[2:], strict=True))' "$tmp/show.json" $true
 }
 is_warned_of() { grep -c 'warned [0-9.]* s after touchdown' "$work/told.txt" | grep -x 1; } # landing 5 alone
 has_page() { grep -q '<html' "$work/first/report.html" && [ "$(wc -c <"$work/first/report.html")" -gt 100000 ]; }

@@ -62,14 +62,14 @@ observations() {
         sqlite3 "$db" "delete from observations" 2>&1 | grep -q 'history stays'
 }
 void_is_left_out_and_said() {
-    $matrig --json report "$db" -o "$tmp/with.html" | grep -q '"landings":\[{"run":1' || return 1
+    $matrig --json report "$db" -o "$tmp/with.html" | grep -q '"landings":1[,}]' || return 1
     landing 1 --void --reason "a dog <b>ran" | grep -q 'RUN 1: .*, VOID' || return 1
-    $matrig --json report "$db" -o "$tmp/without.html" | grep -q '"landings":\[\]' && grep -q 'void: a dog &lt;b&gt;ran' "$tmp/without.html" &&
+    $matrig --json report "$db" -o "$tmp/without.html" | grep -q '"landings":0[,}]' && grep -q 'void: a dog &lt;b&gt;ran' "$tmp/without.html" &&
         ! grep -q 'id="run1"' "$tmp/without.html" || return 1
     fails_with 2 'RUN 1 is void \(a dog <b>ran\)' $matrig compare "$db" 1 || return 1
-    $matrig --json report "$db" --void -o "$tmp/with.html" | grep -q '"run":1' || return 1
+    $matrig --json report "$db" --void -o "$tmp/with.html" | grep -q '"landings":1[,}]' || return 1
     fails_with 2 'is void already' $matrig landing "$db" 1 --void --reason twice && landing 1 --unvoid --reason "it was a cat" >/dev/null &&
-        $matrig --json report "$db" -o "$tmp/with.html" | grep -q '"run":1'
+        $matrig --json report "$db" -o "$tmp/with.html" | grep -q '"landings":1[,}]'
 }
 report_shows_them() {
     grep -q '<section id="journal">' "$tmp/with.html" && grep -q 'grew &lt;i&gt;slowly' "$tmp/with.html" && ! grep -q 'grew <i>' "$tmp/with.html" &&
