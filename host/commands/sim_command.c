@@ -9,7 +9,6 @@
 #include "host/base/progress.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/sim.h"
-#include "host/sim/sim_answer.h"
 #include "host/commands/studies.h"
 #include "host/base/xmalloc.h"
 

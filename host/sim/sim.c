@@ -1,9 +1,12 @@
 #include "host/sim/sim.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "host/base/cli.h"
 #include "host/base/progress.h"
+#include "host/sim/elements/mods.h"
 #include "host/sim/solvers/chain.h"
 #include "host/sim/solvers/planar.h"
 
@@ -153,4 +156,283 @@ bool sim_progress(void *progress, int pass, double part)
 {
     progress_at(progress, "run %d is at %.0f %%", pass, 100.0 * part);
     return true;
+}
+
+/* ---- a result, as `matrig sim` answers with it ---- */
+
+#define DIGITS 9
+
+static json_t *numbers(const double *values, size_t count)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list, cli_json_number(values[i], DIGITS));
+    return list;
+}
+
+static json_t *flagged(const double *flags, const double *names, size_t count)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++) {
+        if (flags[i] != 0.0)
+            json_array_append_new(list, json_integer(names ? (json_int_t)names[i] : (json_int_t)i));
+    }
+    return list;
+}
+
+/* One group of bands: its part of the arrays begins at `segment` and `connection`. */
+static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment,
+                      size_t connection, size_t count)
+{
+    const struct {
+        const char *name;
+        json_t *list;
+    } lists[] = {
+        {"T0", numbers(s->band_lb + segment, count + 1)},
+        {"least_lb", numbers(s->band_least_lb + segment, count + 1)},
+        {"most_lb", numbers(s->band_most_lb + segment, count + 1)},
+        {"mats", numbers(s->band_mat + connection, count)},
+        {"load_lb", numbers(s->band_load_lb + connection, count)},
+        {"slipped", numbers(s->band_slip_ft + connection, count)},
+        {"pulled", flagged(s->band_out + connection, s->band_mat + connection, count)},
+    };
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
+        char name[24];
+        snprintf(name, sizeof name, "%s_%s", group == 0 ? "band" : "band2", lists[i].name);
+        answer_json_value(answer, name, lists[i].list);
+    }
+}
+
+static size_t extreme(const double *values, size_t count, double sign)
+{
+    size_t at = 0;
+    for (size_t i = 1; i < count; i++)
+        at = sign * values[i] > sign * values[at] ? i : at;
+    return at;
+}
+
+static void add_bands(struct answer *answer, const struct mods_state *s)
+{
+    size_t least = extreme(s->band_least_lb, s->segments, -1.0),
+           most = extreme(s->band_most_lb, s->segments, 1.0);
+    size_t load = extreme(s->band_load_lb, s->connections, 1.0),
+           slip = extreme(s->band_slip_ft, s->connections, 1.0);
+    size_t slack = 0, out = 0;
+    for (size_t i = 0; i < s->segments; i++)
+        slack += s->band_least_lb[i] < 0.0;
+    for (size_t i = 0; i < s->connections; i++)
+        out += s->band_out[i] != 0.0;
+    answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_least_lb[least]),
+                 -4);
+    answer_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1, s->segments, slack);
+    answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_most_lb[most], -4);
+    answer_remark(answer, ", in segment %zu", most + 1);
+    answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
+        DIGITS;
+    answer_value(answer, NULL, "most carried", UNIT_TENSION, s->band_load_lb[load], -4);
+    answer_remark(answer, ", by the connection at mat %.0f", s->band_mat[load]);
+    answer_value(answer, NULL, "most slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
+    answer_remark(answer, ", of the connection at mat %.0f; %zu of %zu pulled out",
+                  s->band_mat[slip], out, s->connections);
+}
+
+static void add_cleats(struct answer *answer, const struct mods_state *s)
+{
+    size_t worst = extreme(s->cleat_left, s->cleats, -1.0);
+    double sum = 0.0;
+    for (size_t i = 0; i < s->cleats; i++)
+        sum += s->cleat_left[i];
+    answer_json_value(answer, "cleat_left", numbers(s->cleat_left, s->cleats));
+    answer_value(answer, NULL, "hold of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
+    answer_remark(answer, " of it is left on average, %.3g on mat %.0f", s->cleat_left[worst],
+                  s->cleat_mat[worst]);
+}
+
+/* "mods": for programs the state as scene keys would have it (band_T0, band_slipped, band_pulled,
+ * cleat_left, torn) and each part's extremes of the run; for people the extremes of all. Nothing
+ * without modifications (`state` NULL). */
+static void mods_answer(struct answer *answer, const struct sim_scene *scene,
+                        const struct mods_state *s)
+{
+    size_t segment = 0, connection = 0, torn = 0;
+    if (!s)
+        return;
+    answer_open(answer, "mods", "");
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        size_t count = (size_t)mods_connections(scene, g);
+        if (count == 0)
+            continue;
+        add_group(answer, g, s, segment, connection, count);
+        segment += count + 1;
+        connection += count;
+    }
+    if (s->segments > 0)
+        add_bands(answer, s);
+    if (s->cleats > 0)
+        add_cleats(answer, s);
+    for (size_t j = 1; j <= s->joints; j++)
+        torn += s->torn[j] != 0.0;
+    bool may_tear = scene->mods.tear_lb < HUGE_VAL;
+    if (may_tear || scene->mods.torn.count > 0)
+        answer_json_value(answer, "torn", flagged(s->torn, NULL, s->joints + 1));
+    if (may_tear || torn > 0)
+        answer_count(answer, NULL, "joints torn", (int64_t)torn);
+    answer_close(answer);
+}
+
+#define ROWS_MAX 12 /* of all mats, for people */
+
+size_t sim_shown_count(const struct sim_scene *scene)
+{
+    return scene->u_mats.count > 0 ? scene->u_mats.count : (size_t)scene->mats;
+}
+
+int sim_shown_mat(const struct sim_scene *scene, size_t i)
+{
+    return scene->u_mats.count > 0 ? (int)scene->u_mats.values[i] : (int)i + 1;
+}
+
+static json_t *outputs_json(const struct sim_scene *scene, const struct sim_result *result)
+{
+    json_t *outputs = json_array();
+    for (size_t k = 0; k < result->output_count; k++) {
+        const struct sim_output *output = &result->outputs[k];
+        json_t *u = json_object();
+        for (size_t i = 0; i < sim_shown_count(scene); i++) {
+            char key[16];
+            int mat = sim_shown_mat(scene, i);
+            snprintf(key, sizeof key, "%d", mat);
+            json_object_set_new(u, key, cli_json_number(output->u_ft[mat], 12));
+        }
+        json_array_append_new(outputs, json_pack("{s:o,s:o,s:o,s:i}", "t_s",
+                                                 cli_json_number(output->t_s, 12), "u_ft", u,
+                                                 "lift_ft", cli_json_number(output->lift_ft, 12),
+                                                 "lift_node", output->lift_node));
+    }
+    return outputs;
+}
+
+/* People see every so many of a long runway's mats. */
+static void add_outputs(struct answer *answer, const struct sim_scene *scene,
+                        const struct sim_result *result)
+{
+    int every = scene->u_mats.count == 0 ? (scene->mats + ROWS_MAX - 1) / ROWS_MAX : 1;
+    answer_json_value(answer, "outputs", outputs_json(scene, result));
+    for (size_t k = 0; k < result->output_count; k++) {
+        char label[40];
+        snprintf(label, sizeof label, "movement at %g s", result->outputs[k].t_s);
+        answer_table(answer, NULL, label);
+        for (size_t i = 0; i < sim_shown_count(scene); i++) {
+            int mat = sim_shown_mat(scene, i);
+            if (every > 1 && (mat - 1) % every != 0)
+                continue;
+            answer_row(answer);
+            answer_count(answer, NULL, "mat", mat);
+            answer_value(answer, NULL, "station", UNIT_STATION, (mat - 1) * scene->length_ft, 2);
+            answer_value(answer, NULL, "movement", UNIT_MOVEMENT, result->outputs[k].u_ft[mat], 6);
+        }
+        answer_close(answer);
+    }
+}
+
+/* NaN, null: a failed run that has none. */
+static double estimate(const struct sim_result *result, double error)
+{
+    return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
+                   (result->status != SIM_INTERRUPTED && error > 0.0)
+             ? error
+             : (double)NAN;
+}
+
+/* A run that failed has no verdict; one that was interrupted can only say that there is a wave
+ * already. */
+static void add_extremes(struct answer *answer, const struct sim_scene *scene,
+                         const struct sim_result *result)
+{
+    bool interrupted = result->status == SIM_INTERRUPTED,
+         unsure = result->status == SIM_UNPREDICTABLE,
+         seen = result->status == SIM_OK || interrupted || unsure;
+    bool lifts = scene->model != SIM_CHAIN;
+    answer_value(answer, NULL, "largest movement", UNIT_MOVEMENT, result->peak_u_ft, 4);
+    answer_remark(answer, ", of mat %d", result->peak_mat);
+    answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
+                 seen ? result->max_lift_ft : (double)NAN, 4)
+        ->digits = 12;
+    bool alike = unsure &&
+                 (result->spread_waves == 0 || result->spread_waves == result->spread_runs);
+    if (result->status == SIM_OK || alike || (interrupted && result->bow_wave))
+        answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
+    else
+        answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL,
+                    unsure ? "in some of the runs" : "none yet");
+    if (unsure) {
+        answer_count(answer, "spread_runs", "runs", result->spread_runs);
+        answer_count(answer, "spread_waves", lifts ? "of them with a bow wave" : NULL,
+                     result->spread_waves);
+    }
+    answer_open(answer, "error_estimate", interrupted ? NULL : "");
+    answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
+                 estimate(result, result->error_u_ft), -2);
+    answer_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
+    answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
+                 estimate(result, result->error_lift_ft), -2);
+    answer_close(answer);
+    if (result->speed_end_ft_s > 0.0)
+        answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
+            ->end = " at most";
+}
+
+static void add_active(struct answer *answer, const struct sim_result *result)
+{
+    answer_open(answer, "active", "integrated");
+    answer_value(answer, "mats_mean", "mats on average", UNIT_NUMBER, result->mats_mean, 1);
+    answer_count(answer, "mats_max", "mats at most", result->mats_max);
+    answer_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
+    answer_value(answer, "dt_limit", "explicit limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
+        9;
+    answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
+    answer_value(answer, "pass_ms", "this pass took", UNIT_NUMBER, result->pass_ms, 1)->end = " ms";
+    answer_list(answer, "left_out", "left out");
+    for (size_t i = 0; result->left_out[i]; i++)
+        answer_sentence(answer, NULL, "%s", result->left_out[i]);
+    answer_close(answer);
+    answer_list(answer, "notes", "notes");
+    for (size_t i = 0; result->notes[i][0]; i++)
+        answer_sentence(answer, NULL, "%s", result->notes[i]);
+    answer_close(answer);
+    answer_close(answer);
+}
+
+struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si)
+{
+    struct answer *answer = answer_new(si);
+    answer_as_given(answer);
+    answer_words(answer, "scene", "scene", "%s", scene->name);
+    answer_words(answer, "model", "model", "%s", sim_model_name(scene->model));
+    answer_words(answer, "solver", "solver", "%s", result->solver);
+    answer_words(answer, "status", "status", "%s", sim_status_name(result->status));
+    if (result->status == SIM_INTERRUPTED)
+        answer_remark(answer, " at %.6g s: what follows is unchecked and goes that far only",
+                      result->t_s);
+    if (result->status == SIM_UNPREDICTABLE)
+        answer_remark(answer,
+                      " beyond %.6g s: from then on the errors are the spread of runs that "
+                      "should be alike",
+                      result->t_s);
+    if (result->status != SIM_OK) {
+        answer_count(answer, "mat", NULL, result->mat);
+        answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -6)->digits = 12;
+    }
+    answer_count(answer, NULL, "mats", result->mats);
+    answer_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -6)->digits = 12;
+    answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->end = " ms";
+    answer_count(answer, "rhs", NULL, (int64_t)result->rhs);
+    answer_count(answer, "steps", "steps", (int64_t)result->steps);
+    answer_count(answer, "rejected", NULL, (int64_t)result->rejected);
+    answer_count(answer, "events", NULL, (int64_t)result->events);
+    add_extremes(answer, scene, result);
+    mods_answer(answer, scene, result->mods);
+    add_outputs(answer, scene, result);
+    add_active(answer, result);
+    return answer;
 }

@@ -1,7 +1,8 @@
-/* Running a scene. */
+/* Running a scene, and what is answered of its result. */
 #ifndef MATRIG_HOST_SIM_SIM_H
 #define MATRIG_HOST_SIM_SIM_H
 
+#include "host/base/answer.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
@@ -20,5 +21,13 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
 
 /* sim_options.go_on for a struct progress (host/base/progress.h): always goes on. */
 bool sim_progress(void *progress, int pass_from_1, double part);
+
+/* The mats that a scene asks for (u_mats, else all): how many, and the i-th of them, from 1. */
+size_t sim_shown_count(const struct sim_scene *scene);
+int sim_shown_mat(const struct sim_scene *scene, size_t i);
+
+/* A new answer of a result, whatever its status; the caller frees. For programs lengths in ft,
+ * times in s, forces in lb, also with `si`. */
+struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si);
 
 #endif

@@ -2,101 +2,12 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/law.h"
 #include "host/sim/models/kernel.h"
-
-static void engine_load_heaves(struct planar_engine *l);
-
-static void engine_brace_heaves(struct planar_engine *l);
-
-/* ---- memory ---- */
-
-static void lay_ground(struct planar_engine *l)
-{
-    struct model *m = &l->model;
-    const double *ground = l->scene->ground_ft.values;
-    for (int n = 0; n < m->mats; n++) {
-        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
-        double s = l->tilt_ft[n] / m->length_ft;
-        l->rest_cos[n] = sqrt(1.0 - s * s);
-    }
-    model_lay(m, l->tilt_ft);
-}
-
-/* Arrays of a landing; the model is made. */
-static void lay_out(struct planar_engine *l)
-{
-    struct model *m = &l->model;
-    size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    l->stored = 2 * length + 17 * joints;
-    double *storage = xcalloc(l->stored, sizeof *storage);
-    l->z = storage;
-    l->accel = storage + length;
-    l->u = storage + 2 * length;
-    l->v = l->u + joints;
-    l->gap0_ft = l->v + joints;
-    l->hold_lb = l->gap0_ft + joints;
-    l->give_ft = l->hold_lb + joints;
-    l->reach_ft = l->give_ft + joints;
-    l->tension_lb = l->reach_ft + joints;
-    l->height = l->tension_lb + joints;
-    l->push_lb = l->height + joints;
-    l->pull_lb = l->push_lb + joints;
-    l->rise_ft = l->pull_lb + joints;
-    l->tilt_ft = l->rise_ft + joints;
-    l->rest_cos = l->tilt_ft + joints;
-    l->rub_lb = l->rest_cos + joints;
-    l->rub_next_lb = l->rub_lb + joints;
-    lay_ground(l);
-    bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
-    if (braced || l->gear) {
-        l->brace_heaves = l->gear ? engine_load_heaves : engine_brace_heaves;
-        l->brace_lb = l->rub_next_lb + joints;
-        l->brace_lb_ft = l->brace_lb + joints;
-        model_brace(m, l->brace_lb, l->brace_lb_ft);
-    }
-    l->slack_ft = m->slack_ft;
-    model_lend(m, l->tension_lb);
-    bool gritty = false;
-    for (int j = 0; j <= m->mats; j++) {
-        l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
-        l->hold_lb[j] = -sim_scene_joint(&l->scene->grit_lb, j + 1);
-        l->give_ft[j] = -l->hold_lb[j] / m->kl;
-        gritty = gritty || l->hold_lb[j] < 0.0;
-    }
-    l->joints = joint_law(l->slack_ft, gritty);
-}
-
-enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
-                           struct sim_result *result, struct error *error)
-{
-    l->scene = scene;
-    if (scene->friction > 0.0 &&
-        (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
-        return error_set(
-            error, MR_USAGE,
-            "not available: %s: friction tanh or sign with solver staggered; give stick, or "
-            "solver event",
-            sim_scene_name(scene));
-    if (model_make(&l->model, scene, true, error) != MR_OK)
-        return error->status;
-    if (result) /* before the landing takes over what it has of its own */
-        model_describe(&l->model, result);
-    l->mods = mods_make(scene);
-    l->gear = gear_make(scene);
-    lay_out(l);
-    return MR_OK;
-}
-
-void engine_free(struct planar_engine *l)
-{
-    mods_free(l->mods);
-    gear_free(l->gear);
-    model_free(&l->model);
-    free(l->z);
-}
 
 /* ---- the parts that move ---- */
 
@@ -109,7 +20,8 @@ void engine_free(struct planar_engine *l)
 #define AIR      1e-3  /* of L: a node that is so high is held by its mats, not by the ground */
 #define QUIET    1e-13 /* of L for heights, of sqrt(g L) for their rates: at rest */
 
-void engine_take_in(struct part *part, const struct model *m, int low, int high)
+/* Make a part reach from mat `low` to mat `high`. */
+static void take_in(struct part *part, const struct model *m, int low, int high)
 {
     low = low < 0 ? 0 : low;
     high = high > m->mats - 1 ? m->mats - 1 : high;
@@ -125,7 +37,9 @@ void engine_take_in(struct part *part, const struct model *m, int low, int high)
     }
 }
 
-void engine_follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
+/* Before a step: what the wheel touches and what moves is taken in, what has come to rest is left
+ * behind. */
+static void follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
     struct part *s = &l->slides;
     const double *v = l->z + l->model.size;
@@ -134,13 +48,13 @@ void engine_follow_slides(struct planar_engine *l, const struct sim_touch *touch
                     s->quiet_last >= PATIENCE;
         if (idle)
             s->last = s->first - 1; /* go there instead of stretching */
-        engine_take_in(s, &l->model, touch[i].mat - 2, touch[i].mat);
+        take_in(s, &l->model, touch[i].mat - 2, touch[i].mat);
     }
     if (s->last < s->first)
         return;
     if (v[2 * s->first + 1] != 0.0 || v[2 * s->last + 1] != 0.0)
-        engine_take_in(s, &l->model, v[2 * s->first + 1] != 0.0 ? s->first - 1 : s->first,
-                       v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
+        take_in(s, &l->model, v[2 * s->first + 1] != 0.0 ? s->first - 1 : s->first,
+                v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
     bool still_first = v[2 * s->first + 1] == 0.0 && v[2 * s->first + 3] == 0.0;
     bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
     s->quiet_first = still_first ? s->quiet_first + 1 : 0;
@@ -168,7 +82,7 @@ static bool node_rests(const struct planar_engine *l, int node)
            fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-bool engine_mat_rests(const struct planar_engine *l, int n)
+static bool mat_rests(const struct planar_engine *l, int n)
 {
     return node_rests(l, n) && node_rests(l, n + 1);
 }
@@ -183,38 +97,38 @@ static void heave_what_slides(struct planar_engine *l, int chunk)
     while (last > first && v[2 * last + 1] == 0.0)
         last--;
     if (first <= last)
-        engine_take_in(&l->heaves, &l->model, first - chunk, last + chunk);
+        take_in(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
 /* Flat mats at rest stay so: the part that heaves begins with what is not, or carries the wheel,
  * and keeps GUARD mats at rest at its ends, so that what it holds back there is below QUIET. */
-void engine_follow_heaves(struct planar_engine *l)
+static void follow_heaves(struct planar_engine *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
     /* what is loaded at once: as window.c */
     int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
-        engine_take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
+        take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
     if (m->tilt_ft)
         heave_what_slides(l, GUARD);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
     for (int k = 0; k < GUARD && !first; k++)
-        first = h->first + k <= h->last && !engine_mat_rests(l, h->first + k);
+        first = h->first + k <= h->last && !mat_rests(l, h->first + k);
     for (int k = 0; k < GUARD && !last; k++)
-        last = h->last - k >= h->first && !engine_mat_rests(l, h->last - k);
+        last = h->last - k >= h->first && !mat_rests(l, h->last - k);
     if (first && h->first > 0)
-        engine_take_in(h, m, h->first - chunk, h->last);
+        take_in(h, m, h->first - chunk, h->last);
     if (last && h->last < m->mats - 1)
-        engine_take_in(h, m, h->first, h->last + chunk);
+        take_in(h, m, h->first, h->last + chunk);
     if (++h->quiet_first >= PATIENCE) {
         h->quiet_first = 0;
         int low = h->first, high = h->last;
-        while (low <= high && engine_mat_rests(l, low))
+        while (low <= high && mat_rests(l, low))
             low++;
-        while (high >= low && engine_mat_rests(l, high))
+        while (high >= low && mat_rests(l, high))
             high--;
         bool loaded = m->wheel_load_lb > 0.0 && m->span.mat >= 0;
         if (low > high && !loaded)
@@ -233,11 +147,11 @@ void engine_follow_heaves(struct planar_engine *l)
 
 /* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the
  * mats. */
-void engine_slide_what_heaves(struct planar_engine *l)
+static void slide_what_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     if ((m->full || m->soil_normal) && l->heaves.last >= l->heaves.first)
-        engine_take_in(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
+        take_in(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
 }
 
 /* ---- tensions ---- */
@@ -301,7 +215,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
 }
 
 /* Every law that occurs gets a loop of its own. */
-void engine_stretch_joints(struct planar_engine *l)
+static void stretch_joints(struct planar_engine *l)
 {
     if (l->joints == JOINT_LINEAR)
         stretch(l, JOINT_LINEAR);
@@ -321,7 +235,7 @@ void engine_stretch_joints(struct planar_engine *l)
 #define MOST_CONTACTS 8
 
 /* Bands and cleats before a kick; a riveted mat that its band moves is taken in. */
-void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
+static void brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                          double h_s)
 {
     struct mods *mods = l->mods;
@@ -340,13 +254,13 @@ void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch,
         double limit_lb = m->law == SIM_NONE ? 0.0
                                              : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
-            engine_take_in(&l->slides, m, n - 1, n + 1);
+            take_in(&l->slides, m, n - 1, n + 1);
     }
 }
 
 /* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the
  * heaving part. */
-static void engine_brace_heaves(struct planar_engine *l)
+static void brace_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     struct mods_heave heave = {.z = l->z,
@@ -362,7 +276,7 @@ static void engine_brace_heaves(struct planar_engine *l)
     mods_brace_heave(l->mods, &heave);
 }
 
-double engine_soil_lb(const struct model *m, const double *z, int node)
+static double node_soil_lb(const struct model *m, const double *z, int node)
 {
     return kernel_soil_lb(m, z, z + m->size, node);
 }
@@ -373,7 +287,7 @@ static double rubbing_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
         return l->rub_lb[node];
-    double now_lb = fmax(0.0, engine_soil_lb(&l->model, l->z, node));
+    double now_lb = fmax(0.0, node_soil_lb(&l->model, l->z, node));
     bool known = node >= l->rub_first && node <= l->rub_last;
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
 }
@@ -462,8 +376,9 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                    : kick(l, touch, count, h_s, false, false, true);
 }
 
-/* Runways without cleats get a loop without, and so do those without elements. */
-unsigned engine_kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
+/* After heaves, as friction is of the soil's reactions in that step; how many mats came to rest.
+ * Runways without cleats get a loop without, and so do those without elements. */
+static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s)
 {
     bool cleated = l->mods && l->mods->cleated;
@@ -492,7 +407,8 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
     return changed;
 }
 
-double engine_kick_heaves(struct planar_engine *l, double h_s)
+/* Speeds over a step of h_s; the largest change of a node's speed by the soil. */
+static double kick_heaves(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size;
@@ -511,7 +427,8 @@ double engine_kick_heaves(struct planar_engine *l, double h_s)
 
 /* ---- gear ---- */
 
-int engine_span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
+/* What the wheel, or the gear, does over t0..t1; what a gear loads heaves from now on. */
+static int span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
                 struct sim_touch *touch)
 {
     const struct model *m = &l->model;
@@ -520,17 +437,17 @@ int engine_span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, d
     int count = gear_span(l->gear, t0_s, t1_s, touch);
     for (int i = 0; i < l->gear->loaded_count && l->scene->wheel_load_lb > 0.0; i++) {
         int n = l->gear->loaded[i] - 1;
-        engine_take_in(&l->heaves, m, n - m->tail, n + m->tail);
+        take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
     return count;
 }
 
 /* The gear's weight on the nodes of the heaving part, beside what modifications do. */
-static void engine_load_heaves(struct planar_engine *l)
+static void load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
     if (l->mods && (l->mods->banded || l->mods->stiffened)) {
-        engine_brace_heaves(l);
+        brace_heaves(l);
     } else {
         for (int j = l->heaves.first; j <= l->heaves.last + 1; j++)
             l->brace_lb[j] = 0.0;
@@ -541,4 +458,468 @@ static void engine_load_heaves(struct planar_engine *l)
         l->brace_lb[n] += half_lb;
         l->brace_lb[n + 1] += half_lb;
     }
+}
+
+/* ---- memory ---- */
+
+static void lay_ground(struct planar_engine *l)
+{
+    struct model *m = &l->model;
+    const double *ground = l->scene->ground_ft.values;
+    for (int n = 0; n < m->mats; n++) {
+        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
+        double s = l->tilt_ft[n] / m->length_ft;
+        l->rest_cos[n] = sqrt(1.0 - s * s);
+    }
+    model_lay(m, l->tilt_ft);
+}
+
+/* Arrays of a landing; the model is made. */
+static void lay_out(struct planar_engine *l)
+{
+    struct model *m = &l->model;
+    size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
+    l->stored = 2 * length + 17 * joints;
+    double *storage = xcalloc(l->stored, sizeof *storage);
+    l->z = storage;
+    l->accel = storage + length;
+    l->u = storage + 2 * length;
+    l->v = l->u + joints;
+    l->gap0_ft = l->v + joints;
+    l->hold_lb = l->gap0_ft + joints;
+    l->give_ft = l->hold_lb + joints;
+    l->reach_ft = l->give_ft + joints;
+    l->tension_lb = l->reach_ft + joints;
+    l->height = l->tension_lb + joints;
+    l->push_lb = l->height + joints;
+    l->pull_lb = l->push_lb + joints;
+    l->rise_ft = l->pull_lb + joints;
+    l->tilt_ft = l->rise_ft + joints;
+    l->rest_cos = l->tilt_ft + joints;
+    l->rub_lb = l->rest_cos + joints;
+    l->rub_next_lb = l->rub_lb + joints;
+    lay_ground(l);
+    bool braced = l->mods && (l->mods->banded || l->mods->stiffened);
+    if (braced || l->gear) {
+        l->brace_heaves = l->gear ? load_heaves : brace_heaves;
+        l->brace_lb = l->rub_next_lb + joints;
+        l->brace_lb_ft = l->brace_lb + joints;
+        model_brace(m, l->brace_lb, l->brace_lb_ft);
+    }
+    l->slack_ft = m->slack_ft;
+    model_lend(m, l->tension_lb);
+    bool gritty = false;
+    for (int j = 0; j <= m->mats; j++) {
+        l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
+        l->hold_lb[j] = -sim_scene_joint(&l->scene->grit_lb, j + 1);
+        l->give_ft[j] = -l->hold_lb[j] / m->kl;
+        gritty = gritty || l->hold_lb[j] < 0.0;
+    }
+    l->joints = joint_law(l->slack_ft, gritty);
+}
+
+enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
+                           struct sim_result *result, struct error *error)
+{
+    l->scene = scene;
+    if (scene->friction > 0.0 &&
+        (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
+        return error_set(
+            error, MR_USAGE,
+            "not available: %s: friction tanh or sign with solver staggered; give stick, or "
+            "solver event",
+            sim_scene_name(scene));
+    if (model_make(&l->model, scene, true, error) != MR_OK)
+        return error->status;
+    if (result) /* before the landing takes over what it has of its own */
+        model_describe(&l->model, result);
+    l->mods = mods_make(scene);
+    l->gear = gear_make(scene);
+    lay_out(l);
+    return MR_OK;
+}
+
+void engine_free(struct planar_engine *l)
+{
+    mods_free(l->mods);
+    gear_free(l->gear);
+    model_free(&l->model);
+    free(l->z);
+}
+
+/* ---- one run ---- */
+
+#define FOLDED_DEG           85.0
+#define DEGREES              (180.0 / 3.14159265358979323846)
+/* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
+#define OFF_WAVE_SHARE       0.5
+#define SLIGHT_TURN          0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
+#define LOOK_STEPS           4    /* between looks at lifts and angles */
+#define LANDING_PARTS        16   /* of a step in which a node lands */
+#define GENTLE               1e-4 /* of sqrt(g L): what lands slower lifts nobody */
+
+/* The mat that carries most of the wheel; -1: none. */
+static int under_wheel(const struct sim_touch *touch, int count)
+{
+    double most = 0.0;
+    int mat = -1;
+    for (int i = 0; i < count; i++) {
+        if (touch[i].load_share > most) {
+            most = touch[i].load_share;
+            mat = touch[i].mat - 1;
+        }
+    }
+    return mat;
+}
+
+/* The largest lift `back_s` before the present step's end, and its node. */
+static double lift_ft(const struct planar_engine *l, double back_s, int *node_from_1)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    double most_ft = 0.0;
+    *node_from_1 = 1;
+    for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first;
+         j++) {
+        double up_ft = v[2 * j] * back_s - l->z[2 * j];
+        if (up_ft > most_ft && up_ft > SOIL_TOUCH_FT) {
+            most_ft = up_ft;
+            *node_from_1 = j + 1;
+        }
+    }
+    return most_ft;
+}
+
+/* All that is wanted up to t_s, each at its own time: speeds are those of the step that ends at
+ * t_s. */
+static void take(struct planar_engine *l, struct march *march, double t_s)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    while (march->record.next_s <= t_s) {
+        double at_s = march->record.next_s, back_s = t_s - at_s;
+        for (int n = 0; n < m->mats; n++) {
+            l->v[n + 1] = v[2 * n + 1];
+            l->u[n + 1] = l->z[2 * n + 1] - v[2 * n + 1] * back_s;
+            l->height[n + 1] = v[2 * n] * back_s - l->z[2 * n];
+        }
+        march->record.height_ft = l->height;
+        march->record.lift_ft = lift_ft(l, back_s, &march->record.lift_node);
+        march->max_lift_ft = fmax(march->max_lift_ft, march->record.lift_ft);
+        sim_record_take(&march->record, at_s, l->u, l->v);
+    }
+}
+
+/* What each node and joint of the heaving part has come to. */
+static void note_shape(struct planar_engine *l, struct march *march)
+{
+    const struct model *m = &l->model;
+    const double *p = l->z;
+    double left = 0.0;
+    for (int j = l->heaves.first; j <= l->heaves.last + 1; j++) {
+        double tilt = j <= l->heaves.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
+        double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
+        l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
+        if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
+            double turn_deg = (asin(right) - asin(left)) * DEGREES;
+            if (turn_deg > march->crest_deg) {
+                march->crest_deg = turn_deg;
+                march->crest_joint = j + 1;
+            }
+            if (-turn_deg > march->sag_deg) {
+                march->sag_deg = -turn_deg;
+                march->sag_joint = j + 1;
+            }
+        }
+        left = right;
+    }
+}
+
+/* The highest node, when the first of them has risen so far. */
+static void note_crest(const struct planar_engine *l, struct march *march, double lift_ft)
+{
+    int highest = l->heaves.first;
+    for (int j = l->heaves.first + 1; j <= l->heaves.last + 1 && j <= l->model.mats; j++)
+        highest = l->z[2 * j] < l->z[2 * highest] ? j : highest;
+    if (l->heaves.last >= l->heaves.first && -l->z[2 * highest] >= lift_ft) {
+        march->first_crest = highest + 1;
+        march->first_crest_wheel = l->model.span.mat + 1;
+    }
+}
+
+/* The wheel at a wave that has risen too far to be pressed flat. */
+static void note_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
+{
+    int mat = l->model.span.mat;
+    if (march->first_crest == 0)
+        note_crest(l, march, lift_ft);
+    if (mat < 0)
+        return;
+    double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
+    int node = (left_ft > right_ft ? mat : mat + 1) + 1;
+    bool meets = fmax(left_ft, right_ft) >= lift_ft;
+    if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
+        march->overrun[march->overruns++] = node;
+    march->on_wave = meets ||
+                     (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
+}
+
+static bool sound(struct planar_engine *l, struct march *march, double t_s)
+{
+    const struct model *m = &l->model;
+    int mat = l->slides.first + 1, node;
+    double sum = 0.0;
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
+    if (l->heaves.last >= l->heaves.first) {
+        double angle = model_worst_angle_deg(m, l->z, &mat);
+        march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
+        note_shape(l, march);
+        if (angle > FOLDED_DEG)
+            march->status = SIM_FOLDED;
+        if (!isfinite(angle))
+            march->status = SIM_UNSTABLE;
+    }
+    if (!(sum < 1e6 * m->mats * m->length_ft))
+        march->status = SIM_UNSTABLE;
+    march->mat = mat;
+    march->t_s = t_s;
+    return march->status == SIM_OK;
+}
+
+static void begin(struct planar_engine *l, bool prunes)
+{
+    struct model *m = &l->model;
+    model_start(m, l->z);
+    l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
+    for (int j = 0; j <= m->mats; j++)
+        l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
+    memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
+    if (l->mods)
+        mods_reset(l->mods);
+    if (!prunes)
+        return;
+    stretch_joints(l);
+    l->slides.last = l->heaves.last = -1;
+    for (int n = 0; n < m->mats; n++) {
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
+        if (l->z[m->size + 2 * n + 1] != 0.0 ||
+            fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
+            take_in(&l->slides, m, n - 1, n + 1);
+        if (!mat_rests(l, n) ||
+            (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
+            take_in(&l->heaves, m, n - m->tail, n + m->tail);
+    }
+}
+
+/* Whether a node will reach the ground in the step. Two that do so within one step lift their
+ * neighbours otherwise together than one after the other, at every step alike that is longer than
+ * what lies between them. */
+static bool lands(const struct planar_engine *l, double h_s)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    double gentle_ft_s = GENTLE * sqrt(m->scene->g_ft_s2 * m->length_ft);
+    for (int j = m->first; j <= m->last + 1; j++) {
+        if (!m->contact[j] && v[2 * j] > gentle_ft_s && l->z[2 * j] + h_s * v[2 * j] > 0.0)
+            return true;
+    }
+    return false;
+}
+
+/* Heights over a step of h_s in parts; speeds are then those of half a part before its end. Mats
+ * rub with the mean of what the soil pushes with while they are kicked, from half a step before to
+ * half a step after the step's beginning; what comes after that is for the next step. Returns the
+ * largest change of a node's speed. */
+static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
+                             double h_s)
+{
+    struct model *m = &l->model;
+    double *p = l->z, *v = l->z + m->size;
+    double part_s = h_s / LANDING_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
+    double early = fmax(0.0, 0.5 + done_s / h_s); /* share of the mean that was before this step */
+    for (int j = m->first; j <= m->last + 1; j++) {
+        bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
+        l->rub_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(m, l->z, j));
+        l->rub_next_lb[j] = 0.0;
+    }
+    for (int k = 0; k < LANDING_PARTS; k++) {
+        double kick_s = k == 0 ? first_kick_s : part_s;
+        if (k > 0)
+            model_sample_shape(m, l->z);
+        if (k > 0 && l->brace_heaves)
+            l->brace_heaves(l);
+        jolt_ft_s = fmax(jolt_ft_s, kick_heaves(l, kick_s));
+        double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
+        for (int j = m->first; j <= m->last + 1; j++) {
+            double push_lb = fmax(0.0, node_soil_lb(m, l->z, j));
+            l->rub_lb[j] += now_s / h_s * push_lb;
+            l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
+            p[2 * j] += part_s * v[2 * j];
+        }
+        done_s += kick_s;
+    }
+    l->rub_first = m->first;
+    l->rub_last = m->last + 1;
+    return jolt_ft_s;
+}
+
+/* A march under way. */
+struct under_way {
+    struct planar_engine *l;
+    struct march *march;
+    const struct sim_options *options;
+    struct sim_wheel wheel;
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    int count;
+    bool prunes, divides, heaves;
+    double before_s; /* step of the heights, the last one */
+};
+
+static void begin_march(struct under_way *way)
+{
+    struct planar_engine *l = way->l;
+    double h = way->march->h_s;
+    way->prunes = !way->options->no_prune && element_rests(&l->model.elements);
+    way->divides = !way->options->single;
+    way->before_s = h;
+    l->closing_step_s = way->divides ? h : 0.0;
+    l->rub_share = 1.0;
+    l->in_parts = false;
+    begin(l, way->prunes);
+    sim_wheel_start(&way->wheel, l->scene);
+    if (l->gear) {
+        gear_start(l->gear, h);
+        l->model.wheel_load_lb = 0.0; /* the gear's is with its axles */
+    }
+    take(l, way->march, 0.0);
+}
+
+/* Step i, from the kick before it to the one after it. */
+static double from_s(const struct march *march, uint64_t i)
+{
+    return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
+}
+
+static double to_s(const struct march *march, uint64_t i)
+{
+    return ((double)i + 0.5) * march->h_s;
+}
+
+/* Where the wheel is, and which mats move. */
+static void step_wheel(struct under_way *way, uint64_t i)
+{
+    struct planar_engine *l = way->l;
+    way->count = span(l, &way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
+    model_ride(&l->model, under_wheel(way->touch, way->count));
+    if (way->prunes) {
+        follow_slides(l, way->touch, way->count);
+        follow_heaves(l);
+        slide_what_heaves(l);
+    }
+    way->heaves = l->heaves.last >= l->heaves.first;
+}
+
+/* Forces at the present positions, and what they do to the heights. */
+static void step_vertical(struct under_way *way, uint64_t i)
+{
+    struct planar_engine *l = way->l;
+    struct march *march = way->march;
+    struct model *m = &l->model;
+    double h = march->h_s, kick_s = to_s(march, i) - from_s(march, i);
+    if (l->mods)
+        brace_slides(l, way->touch, way->count, kick_s);
+    stretch_joints(l);
+    if (way->heaves) {
+        model_look_at(m, l->heaves.first, l->heaves.last);
+        model_sample_shape(m, l->z);
+        if (l->brace_heaves)
+            l->brace_heaves(l);
+    }
+    l->in_parts = way->heaves && way->divides && lands(l, h);
+    if (l->in_parts) {
+        double part_s = h / LANDING_PARTS;
+        double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
+        march->jolt_ft_s = fmax(march->jolt_ft_s, heave_in_parts(l, way->before_s < h, first_s, h));
+        way->before_s = part_s;
+        l->rub_share = 0.5 * (part_s + h) / h; /* of the next step's mean */
+    } else if (way->heaves) {
+        /* speeds lie half a part before the step, where the last one was divided */
+        double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
+        l->rub_share = way->before_s < h ? part_s / h : 1.0;
+        march->jolt_ft_s = fmax(march->jolt_ft_s, kick_heaves(l, part_s));
+        way->before_s = h;
+    } else {
+        way->before_s = h;
+    }
+}
+
+/* What they do along the runway; then everything moves. */
+static void step_along(struct under_way *way, uint64_t i)
+{
+    struct planar_engine *l = way->l;
+    struct march *march = way->march;
+    struct model *m = &l->model;
+    double h = march->h_s, *p = l->z, *v = l->z + m->size;
+    march->events += kick_slides(l, way->touch, way->count, to_s(march, i) - from_s(march, i));
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        p[2 * n + 1] += h * v[2 * n + 1];
+    for (int j = m->first; way->heaves && !l->in_parts && j <= m->last + 1; j++)
+        p[2 * j] += h * v[2 * j];
+    int live = l->slides.last - l->slides.first + 1;
+    march->awake_s += live * h;
+    march->mats_max = live > march->mats_max ? live : march->mats_max;
+    march->done = i + 1;
+}
+
+/* What is wanted of the step that ends at t_s. False: the march ends with it. */
+static bool look(struct under_way *way, uint64_t i, double t_s)
+{
+    struct march *march = way->march;
+    bool due = i % LOOK_STEPS == 0 || i + 1 == march->steps;
+    if (due && !sound(way->l, march, t_s))
+        return false;
+    if (i % LOOK_STEPS == 0 && way->options->overrun_ft > 0.0)
+        note_overrun(way->l, march, way->options->overrun_ft);
+    if (march->record.next_s <= t_s)
+        take(way->l, march, t_s);
+    return true;
+}
+
+static void finish(struct under_way *way)
+{
+    struct planar_engine *l = way->l;
+    const double *v = l->z + l->model.size;
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        way->march->speed_end_ft_s = fmax(way->march->speed_end_ft_s, fabs(v[2 * n + 1]));
+    if (l->mods) {
+        struct mods_view view = engine_view(l);
+        way->march->mods = mods_finish(l->mods, &view);
+    }
+}
+
+void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options)
+{
+    struct under_way way = {.l = l, .march = march, .options = options};
+    double begin_s = monotonic_s();
+    begin_march(&way);
+    for (uint64_t i = 0; i < march->steps; i++) {
+        double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
+        step_wheel(&way, i);
+        step_vertical(&way, i);
+        step_along(&way, i);
+        if (!look(&way, i, t_s))
+            break;
+        if (i % STEPS_BETWEEN_ASKING == 0 && way.options->go_on &&
+            !way.options->go_on(way.options->go_on_ctx, march->number,
+                                (double)i / (double)march->steps)) {
+            march->status = SIM_INTERRUPTED;
+            march->mat = way.l->slides.first + 1;
+            march->t_s = t_s;
+            break;
+        }
+    }
+    finish(&way);
+    march->ms = 1e3 * (monotonic_s() - begin_s);
 }

@@ -1,14 +1,15 @@
-/* Planar engine: the state of landing.h's solver and what a step does to it: which mats slide and
- * which rise, tensions, speeds, the gear. landing.c has the steps of one run, and the runs. Mats,
- * nodes and joints count from 0 as in model.h. */
-#ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
-#define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
+/* Planar engine: the state of landing.h's solver and what a step does to it (which mats slide and
+ * which rise, tensions, speeds, the gear), and one run. landing.c has the runs and their error.
+ * Mats, nodes and joints count from 0 as in model.h. */
+#ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
+#define MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/law.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/models/model.h"
 #include "host/sim/scene/result.h"
+#include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
 
 /* Mats first..last, from 0; empty when last < first. */
@@ -47,7 +48,7 @@ struct planar_engine {
 };
 
 /* One strip, ready to march; the landing is all zero before. The result, if any, is told what is
- * left out. Whatever becomes of it, landing_free releases it. */
+ * left out. Whatever becomes of it, engine_free releases it. */
 enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
                            struct sim_result *result, struct error *error);
 void engine_free(struct planar_engine *l);
@@ -58,33 +59,29 @@ static inline struct mods_view engine_view(const struct planar_engine *l)
     return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
 }
 
-/* Make a part reach from mat `low` to mat `high`. */
-void engine_take_in(struct part *part, const struct model *m, int low, int high);
-/* The parts before a step: what the wheel touches and what moves is taken in, what has come to rest
- * is left behind. */
-void engine_follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count);
-void engine_follow_heaves(struct planar_engine *l);
-/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the
- * mats. */
-void engine_slide_what_heaves(struct planar_engine *l);
-bool engine_mat_rests(const struct planar_engine *l, int n);
+/* One run over the whole landing; the record is made before. */
+struct march {
+    uint64_t steps, done, events;
+    double h_s, ms;
+    enum sim_status status;
+    int mat;
+    double t_s;
+    double max_lift_ft;
+    double jolt_ft_s; /* the soil's largest: what a node's speed has changed by in a step */
+    double speed_end_ft_s;
+    double crest_deg, sag_deg;
+    int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX], overruns;
+    bool on_wave; /* the wheel, since it met the last of them */
+    int first_crest, first_crest_wheel;
+    double awake_s;
+    int mats_max;
+    struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
+    int number;              /* of this march, for go_on */
+};
 
-/* Tensions of all joints of the sliding part, and the most that each has had. */
-void engine_stretch_joints(struct planar_engine *l);
-
-/* What modifications do along the runway in a step, before its kicks. */
-void engine_brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
-                         double h_s);
-
-/* What the wheel, or the gear, does over t0..t1; what a gear loads heaves from now on. */
-int engine_span(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
-                struct sim_touch *touch);
-/* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in
- * that step. The first returns the largest change of a node's speed by the soil, the second how
- * many mats came to rest within the step. */
-double engine_kick_heaves(struct planar_engine *l, double h_s);
-double engine_soil_lb(const struct model *m, const double *z, int node);
-unsigned engine_kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
-                            double h_s);
+/* March through the whole landing with march->steps steps; the record is made. */
+void engine_march(struct planar_engine *l, struct march *march, const struct sim_options *options);
 
 #endif
