@@ -9,7 +9,7 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 #include "host/landing_series/summary.h"
-#include "host/sim/sim_answer.h"
+#include "host/sim/sim.h"
 
 #define LEAST_POINTS 8
 #define DRAWS        1000
