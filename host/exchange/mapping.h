@@ -1,24 +1,8 @@
 /* What the columns of another instrument's table, or the signals in its CAN frames, are to matrig:
  * a JSON file.
- *
- *     {"separator": ";", "decimal": ",", "header_lines": 2, "comment": "#",
- *      "missing": ["---", "NaN"], "last_line_open": true,
- *      "time": {"column": "Zeit", "unit": "ms", "shift_s": 0.25},
- *      "align": {"column": "Trigger", "threshold": 2.5, "edge": "falling", "switch": 3},
- *      "channels": [{"column": "Weg 1", "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1,
- *                    "station_ft": 40, "error": 0.05}],
- *      "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
- *
- * `header_lines` counts the lines above the rows as an editor does, blank ones too, but no
- * comments. A column is named as the last of them names it, or counted from 1. A channel is d1 to
- * d8 (in, mm, cm, m), t1 to t14 (lb, N, kN, kip), gear (station of the lead wheel: ft, m; where it
- * passes a switch is an edge) or switch1 to switch64 (an edge where the value passes `threshold`,
- * `edge` rising or falling; `station_ft` says where it is). value = (what stands there * scale +
- * offset) in `unit`. `error`: standard error of a reading, in `unit`.
- *
- * In place of "column" a channel of a candump log has {"id": "0x321", "start_bit": 0, "bits": 16,
- * "signed": true, "float": false, "byte_order": "little"}; an 8-digit id is an extended one. Times
- * are then those of the log. The rest is as above.
+ * (matrig import --help has its keys). `header_lines` counts the lines above the rows as an editor
+ * does, blank ones too, but no comments. A column is named as the last of them names it, or counted
+ * from 1. value = (what stands there * scale + offset) in `unit`; an 8-digit id is an extended one.
  *
  * Without "align" time 0 is touchdown of the landing that it is put beside (--like); without that
  * landing the table has its own time. */

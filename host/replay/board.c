@@ -43,22 +43,11 @@ static enum mr_status start(const struct replay_board *board, const struct paths
 {
     char can_base[20];
     snprintf(can_base, sizeof can_base, "%u", board->can_base);
-    const char *const words[] = {board->program,
-                                 "--elf",
-                                 board->elf,
-                                 "--can",
-                                 paths->can_spec,
-                                 "--serial",
-                                 paths->serial_spec,
-                                 "--replay",
-                                 paths->replay,
-                                 "--speed",
-                                 board->real ? "real" : "max",
-                                 "--can-base",
-                                 can_base,
-                                 board->flash ? "--flash" : NULL,
-                                 paths->flash,
-                                 NULL};
+    const char *const words[] = {
+        board->program,  "--elf",      board->elf,         "--can",
+        paths->can_spec, "--serial",   paths->serial_spec, "--replay",
+        paths->replay,   "--can-base", can_base,           board->flash ? "--flash" : NULL,
+        paths->flash,    NULL};
     int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
     if (told < 0 || nothing < 0)
@@ -96,8 +85,7 @@ enum mr_status replay_board_check(const struct replay_board *board, struct error
     if (access(board->program, X_OK) != 0)
         return error_set(error, MR_IO,
                          "no emulated board (%s): %s; build it with make all, install the package "
-                         "matrig-board, or name "
-                         "it with --board",
+                         "matrig-board",
                          strerror(errno), board->program);
     return MR_OK;
 }
