@@ -120,9 +120,8 @@ struct hil_tracer_calls {
 };
 
 struct hil_profiler_calls {
-    uint32_t (*block)(void *who, uint32_t address, uint32_t size); /* its number */
     /* so many of that block have run */
-    void (*count)(void *who, uint32_t number, uint32_t instructions);
+    void (*count)(void *who, uint32_t address, uint32_t size, uint32_t instructions);
     void (*end)(void *who);
 };
 
@@ -149,7 +148,6 @@ struct hil_block_info {
     uint16_t size;
     uint8_t instructions;
     uint8_t flags;
-    uint32_t profile_block;
 };
 
 #define HIL_BLOCK_CACHE 8192u
@@ -178,7 +176,6 @@ struct hil_cpu_engine {
     struct hil_stores stores;
     struct hil_stamped stamped;
     struct hil_whatif *whatif; /* NULL: not needed yet */
-    uint32_t profile_block;    /* number of the block that runs */
     /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
     unsigned single;
     /* What the core's hooks leave for the loop. */

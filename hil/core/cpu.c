@@ -216,9 +216,6 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     info.instructions = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
         hil_stores_meet_code(&core->engine.stores);
-    const struct hil_onlookers *lookers = &core->onlookers;
-    if (lookers->profiler)
-        info.profile_block = lookers->profiler->block(lookers->profiler_who, address, size);
     return info;
 }
 
@@ -235,8 +232,8 @@ static void count_block(struct hil_core *core)
 {
     struct hil_core_state *state = &core->state;
     if (core->onlookers.profiler && state->cpu.block_instructions)
-        core->onlookers.profiler->count(core->onlookers.profiler_who, core->engine.profile_block,
-                                        state->cpu.block_instructions);
+        core->onlookers.profiler->count(core->onlookers.profiler_who, state->cpu.block_address,
+                                        state->cpu.block_size, state->cpu.block_instructions);
     state->clock.now_cycle += state->cpu.block_instructions;
     state->counters.instructions += state->cpu.block_instructions;
     state->cpu.block_instructions = 0;
@@ -302,7 +299,6 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
-    core->engine.profile_block = info->profile_block;
     if (lookers->debugger &&
         lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size)) {
         state->cpu.walking = true;

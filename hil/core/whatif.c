@@ -32,9 +32,6 @@ struct hil_whatif {
     unsigned steps, at;
     bool compares, differs;
     uint32_t last_pc;
-    const uint8_t *watched; /* a byte of the copies, to find who stores it; NULL: none */
-    uint8_t watched_value;
-    uint32_t previous_pc, stored_pc;
     struct {
         uint32_t pc, caller, unknown, times;
     } judged[JUDGED];
@@ -66,20 +63,10 @@ static void take_step(struct hil_whatif *w, struct step step)
         w->last_pc = step.pc;
 }
 
-static void watch(struct hil_whatif *w, uint32_t pc)
-{
-    if (w->watched && *w->watched != w->watched_value) {
-        w->watched_value = *w->watched;
-        w->stored_pc = w->previous_pc;
-    }
-    w->previous_pc = pc;
-}
-
 static void on_instruction(uc_engine *uc, uint64_t pc, uint32_t size, void *user)
 {
     (void)uc;
     (void)size;
-    watch(user, (uint32_t)pc);
     take_step(user, (struct step){(uint32_t)pc, 0, 0});
 }
 
@@ -192,10 +179,7 @@ static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
     w->read_value = value;
     w->was_read = w->differs = false;
     w->at = 0;
-    w->watched_value = w->watched ? *w->watched : 0;
-    w->previous_pc = w->stored_pc = pc;
     (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS);
-    watch(w, 0);
     w->differs |= w->compares && w->at < w->steps; /* it ended sooner */
 }
 
@@ -209,33 +193,27 @@ static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
     memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
 }
 
-/* The first byte of a memory at `base` that the runs left otherwise; NULL: none. */
-static const uint8_t *other_byte(const struct hil_whatif *w, const uint8_t *memory,
-                                 const uint8_t *first, uint32_t base, uint32_t size)
+/* Did the runs leave the memory at `base` otherwise? */
+static bool other_memory(const struct hil_whatif *w, const uint8_t *memory, const uint8_t *first,
+                         uint32_t base, uint32_t size)
 {
     if (!memcmp(memory, first, size))
-        return NULL;
+        return false;
     for (uint32_t i = 0; i < size; i++)
         if (memory[i] != first[i] && base + i - (w->stack - STACK_LOW) >= STACK_LOW + STACK_TOP)
-            return memory + i;
-    return NULL;
+            return true;
+    return false;
 }
 
 static bool differs(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
-    const uint8_t *byte;
     w->compares = true;
     run(w, pc, value);
     if (w->differs)
         return true;
-    if (!(byte = other_byte(w, w->sram, w->first_sram, HIL_SRAM_BASE, HIL_SRAM_SIZE)) &&
-        !(byte = other_byte(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE)))
-        return false;
-    w->watched = byte;
-    run(w, pc, value);
-    w->watched = NULL;
-    w->last_pc = w->stored_pc;
-    return true;
+    w->last_pc = pc;
+    return other_memory(w, w->sram, w->first_sram, HIL_SRAM_BASE, HIL_SRAM_SIZE) ||
+           other_memory(w, w->ccm, w->first_ccm, HIL_CCM_BASE, HIL_CCM_SIZE);
 }
 
 /* Was this place tried often enough? */

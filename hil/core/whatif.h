@@ -29,7 +29,7 @@ struct hil_whatif; /* the copy; made when it is first needed */
 
 struct hil_difference {
     unsigned bit; /* of the word that is read: one that matters by itself, or the lowest */
-    uint32_t pc;  /* the branch or store that comes out otherwise */
+    uint32_t pc;  /* the branch or store that comes out otherwise; of a value in memory: the load */
 };
 
 /* During a read by the core, of the instruction at `pc`: does it matter what the bits `unknown` of

@@ -5,23 +5,19 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
-#include "hil/core/cpu.h"
 
-#define HASH_BITS  15u
-#define BLOCKS_MAX (1u << (HASH_BITS - 1))
+#define PLACES ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* each a halfword of flash or SRAM */
 
-struct block {
-    uint32_t address, size; /* size 0: what found no room */
-    uint32_t instructions, slow;
-    uint64_t runs;
+/* The block that begins there. */
+struct place {
+    uint64_t runs, instructions;
+    uint16_t size, slow;
 };
 
 struct hil_profile {
     const struct hil_core *core;
-    struct block block[BLOCKS_MAX]; /* 0: all that found no room */
-    uint32_t blocks;
-    uint16_t hash[1u << HASH_BITS]; /* numbers; 0: free */
-    uint64_t part;                  /* instructions of blocks that a debugger jumped out of */
+    uint64_t elsewhere, slow; /* instructions of the boot ROM; divisions and roots */
+    struct place place[PLACES];
 };
 
 bool hil_profile_is_slow(uint16_t a, uint16_t b)
@@ -37,49 +33,44 @@ static uint16_t halfword(const uint8_t *p)
     return (uint16_t)(p[0] | p[1] << 8);
 }
 
-static struct block look_at(const struct hil_core *core, uint32_t address, uint32_t size)
+static uint16_t slow_in(const struct hil_core *core, uint32_t address, uint32_t size)
 {
-    struct block block = {.address = address, .size = size};
     const uint8_t *code = hil_memory_at(core, address, size, false);
-    for (uint32_t i = 0; code && i + 2 <= size; block.instructions++) {
-        uint16_t first = halfword(code + i);
-        bool wide = first >= 0xe800u;
-        uint16_t second = wide && i + 4 <= size ? halfword(code + i + 2) : 0;
-        block.slow += wide && hil_profile_is_slow(first, second);
+    unsigned slow = 0;
+    for (uint32_t i = 0; code && i + 4 <= size;) {
+        bool wide = halfword(code + i) >= 0xe800u;
+        slow += wide && hil_profile_is_slow(halfword(code + i), halfword(code + i + 2));
         i += wide ? 4 : 2;
     }
-    if (!block.instructions)
-        block.instructions = 1; /* counted as the core counts it */
-    return block;
+    return (uint16_t)slow;
 }
 
-static uint32_t number_of(void *who, uint32_t address, uint32_t size)
+static uint32_t address_of(uint32_t place)
+{
+    return 2u * place < HIL_FLASH_SIZE ? HIL_FLASH_BASE + 2u * place
+                                       : HIL_SRAM_BASE + 2u * place - HIL_FLASH_SIZE;
+}
+
+static void count(void *who, uint32_t address, uint32_t size, uint32_t instructions)
 {
     struct hil_profile *profile = who;
-    uint32_t slot = ((address >> 1) * 0x9e3779b1u ^ size * 0x85ebca6bu) >> (32u - HASH_BITS);
-    for (; profile->hash[slot]; slot = (slot + 1u) & ((1u << HASH_BITS) - 1u)) {
-        const struct block *block = &profile->block[profile->hash[slot]];
-        if (block->address == address && block->size == size)
-            return profile->hash[slot];
+    uint32_t in_flash = address - HIL_FLASH_BASE, in_ram = address - HIL_SRAM_BASE;
+    if (in_flash >= HIL_FLASH_SIZE && in_ram >= HIL_SRAM_SIZE) {
+        profile->elsewhere += instructions;
+        return;
     }
-    if (profile->blocks == BLOCKS_MAX)
-        return 0;
-    uint32_t number = profile->blocks++;
-    profile->block[number] = look_at(profile->core, address, size);
-    profile->hash[slot] = (uint16_t)number;
-    return number;
+    struct place *place =
+        &profile->place[(in_flash < HIL_FLASH_SIZE ? in_flash : HIL_FLASH_SIZE + in_ram) / 2u];
+    if (place->size != size) {
+        place->size = (uint16_t)size;
+        place->slow = slow_in(profile->core, address, size);
+    }
+    place->runs++;
+    place->instructions += instructions;
+    profile->slow += place->slow;
 }
 
-static void count(void *who, uint32_t number, uint32_t instructions)
-{
-    struct hil_profile *profile = who;
-    if (number && instructions == (profile->block[number].instructions & 0xffu))
-        profile->block[number].runs++;
-    else
-        profile->part += instructions;
-}
-
-static const struct hil_profiler_calls calls = {.block = number_of, .count = count, .end = free};
+static const struct hil_profiler_calls calls = {.count = count, .end = free};
 
 static struct hil_profile *profile_of(const struct hil_board *board)
 {
@@ -92,10 +83,8 @@ void hil_profile_begin(struct hil_board *board)
     if (!profile)
         abort();
     profile->core = &board->core;
-    profile->blocks = 1;
     board->core.onlookers.profiler_who = profile;
     board->core.onlookers.profiler = &calls;
-    hil_cpu_forget_code(&board->core); /* blocks have no numbers yet */
 }
 
 void hil_profile_end(struct hil_board *board)
@@ -126,53 +115,50 @@ static double percent(uint64_t part, uint64_t whole)
     return whole ? 100.0 * (double)part / (double)whole : 0.0;
 }
 
-/* Blocks sorted into functions. */
-static struct row *collect(const struct hil_profile *profile, const struct mr_symbols *symbols,
-                           size_t *count)
+/* Blocks sorted into functions, a row each; how many. */
+static size_t collect(const struct hil_profile *profile, const struct mr_symbols *symbols,
+                      struct row *rows)
 {
-    struct row *rows = calloc(profile->blocks, sizeof *rows);
-    if (!rows)
-        abort();
-    *count = 0;
-    for (uint32_t i = 1; i < profile->blocks; i++) {
-        const struct block *block = &profile->block[i];
-        const struct mr_symbol *symbol = mr_symbols_at(symbols, block->address);
-        size_t k = 0;
-        if (!block->runs)
+    size_t count = 0;
+    for (uint32_t i = 0; i < PLACES; i++) {
+        const struct place *place = &profile->place[i];
+        if (!place->runs)
             continue;
-        while (k < *count && rows[k].symbol != symbol)
+        const struct mr_symbol *symbol = mr_symbols_at(symbols, address_of(i));
+        size_t k = 0;
+        while (k < count && rows[k].symbol != symbol)
             k++;
-        *count += k == *count;
+        count += k == count;
         rows[k].symbol = symbol;
-        rows[k].instructions += block->runs * block->instructions;
-        rows[k].entries += symbol && symbol->address == block->address ? block->runs : 0;
+        rows[k].instructions += place->instructions;
+        rows[k].entries += symbol && symbol->address == address_of(i) ? place->runs : 0;
     }
-    qsort(rows, *count, sizeof *rows, by_instructions);
-    return rows;
+    qsort(rows, count, sizeof *rows, by_instructions);
+    return count;
 }
 
 enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols,
                                  FILE *file)
 {
     const struct hil_profile *profile = profile_of(board);
-    uint64_t total = profile->part, slow = 0;
-    size_t count;
-    for (uint32_t i = 1; i < profile->blocks; i++) {
-        total += profile->block[i].runs * profile->block[i].instructions;
-        slow += profile->block[i].runs * profile->block[i].slow;
-    }
+    uint64_t total = profile->elsewhere;
+    struct row *rows = calloc(symbols->count + 1u, sizeof *rows);
+    if (!rows)
+        abort();
+    size_t count = collect(profile, symbols, rows);
+    for (size_t i = 0; i < count; i++)
+        total += rows[i].instructions;
     fprintf(file,
             "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
             "its cycles\n"
             "%15llu  %6.2f  floating point divide, root\n"
-            "%15llu  %6.2f  in blocks that were not run whole\n\n"
+            "%15llu  %6.2f  in the boot ROM\n\n"
             "by function (entries: calls, and returns to its first instruction)\n"
             "   instructions       %%       entries  function\n",
             (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
             percent(hil_board_counters(board)->asleep_cycles, hil_board_now_cycles(board)),
-            (unsigned long long)slow, percent(slow, total), (unsigned long long)profile->part,
-            percent(profile->part, total));
-    struct row *rows = collect(profile, symbols, &count);
+            (unsigned long long)profile->slow, percent(profile->slow, total),
+            (unsigned long long)profile->elsewhere, percent(profile->elsewhere, total));
     for (size_t i = 0; i < count; i++)
         fprintf(file, "%15llu  %6.2f  %12llu  %s\n", (unsigned long long)rows[i].instructions,
                 percent(rows[i].instructions, total), (unsigned long long)rows[i].entries,

@@ -308,7 +308,7 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     uint32_t prescaler = 2u * ((*dev->ccr >> 16 & 3u) + 1u);
-    uint32_t clock_cycles = prescaler * hil_rcc_apb2_divider(dev->rcc);
+    uint32_t clock_cycles = prescaler * hil_rcc_divider(dev->rcc, HIL_RCC_APB2);
     uint32_t hclk_hz = dev->core->state.clock.hclk_hz;
     if (hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
         hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: silicon takes up to 36 MHz",

@@ -56,7 +56,7 @@ static uint64_t bit_cycles(const struct hil_can_device *dev)
 {
     uint32_t btr = dev->state->btr;
     uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
-    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_apb1_divider(dev->rcc);
+    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
 }
 
 static uint32_t esr_value(const struct hil_can *c)

@@ -53,7 +53,7 @@ static uint64_t period_cycles(const struct hil_i2c_device *dev)
 {
     const struct hil_i2c *i2c = dev->state;
     uint32_t clocks = !(i2c->ccr & CCR_FS) ? 2u : i2c->ccr & CCR_DUTY ? 25u : 3u; /* 27.6.8 */
-    return (uint64_t)clocks * (i2c->ccr & 0xfffu) * hil_rcc_apb1_divider(dev->rcc);
+    return (uint64_t)clocks * (i2c->ccr & 0xfffu) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
 }
 
 static bool is_connected(const struct hil_i2c_device *dev)
@@ -370,7 +370,8 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
 static const char *wrong_settings(const struct hil_i2c_device *dev)
 {
     const struct hil_i2c *i2c = dev->state;
-    uint32_t pclk1_mhz = dev->core->state.clock.hclk_hz / hil_rcc_apb1_divider(dev->rcc) / 1000000u;
+    uint32_t pclk1_mhz = dev->core->state.clock.hclk_hz / hil_rcc_divider(dev->rcc, HIL_RCC_APB1) /
+                         1000000u;
     uint32_t least = i2c->ccr & CCR_FS && i2c->ccr & CCR_DUTY ? 1u : 4u;
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
         return "PE with CR2.FREQ other than PCLK1 in MHz";

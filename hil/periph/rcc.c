@@ -75,35 +75,17 @@ bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, uns
     return (*hil_rcc_clocks(dev, bus) >> bit & 1u) != 0;
 }
 
-static uint32_t apb_divider(uint32_t ppre)
+uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
+    uint32_t ppre = dev->state->cfgr >> (bus == HIL_RCC_APB1 ? 10 : 13) & 7u;
     return (ppre & 4u) ? 2u << (ppre & 3u) : 1u;
 }
 
-uint32_t hil_rcc_apb1_divider(const struct hil_rcc_device *dev)
-{
-    return apb_divider(dev->state->cfgr >> 10 & 7u);
-}
-
-uint32_t hil_rcc_apb2_divider(const struct hil_rcc_device *dev)
-{
-    return apb_divider(dev->state->cfgr >> 13 & 7u);
-}
-
 /* Timers run at twice a divided PCLK. */
-static uint32_t timer_divider(uint32_t divider)
+uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
+    uint32_t divider = hil_rcc_divider(dev, bus);
     return divider == 1 ? 1 : divider / 2;
-}
-
-uint32_t hil_rcc_apb1_timer_divider(const struct hil_rcc_device *dev)
-{
-    return timer_divider(hil_rcc_apb1_divider(dev));
-}
-
-uint32_t hil_rcc_apb2_timer_divider(const struct hil_rcc_device *dev)
-{
-    return timer_divider(hil_rcc_apb2_divider(dev));
 }
 
 static uint32_t hpre_divider(uint32_t hpre)
@@ -160,9 +142,9 @@ static void clocks_changed(struct hil_rcc_device *dev)
     uint32_t nominal = hclk_hz(dev, true);
     if (nominal > hil_power_limit_hz(dev->state))
         halt(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
-    if (nominal / hil_rcc_apb1_divider(dev) > 42000000u)
+    if (nominal / hil_rcc_divider(dev, HIL_RCC_APB1) > 42000000u)
         halt(dev, "PCLK1 above 42 MHz");
-    if (nominal / hil_rcc_apb2_divider(dev) > 84000000u)
+    if (nominal / hil_rcc_divider(dev, HIL_RCC_APB2) > 84000000u)
         halt(dev, "PCLK2 above 84 MHz");
     hil_hclk_change(dev->core, hclk_hz(dev, false));
 }
@@ -388,8 +370,8 @@ static void clocks_on(struct hil_rcc_device *dev, uint32_t offset, uint32_t risi
         .pc = at.pc,
         .block_cycle = hil_now(dev->core),
         .cycles = offset == AHB1ENR ? 2u
-                : offset == APB1ENR ? 1u + hil_rcc_apb1_divider(dev)
-                                    : 1u + hil_rcc_apb2_divider(dev),
+                : offset == APB1ENR ? 1u + hil_rcc_divider(dev, HIL_RCC_APB1)
+                                    : 1u + hil_rcc_divider(dev, HIL_RCC_APB2),
     };
     dev->core->bus.fresh = (struct hil_fresh_clocks){
         .clocks = &dev->state->word[offset / 4u],

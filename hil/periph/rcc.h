@@ -57,10 +57,8 @@ void hil_rcc_leave_on(struct hil_rcc_device *dev);
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit);
 /* HCLK cycles to one cycle of PCLK1, PCLK2, and of the timers on APB1 and APB2. */
-uint32_t hil_rcc_apb1_divider(const struct hil_rcc_device *dev);
-uint32_t hil_rcc_apb2_divider(const struct hil_rcc_device *dev);
-uint32_t hil_rcc_apb1_timer_divider(const struct hil_rcc_device *dev);
-uint32_t hil_rcc_apb2_timer_divider(const struct hil_rcc_device *dev);
+uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
+uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 /* The crystal stops, or can oscillate again. With CSSON: NMI, HSI in its place, PLL off (7.2.7). */
 void hil_rcc_crystal(struct hil_rcc_device *dev, bool on);
 /* The watchdog runs from now on; it starts the LSI by itself. */

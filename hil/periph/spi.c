@@ -42,7 +42,7 @@ static const struct hil_dma_request send_request = {0, 4, 0, DATA_REGISTER, true
 static uint64_t byte_cycles(const struct hil_spi_device *dev)
 {
     unsigned br = dev->state->cr1 >> 3 & 7u;
-    return 8u * (uint64_t)(2u << br) * hil_rcc_apb1_divider(dev->rcc);
+    return 8u * (uint64_t)(2u << br) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
 }
 
 double hil_spi_period_ns(const struct hil_spi_device *dev)

@@ -45,7 +45,7 @@ static uint32_t counter_mask(unsigned unit)
 
 static uint64_t tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
 {
-    return (uint64_t)hil_rcc_apb1_timer_divider(dev->rcc) * (t->psc_now + 1ull);
+    return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) * (t->psc_now + 1ull);
 }
 
 static uint32_t count_at(const struct hil_tim_device *dev, const struct hil_tim *t, uint64_t at)
@@ -290,7 +290,7 @@ static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
 static uint64_t capture_delay(const struct hil_tim_device *dev, unsigned channel)
 {
     return (uint64_t)filter_clocks(&dev->state[HIL_TIM2], channel) *
-           hil_rcc_apb1_timer_divider(dev->rcc);
+           hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1);
 }
 
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev)
@@ -483,7 +483,7 @@ static uint64_t period_ps(const struct hil_tim11_device *dev)
 static uint32_t count11_at(const struct hil_tim11_device *dev, uint64_t at_ps)
 {
     const struct hil_tim11 *t = dev->state;
-    uint64_t hz = dev->core->state.clock.hclk_hz / hil_rcc_apb2_timer_divider(dev->rcc);
+    uint64_t hz = dev->core->state.clock.hclk_hz / hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB2);
     if (t->began_ps == HIL_NEVER)
         return t->cnt;
     double ticks = (double)(at_ps - t->began_ps) * 1e-12 * (double)hz;

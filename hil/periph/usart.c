@@ -75,7 +75,7 @@ static uint64_t bit_cycles(const struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
     uint32_t clocks = (u->cr1 & CR1_OVER8) ? (u->brr >> 4) * 8u + (u->brr & 7u) : u->brr;
-    return (uint64_t)clocks * hil_rcc_apb2_divider(dev->rcc);
+    return (uint64_t)clocks * hil_rcc_divider(dev->rcc, HIL_RCC_APB2);
 }
 
 static enum hil_parity parity(const struct hil_usart *u)

@@ -26,7 +26,7 @@
 
 static uint64_t tick_cycles(const struct hil_replay_device *dev)
 {
-    return (uint64_t)hil_rcc_apb1_timer_divider(dev->rcc) *
+    return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) *
            (dev->tim->state[HIL_TIM2].psc_now + 1u);
 }
 
