@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/base/units.h"
-#include "host/survey/survey_answer.h"
+#include "host/survey/survey.h"
 
 void journal_observation_answer(const struct store_observation *o, struct answer *answer)
 {

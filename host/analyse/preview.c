@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "host/analyse/summary.h"
-#include "host/survey/survey_answer.h"
+#include "host/survey/survey.h"
 
 #define NOTE_SHOWN 60 /* characters of a note, for people */
 

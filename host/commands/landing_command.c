@@ -13,7 +13,7 @@
 #include "host/base/quantity.h"
 #include "host/base/command.h"
 #include "host/store/store_journal.h"
-#include "host/survey/survey_answer.h"
+#include "host/survey/survey.h"
 
 /* What can be corrected: texts, or numbers within limits. */
 static const struct field {

@@ -6,13 +6,13 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/command.h"
+#include "host/board/dialogue.h"
 #include "host/commands/annotation.h"
 #include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
-#include "host/survey/survey_client.h"
 #include "host/survey/survey.h"
-#include "host/survey/survey_answer.h"
 #include "host/base/units.h"
 
 #define LINE_MAX_BYTES 256
@@ -70,7 +70,7 @@ static enum mr_status keep(struct typist *typist, size_t item, enum survey_outco
                                          .skipped = desk->skipped[item],
                                          .confirmed = outcome == SURVEY_CONFIRMED,
                                          .taken_us = (int64_t)link_now_us()};
-    snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text(place->kind));
+    snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text[place->kind]);
     snprintf(reading.source, sizeof reading.source, "%s", typist->source);
     snprintf(reading.note, sizeof reading.note, "%s", note ? note : "");
     return store_gage_reading_add(typist->store, typist->survey->row.id, &reading, error);
@@ -267,7 +267,7 @@ static enum mr_status begin(const struct request *request, struct store *store,
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
                                     .error_in = request->error_in,
                                     .closed_in = request->closed_in};
-    snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text(request->edges));
+    snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text[request->edges]);
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
     status = store_gage_survey_add(store, &row, error);
@@ -294,17 +294,125 @@ static enum mr_status take(const struct request *request, struct store *store,
     return status == MR_OK ? survey_get(store, id, survey, error) : status;
 }
 
+/* ---- loading ---- */
+
+struct loaded {
+    unsigned sent;      /* segments */
+    unsigned different; /* of those sent, by what the board says it holds then */
+    unsigned older;     /* segments that it holds and this survey has not: of an earlier one */
+};
+
+#define ANSWER_S  2.0 /* then it is sent again */
+#define TRIES     3
+#define DIGITS_IN 1e-4 /* of the command and of the message */
+
+struct loading {
+    struct dialogue *dialogue;
+    bool told[SURVEY_SPANS];
+    unsigned tolds;
+    double slack_in[SURVEY_SPANS];
+};
+
+static enum mr_status take_slack(void *context, const struct dialogue_message *message,
+                                 struct error *error)
+{
+    struct loading *l = context;
+    struct mr_slack slack;
+    (void)error;
+    if (message->id == MR_ID_SLACK &&
+        mr_slack_get(&slack, message->payload, message->length) == MR_OK &&
+        slack.segment < SURVEY_SPANS) {
+        l->tolds += !l->told[slack.segment];
+        l->told[slack.segment] = true;
+        l->slack_in[slack.segment] = (double)slack.slack_in;
+    }
+    return MR_OK;
+}
+
+static bool all_told(const void *context)
+{
+    return ((const struct loading *)context)->tolds == SURVEY_SPANS;
+}
+
+static enum mr_status order(struct loading *l, unsigned code, unsigned segment, int32_t argument,
+                            struct error *error)
+{
+    return dialogue_obey(l->dialogue,
+                         &(struct dialogue_order){.code = (uint8_t)code,
+                                                  .index = (uint8_t)segment,
+                                                  .argument = argument,
+                                                  .answer_s = ANSWER_S,
+                                                  .tries = TRIES},
+                         "a landing is armed or going on; disarm it, or wait", error);
+}
+
+static enum mr_status read_back(struct loading *l, struct error *error)
+{
+    enum mr_status status = MR_TIMEOUT;
+    memset(l->told, 0, sizeof l->told);
+    l->tolds = 0;
+    for (int tries = 0; tries < TRIES && status == MR_TIMEOUT && error->status == MR_OK; tries++) {
+        status = order(l, MR_COMMAND_STATE, 0, 0, error);
+        if (status == MR_OK)
+            status = dialogue_until(l->dialogue, all_told, l, ANSWER_S, error);
+    }
+    return status == MR_TIMEOUT
+             ? error_set(error, MR_TIMEOUT,
+                         "the board told %u of %u segments of what it holds now: %s; load it again",
+                         l->tolds, SURVEY_SPANS, dialogue_spec(l->dialogue))
+             : status;
+}
+
+static void compare(const struct loading *l, const struct survey_slack *slack,
+                    struct loaded *loaded)
+{
+    for (unsigned k = 0; k < SURVEY_SPANS; k++) {
+        double wanted_in = slack->segment[k].value_in;
+        if (isnan(wanted_in))
+            loaded->older += isnan(l->slack_in[k]) ? 0u : 1u;
+        else
+            loaded->different += fabs(l->slack_in[k] - wanted_in) <= 0.51 * DIGITS_IN ? 0u : 1u;
+    }
+}
+
+static enum mr_status give(struct loading *l, const struct survey_slack *slack,
+                           struct loaded *loaded, struct error *error)
+{
+    enum mr_status status = dialogue_hello(l->dialogue, NULL, NULL, error);
+    for (unsigned k = 0; k < SURVEY_SPANS && status == MR_OK; k++) {
+        double slack_in = slack->segment[k].value_in;
+        if (isnan(slack_in))
+            continue;
+        status = order(l, MR_COMMAND_SURVEY, k, (int32_t)lround(slack_in / DIGITS_IN), error);
+        loaded->sent += status == MR_OK;
+    }
+    if (status == MR_OK)
+        status = read_back(l, error);
+    if (status == MR_OK)
+        compare(l, slack, loaded);
+    return status;
+}
+
+/* Gives a board the slack of a survey (command `survey`, common/command.h), and reads back what it
+ * holds then. */
 static enum mr_status load(const struct request *request, struct store *store,
                            const struct survey *survey, const struct survey_found *found,
-                           struct survey_loaded *loaded, struct error *error)
+                           struct loaded *loaded, struct error *error)
 {
+    struct dialogue dialogue;
+    struct loading loading = {.dialogue = &dialogue};
     bool can = request->can || link_is_can(request->load);
+    *loaded = (struct loaded){.sent = 0};
     if (found->slack.surveyed == 0)
         return error_set(error, MR_TOO_FEW,
                          "no gage line was read: survey %lld of %s; take it first",
                          (long long)survey->row.id, request->db);
-    enum mr_status status = survey_load(can ? request->load : NULL, can ? NULL : request->load,
-                                        &found->slack, loaded, error);
+    enum mr_status status = dialogue_open(&dialogue, can ? request->load : NULL,
+                                          can ? NULL : request->load, error);
+    dialogue_subscribe(&dialogue, take_slack, &loading);
+    if (status == MR_OK)
+        status = give(&loading, &found->slack, loaded, error);
+    dialogue_close(&dialogue);
     if (status == MR_OK)
         status = store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,
                                      loaded->sent, error);
@@ -312,7 +420,7 @@ static enum mr_status load(const struct request *request, struct store *store,
 }
 
 static int tell_load(const struct request *request, const struct survey *survey,
-                     const struct survey_loaded *loaded)
+                     const struct loaded *loaded)
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
@@ -361,7 +469,7 @@ static int run(const struct request *request)
 {
     static struct survey survey;
     static struct survey_found found;
-    struct survey_loaded loaded;
+    struct loaded loaded = {.sent = 0};
     struct store *store = NULL;
     struct error error = {0};
     /* the first survey may begin with its sheet */

@@ -6,7 +6,7 @@
 #include "host/base/xmalloc.h"
 #include "host/report/chart.h"
 #include "host/report/report.h"
-#include "host/survey/survey_answer.h"
+#include "host/survey/survey.h"
 
 static const double none = (double)NAN;
 

@@ -13,7 +13,7 @@
 #include "host/base/html.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
-#include "host/survey/survey_answer.h"
+#include "host/survey/survey.h"
 
 #define NAMED_MOST   3u              /* texts of a fact, and */
 #define RUNS_MOST    6u              /* RUNs that a line names, before "and 12 more" */

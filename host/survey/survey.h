@@ -8,6 +8,7 @@
 #include <stdio.h>
 
 #include "common/closure.h"
+#include "host/base/answer.h"
 #include "host/base/error.h"
 #include "host/base/quantity.h"
 #include "host/store/store_journal.h"
@@ -55,9 +56,8 @@ void survey_plan_make(struct survey_plan *plan, enum survey_edges edges);
 /* Place of an item in the plan, or -1. */
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
-/* "gap", "station"; "left", "both", "none". Static storage. */
-const char *survey_kind_text(enum survey_kind kind);
-const char *survey_edges_text(enum survey_edges edges);
+/* "gap", "station"; "left", "both", "none". */
+extern const char *const survey_kind_text[SURVEY_KINDS], *const survey_edges_text[3];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
 double survey_line_in(unsigned line);        /* from the left edge */
@@ -237,5 +237,13 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
  * false: none. */
 enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
                                    struct survey_found *found, bool *there, struct error *error);
+
+/* What a survey answers (host/base/answer.h). */
+void survey_answer(const struct survey *survey, const struct survey_found *found,
+                   struct answer *answer);
+/* "within", "perhaps beyond" (its 95 % interval reaches over it), "beyond", "not known" */
+const char *survey_bow_verdict(const struct survey_found *found);
+/* "2026-11-22 01:48 UTC" */
+void survey_time_text(int64_t host_us, char *out, size_t size);
 
 #endif
