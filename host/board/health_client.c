@@ -235,14 +235,9 @@ static enum mr_status health_client_begin(struct health_client *talk, struct dia
 
 static enum mr_status order(struct health_client *talk, uint8_t code, struct error *error)
 {
-    struct mr_ack ack;
-    enum mr_status status = dialogue_order(
-        talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S}, &ack, error);
-    if (status == MR_TIMEOUT)
-        return dialogue_lost(talk->dialogue, code, error);
-    if (status != MR_OK || ack.status == MR_OK)
-        return status;
-    return dialogue_refused(talk->dialogue, &ack, "a landing is armed or going on", error);
+    return dialogue_obey(talk->dialogue,
+                         &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
+                         "a landing is armed or going on", error);
 }
 
 static bool all_known(const void *context)
@@ -406,30 +401,19 @@ static int tell(const char *verb, const struct health_client *talk,
     return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-bool board_health_verb(const char *word)
+int board_health(struct dialogue *dialogue, const char *verb, const char *elf,
+                 const struct cli *cli, struct error *error)
 {
-    return strcmp(word, "health") == 0 || strcmp(word, "self-test") == 0 ||
-           strcmp(word, "reset") == 0;
-}
-
-int board_health(const char *serial, const char *verb, const char *elf, const struct cli *cli)
-{
-    struct error error = {0};
-    struct dialogue dialogue = {0};
+    static struct health_client talk;
     struct mr_symbols symbols;
-    struct health_client *talk = xcalloc(1, sizeof *talk);
-    enum mr_status status = image_symbols_read(&symbols, elf, &error);
+    enum mr_status status = image_symbols_read(&symbols, elf, error);
     if (status == MR_OK)
-        status = dialogue_open(&dialogue, NULL, serial, &error);
+        status = health_client_begin(&talk, dialogue, error);
     if (status == MR_OK)
-        status = health_client_begin(talk, &dialogue, &error);
-    if (status == MR_OK)
-        status = strcmp(verb, "health") == 0    ? health_client_hear(talk, &error)
-               : strcmp(verb, "self-test") == 0 ? health_client_self_test(talk, &error)
-                                                : health_client_reset(talk, &error);
-    int exit_code = status == MR_OK ? tell(verb, talk, &symbols, cli) : cli_fail(&error);
-    dialogue_close(&dialogue);
+        status = strcmp(verb, "health") == 0    ? health_client_hear(&talk, error)
+               : strcmp(verb, "self-test") == 0 ? health_client_self_test(&talk, error)
+                                                : health_client_reset(&talk, error);
+    int exit_code = status == MR_OK ? tell(verb, &talk, &symbols, cli) : cli_fail(error);
     image_symbols_free(&symbols);
-    free(talk);
     return exit_code;
 }

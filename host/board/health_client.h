@@ -55,10 +55,9 @@ struct health_client {
     struct crash_report crash;
 };
 
-/* matrig board health | self-test | reset */
-/* One of the verbs of board_health.c? */
-bool board_health_verb(const char *word);
-/* Exit code; 1: the board found a fault in itself. `elf` names functions, or NULL. */
-int board_health(const char *serial, const char *verb, const char *elf, const struct cli *cli);
+/* matrig board health | self-test | reset. Exit code; 1: the board found a fault in itself. `elf`
+ * names functions, or NULL. */
+int board_health(struct dialogue *dialogue, const char *verb, const char *elf,
+                 const struct cli *cli, struct error *error);
 
 #endif

@@ -45,20 +45,17 @@ static enum mr_status take(void *context, const struct dialogue_message *message
     return MR_OK;
 }
 
-static enum mr_status silent(const struct runway_client *talk, const char *what,
-                             struct error *error)
-{
-    return error_set(error, MR_TIMEOUT,
-                     "the board did not %s within %.0f s: %s; is it running, has it a predictor?",
-                     what, DIALOGUE_ANSWER_S, dialogue_spec(talk->dialogue));
-}
-
 static enum mr_status wait_for(struct runway_client *talk, const bool *what, const char *name,
                                struct error *error)
 {
     enum mr_status status = dialogue_until(talk->dialogue, dialogue_flag, what, DIALOGUE_ANSWER_S,
                                            error);
-    return status == MR_TIMEOUT ? silent(talk, name, error) : status;
+    return status == MR_TIMEOUT
+             ? error_set(error, MR_TIMEOUT,
+                         "the board did not %s within %.0f s: %s; is it running, has it a "
+                         "predictor?",
+                         name, DIALOGUE_ANSWER_S, dialogue_spec(talk->dialogue))
+             : status;
 }
 
 enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *dialogue,
@@ -71,33 +68,34 @@ enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *
                            : status;
 }
 
-static enum mr_status order(struct runway_client *talk, unsigned code, unsigned index,
+static enum mr_status order(struct dialogue *dialogue, unsigned code, unsigned index,
                             int32_t argument, struct error *error)
 {
     const struct dialogue_order order = {.code = (uint8_t)code,
                                          .index = (uint8_t)index,
                                          .argument = argument,
                                          .answer_s = DIALOGUE_ANSWER_S};
-    const char *link = dialogue_spec(talk->dialogue);
+    const char *link = dialogue_spec(dialogue);
     struct mr_ack ack;
-    enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
-    if (status != MR_OK)
-        return status == MR_TIMEOUT ? silent(talk, "answer", error) : status;
-    if (ack.status == MR_OK)
-        return MR_OK;
-    if (ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW,
-                         "not now: %s; the board is armed or in a landing (disarm it, or wait), or "
-                         "no predictor runs "
-                         "(predict.fitted of its configuration)",
-                         link);
+    enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
+    if (status == MR_TIMEOUT)
+        return dialogue_lost(dialogue, code, error);
+    if (status != MR_OK || ack.status == MR_OK)
+        return status;
     if (ack.status == MR_MALFORMED)
         return error_set(error, MR_MALFORMED,
                          "the board refuses this runway: %s; it is of other mats, or joints are "
                          "wider than their slack",
                          link);
-    return error_set(error, (enum mr_status)ack.status, "the board refused %s (%s): %s; try again",
-                     mr_command_name(code), mr_status_text((enum mr_status)ack.status), link);
+    if (ack.status == MR_VERSION)
+        return error_set(error, MR_VERSION,
+                         "a chart of another runway: %s; the board's has had another number of "
+                         "landings, ask for the advice again",
+                         link);
+    return dialogue_refused(dialogue, &ack,
+                            "it is armed or in a landing (disarm it, or wait), or no predictor "
+                            "runs (predict.fitted of its configuration)",
+                            error);
 }
 
 enum mr_status runway_client_read(struct runway_client *talk, struct error *error)
@@ -105,7 +103,7 @@ enum mr_status runway_client_read(struct runway_client *talk, struct error *erro
     enum mr_status status = MR_OK;
     for (unsigned round = 0; status == MR_OK && round < ROUNDS; round++) {
         talk->whole = talk->stored_known = false;
-        status = order(talk, MR_COMMAND_RUNWAY_READ, 0, 0, error);
+        status = order(talk->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error);
         if (status == MR_OK)
             status = wait_for(talk, &talk->whole, "tell all of its runway", error);
         if (status == MR_OK)
@@ -140,66 +138,38 @@ enum mr_status runway_client_give(struct runway_client *talk,
             "the file's runway has %u mats, the board's %u: %s; site.mats of its configuration",
             state->mats, talk->state.mats, dialogue_spec(talk->dialogue));
     for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORDS; i++)
-        status = order(talk, MR_COMMAND_RUNWAY_WORD, i, mr_runway_word_argument(state, i), error);
-    for (unsigned i = 0; status == MR_OK && i < 256 && 2 * i <= state->mats; i++)
-        status = order(talk, MR_COMMAND_RUNWAY_JOINTS, i, mr_runway_joints_argument(state, i),
+        status = order(talk->dialogue, MR_COMMAND_RUNWAY_WORD, i, mr_runway_word_argument(state, i),
                        error);
+    for (unsigned i = 0; status == MR_OK && i < 256 && 2 * i <= state->mats; i++)
+        status = order(talk->dialogue, MR_COMMAND_RUNWAY_JOINTS, i,
+                       mr_runway_joints_argument(state, i), error);
     if (status == MR_OK)
-        status = order(talk, MR_COMMAND_RUNWAY_TAKE, 0, (int32_t)mr_runway_crc(state), error);
+        status = order(talk->dialogue, MR_COMMAND_RUNWAY_TAKE, 0, (int32_t)mr_runway_crc(state),
+                       error);
     return status == MR_OK ? wait_until_kept(talk, error) : status;
 }
 
 enum mr_status runway_client_forget(struct runway_client *talk, struct error *error)
 {
-    enum mr_status status = order(talk, MR_COMMAND_RUNWAY_FORGET, 0, 0, error);
+    enum mr_status status = order(talk->dialogue, MR_COMMAND_RUNWAY_FORGET, 0, 0, error);
     return status == MR_OK ? wait_until_kept(talk, error) : status;
 }
 
 /* ---- chart ---- */
 
-static enum mr_status chart_order(struct dialogue *dialogue, unsigned code, unsigned index,
-                                  int32_t argument, struct error *error)
-{
-    const struct dialogue_order order = {.code = (uint8_t)code,
-                                         .index = (uint8_t)index,
-                                         .argument = argument,
-                                         .answer_s = DIALOGUE_ANSWER_S};
-    const char *link = dialogue_spec(dialogue);
-    struct mr_ack ack;
-    enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
-    if (status == MR_TIMEOUT)
-        return error_set(error, MR_TIMEOUT,
-                         "the board did not answer within %.0f s: %s; is it running?",
-                         DIALOGUE_ANSWER_S, link);
-    if (status != MR_OK || ack.status == MR_OK)
-        return status;
-    if (ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW,
-                         "not now: %s; the board is armed or in a landing (disarm it, or wait), or "
-                         "no predictor runs (predict.fitted of its configuration)",
-                         link);
-    if (ack.status == MR_VERSION)
-        return error_set(error, MR_VERSION,
-                         "a chart of another runway: %s; the board's has had another number of "
-                         "landings, ask for the advice again",
-                         link);
-    return error_set(error, (enum mr_status)ack.status, "the board refused %s (%s): %s; try again",
-                     mr_command_name(code), mr_status_text((enum mr_status)ack.status), link);
-}
-
 enum mr_status runway_client_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
                                    struct error *error)
 {
     /* words of another one that was never taken are of no chart */
-    enum mr_status status = chart_order(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
+    enum mr_status status = order(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
     for (unsigned i = 0; status == MR_OK && i < MR_RISK_ITEMS; i++) {
         float value = mr_risk_item(plan, i);
         int32_t bits;
         memcpy(&bits, &value, sizeof bits);
         if (!isnan(value))
-            status = chart_order(dialogue, MR_COMMAND_CHART_WORD, i, bits, error);
+            status = order(dialogue, MR_COMMAND_CHART_WORD, i, bits, error);
     }
-    return status == MR_OK ? chart_order(dialogue, MR_COMMAND_CHART_TAKE, 0,
-                                         (int32_t)mr_risk_plan_crc(plan), error)
-                           : status;
+    return status == MR_OK
+             ? order(dialogue, MR_COMMAND_CHART_TAKE, 0, (int32_t)mr_risk_plan_crc(plan), error)
+             : status;
 }

@@ -1,31 +1,47 @@
-/* matrig board: the black box of a board: what it holds, reading a record out, giving its space
- * back. */
+/* matrig board: everything that is asked of one board: its identity, black box, health, zeros,
+ * runway, arming; configuration and bring-up have files of their own. */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/image.h"
+#include "common/command.h"
 #include "host/base/answer.h"
-#include "host/board/health_client.h"
+#include "host/base/help.h"
+#include "host/base/output.h"
+#include "host/base/quantity.h"
+#include "host/base/units.h"
+#include "host/base/xmalloc.h"
+#include "host/board/arm_client.h"
 #include "host/board/box_client.h"
 #include "host/board/config_client.h"
 #include "host/board/config_text.h"
-#include "host/collect/boxfill.h"
-#include "host/base/help.h"
-#include "host/commands/commands.h"
-#include "host/board/imagefile.h"
+#include "host/board/gage_client.h"
+#include "host/board/health_client.h"
 #include "host/board/identity.h"
-#include "host/base/output.h"
-#include "host/base/xmalloc.h"
+#include "host/board/imagefile.h"
+#include "host/board/runway_client.h"
+#include "host/collect/boxfill.h"
+#include "host/commands/commands.h"
 
-#define KIND_S 1.2 /* within which a board says its kind: once a second */
+#define KIND_S      1.2 /* within which a board says its kind: once a second */
+#define HMIL_PER_IN 100000.0
+#define ACROSS      7u   /* slacks in a row of the table */
+#define CLOSED_HMIL 200u /* 0.002 in, as the predictor has it */
 
 struct request {
     const struct cli *cli;
-    const char *serial, *db, *image, *elf;
+    const char *serial, *can, *db, *image, *elf, *out;
+    const char *words[3]; /* the verb, and what follows it */
     int64_t run;
+    int32_t number; /* the word behind the verb; 0: none */
+    bool force;
+    struct mr_predictor_state runway; /* to be given */
 };
+
+/* ---- black box ---- */
 
 static void record_answer(const struct box_client_record *r, struct answer *answer)
 {
@@ -112,18 +128,17 @@ static enum mr_status keep_configuration(const struct request *request, struct b
     return status;
 }
 
-static int read_record(const struct request *request, struct box_client *talk, uint16_t number,
-                       struct error *error)
+static int read_record(const struct request *request, struct box_client *talk, struct error *error)
 {
     const struct box_client_record *r = NULL;
     struct boxfill filled = {0};
     for (size_t i = 0; i < talk->count; i++) {
-        if (talk->records[i].record.record == number)
+        if (talk->records[i].record.record == request->number)
             r = &talk->records[i];
     }
     if (!r) {
-        error_set(error, MR_UNKNOWN, "no record %u in the black box: %s; see matrig board list",
-                  number, request->serial);
+        error_set(error, MR_UNKNOWN, "no record %d in the black box: %s; see matrig board list",
+                  (int)request->number, request->serial);
         return cli_fail(error);
     }
     size_t count = r->record.pages, absent = 0;
@@ -146,29 +161,22 @@ static int read_record(const struct request *request, struct box_client *talk, u
     return status == MR_OK ? tell_read(request, r, absent, &filled) : cli_fail(error);
 }
 
-static int talk_to_board(const struct request *request, const char *verb, uint16_t number,
-                         struct error *error)
+static int box(const struct request *request, struct dialogue *dialogue, struct error *error)
 {
-    struct dialogue dialogue;
-    struct box_client *talk = xcalloc(1, sizeof *talk);
-    int exit_code;
-    enum mr_status status = dialogue_open(&dialogue, NULL, request->serial, error);
+    static struct box_client talk;
+    const char *verb = request->words[0];
+    bool frees = strcmp(verb, "free") == 0;
+    enum mr_status status = box_client_begin(&talk, dialogue, error);
     if (status == MR_OK)
-        status = box_client_begin(talk, &dialogue, error);
-    if (status == MR_OK)
-        status = strcmp(verb, "free") == 0 ? box_client_free(talk, number, error)
-                                           : box_client_list(talk, error);
+        status = frees ? box_client_free(&talk, (uint16_t)request->number, error)
+                       : box_client_list(&talk, error);
     if (status != MR_OK)
-        exit_code = cli_fail(error);
-    else if (strcmp(verb, "read") == 0)
-        exit_code = read_record(request, talk, number, error);
-    else if (strcmp(verb, "list") == 0)
-        exit_code = list(request, talk);
-    else
-        exit_code = request->cli->json ? cli_print_json(json_pack("{si}", "freed", number), 0) : 0;
-    dialogue_close(&dialogue);
-    free(talk);
-    return exit_code;
+        return cli_fail(error);
+    if (!frees)
+        return strcmp(verb, "read") == 0 ? read_record(request, &talk, error)
+                                         : list(request, &talk);
+    return request->cli->json ? cli_print_json(json_pack("{si}", "freed", (int)request->number), 0)
+                              : 0;
 }
 
 /* ---- which board, and which image it runs ---- */
@@ -209,10 +217,10 @@ static int print_identity(const struct request *request, const struct identity *
     return answer_show(request->cli, answer, exit_code);
 }
 
-static int tell_identity(const struct request *request, struct error *error)
+static int tell_identity(const struct request *request, struct dialogue *dialogue,
+                         struct error *error)
 {
     struct imagefile image = {0};
-    struct dialogue dialogue = {0};
     int exit_code;
     enum mr_status status = request->image ? imagefile_read(request->image, &image, error) : MR_OK;
     if (status == MR_OK && request->image && !image.stamped)
@@ -220,82 +228,328 @@ static int tell_identity(const struct request *request, struct error *error)
                            "an image without matrig's header: %s; nothing to compare with",
                            request->image);
     if (status == MR_OK)
-        status = dialogue_open(&dialogue, NULL, request->serial, error);
-    if (status == MR_OK)
-        status = dialogue_who(&dialogue, DIALOGUE_HELLO_S, error);
+        status = dialogue_who(dialogue, DIALOGUE_HELLO_S, error);
     if (status == MR_TIMEOUT)
-        status = dialogue_no_hello(&dialogue, error);
+        status = dialogue_no_hello(dialogue, error);
     struct error late = {0}; /* an old board does not say which kind it is */
     if (status == MR_OK)
-        (void)dialogue_until(&dialogue, dialogue_flag, &dialogue.identity.board_known, KIND_S,
+        (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.board_known, KIND_S,
                              &late);
     exit_code = status == MR_OK
-                  ? print_identity(request, &dialogue.identity, request->image ? &image : NULL)
+                  ? print_identity(request, &dialogue->identity, request->image ? &image : NULL)
                   : cli_fail(error);
-    dialogue_close(&dialogue);
     if (request->image)
         imagefile_free(&image);
     return exit_code;
 }
 
-/* What each verb takes beside --serial. */
-struct verb {
-    const char *name;
-    bool number, file, db, elf;
-};
+/* ---- zero and shunt calibration ---- */
 
-static const struct verb verbs[] = {
-    {.name = "list"},
-    {.name = "read", .number = true, .db = true},
-    {.name = "free", .number = true},
-    {.name = "health", .elf = true},
-    {.name = "self-test"},
-    {.name = "reset"},
-};
-
-static const struct verb *find_verb(const char *name)
+static void shunts_answer(const struct gage_client *talk, struct answer *answer)
 {
-    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
-        if (strcmp(verbs[i].name, name) == 0)
-            return &verbs[i];
+    answer_table(answer, "shunts", "");
+    for (unsigned i = 0; i < talk->shunts.count; i++) {
+        const struct mr_shunt_result *r = &talk->shunts.result[i];
+        const struct mr_shunt_check *c = &talk->shunts.check[i];
+        answer_row(answer);
+        answer_count(answer, "gage", "gage", r->gage);
+        answer_value(answer, "span", "found", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
+        answer_value(answer, "expected", "of", UNIT_TENSION, (double)c->expected_lb, 2);
+        answer_value(answer, "noise", "noise", UNIT_TENSION, (double)r->noise_lb, 3);
+        answer_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)->plus =
+            true;
+        answer_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)->plus =
+            true;
+        answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
     }
-    return NULL;
+    answer_close(answer);
 }
 
-static enum mr_status check_request(const struct request *request, const struct verb *verb,
-                                    const char *number, struct error *error)
+static void zeros_answer(const struct gage_client *talk, struct answer *answer)
 {
-    static const struct verb none = {.name = ""};
-    const char *name = verb ? verb->name : "";
-    if (!verb)
-        verb = &none;
-    if (number && !verb->number)
-        return error_set(error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", name,
-                         number);
-    if (!number && verb->number)
-        return error_set(error, MR_USAGE,
-                         "which record? matrig board %s needs its number, see matrig board list",
-                         name);
-    if (!request->serial)
-        return error_set(error, MR_USAGE,
-                         "no link: matrig board needs --serial LINK; see matrig board --help");
-    if (request->image && verb != &none)
-        return error_set(error, MR_USAGE,
-                         "--image is compared with the board's alone: leave '%s' out", name);
-    if (request->run && !(verb->number && verb->db))
-        return error_set(error, MR_USAGE, "--run is read's: matrig board %s", name);
-    if (request->db && !verb->db)
-        return error_set(error, MR_USAGE, "--db is read's: matrig board %s", name);
-    if (request->elf && !verb->elf)
-        return error_set(error, MR_USAGE, "--elf is health's: matrig board %s", name);
-    if (verb->number && verb->db && !request->db)
-        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB", name);
-    return MR_OK;
+    answer_table(answer, "zeros", "");
+    for (unsigned i = 0; i < talk->zeros; i++) {
+        const struct mr_zero_result *z = &talk->zero[i];
+        bool tension = z->index >= MR_TRANSDUCERS;
+        answer_row(answer);
+        answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
+                     tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
+        answer_count(answer, "channel", NULL, z->index);
+        answer_value(answer, "zero_code", "zero, codes", UNIT_NUMBER, (double)z->zero_code, 3)
+            ->digits = 7;
+        answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes,
+                     2);
+        answer_words(answer, "verdict", "verdict", "%s", mr_zero_verdict_text(z->verdict));
+    }
+    answer_close(answer);
 }
 
-static enum mr_status refuse_word(const char *word, struct error *error)
+static int gages(const struct request *request, struct dialogue *dialogue, struct error *error)
+{
+    static struct gage_client talk;
+    bool zero = strcmp(request->words[0], "zero") == 0;
+    if (gage_client_order(&talk, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT,
+                          request->number, error) != MR_OK)
+        return cli_fail(error);
+    bool good = talk.ack.status == MR_OK;
+    struct answer *answer = answer_new(request->cli->si);
+    answer_flag(answer, "good", NULL, good);
+    shunts_answer(&talk, answer);
+    zeros_answer(&talk, answer);
+    if (zero)
+        answer_sentence(answer, NULL,
+                        good
+                            ? "these are the zeros now, until the board is reset or configured anew"
+                            : "no zero was taken");
+    return answer_show(request->cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
+}
+
+/* ---- arm and disarm ---- */
+
+static json_t *to_json(const char *word, const struct arm_client *talk, const struct error *error)
+{
+    json_t *json = json_pack("{sssb}", "command", word, "done", error->status == MR_OK);
+    json_object_set_new(json, "state",
+                        talk->landing_known
+                            ? json_string(mr_landing_state_text(talk->landing.state))
+                            : json_null());
+    json_object_set_new(json, "landing",
+                        talk->landing_known ? json_integer(talk->landing.landing) : json_null());
+    json_object_set_new(json, "error",
+                        error->status == MR_OK ? json_null() : json_string(error->text));
+    return json;
+}
+
+/* For whoever has a terminal and no live page. */
+static int arm(const struct request *request, struct dialogue *dialogue, struct error *error)
+{
+    struct arm_client talk = {0};
+    bool arms = strcmp(request->words[0], "arm") == 0;
+    enum mr_status status = arm_client_begin(&talk, dialogue, error);
+    if (status == MR_OK)
+        status = arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM, request->number,
+                                  error);
+    int exit_code = status == MR_OK ? 0 : cli_fail(error);
+    if (request->cli->json)
+        return cli_print_json(to_json(request->words[0], &talk, error), exit_code);
+    if (status == MR_OK && arms)
+        printf("armed for landing %u: the board records until the gear has stopped and the mat is "
+               "at rest\n",
+               talk.landing.landing);
+    else if (status == MR_OK)
+        puts("disarmed: the board is idle");
+    return exit_code;
+}
+
+/* ---- what the predictor knows of the runway ---- */
+
+static const char *copy_text(unsigned copy, char out[40])
+{
+    if (copy == MR_RUNWAY_WHOLE || copy >= MR_RUNWAY_UNREAD)
+        return mr_runway_copy_text(copy);
+    snprintf(out, 40, "damaged (%s)", mr_status_text((enum mr_status) - (int)copy));
+    return out;
+}
+
+static double sum_in(const struct mr_predictor_state *state, unsigned segment)
+{
+    unsigned sum = 0;
+    for (unsigned j = 10 * segment; j < 10 * segment + 10 && j <= state->mats; j++)
+        sum += state->gap_hmil[j];
+    return sum / HMIL_PER_IN;
+}
+
+static unsigned closed_of(const struct mr_predictor_state *state)
+{
+    unsigned closed = 0;
+    for (unsigned j = 0; j <= state->mats; j++)
+        closed += state->gap_hmil[j] <= CLOSED_HMIL;
+    return closed;
+}
+
+static int print_runway(const struct runway_client *talk, const struct cli *cli)
+{
+    const struct mr_predictor_state *state = &talk->state;
+    const struct mr_runway_store *stored = &talk->stored;
+    struct answer *answer = answer_new(cli->si);
+    char a[40], b[40];
+    answer_words(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
+    answer_count(answer, "mats", "mats", state->mats);
+    answer_count(answer, "landings", "landings", state->landings);
+    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->end =
+        " of the closing resistance configured";
+    answer_count(answer, "crc", NULL, (int64_t)stored->crc);
+    answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
+    answer_words(answer, "copy_a", "copy A", "%s", copy_text(stored->copy_a, a));
+    answer_words(answer, "copy_b", "copy B", "%s", copy_text(stored->copy_b, b));
+    answer_count(answer, "closed_joints", NULL, closed_of(state));
+    answer_words(answer, NULL, "joints", "%u of %u closed to 0.002 in", closed_of(state),
+                 state->mats + 1u);
+    answer_list(answer, "gap_in", NULL);
+    for (unsigned j = 0; j <= state->mats; j++)
+        answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
+    answer_close(answer);
+    answer_table(answer, NULL, "openings of ten joints in a row, from the first that is named on");
+    for (unsigned s = 0; 10 * s <= state->mats; s += ACROSS) {
+        answer_row(answer);
+        answer_count(answer, NULL, "joint", 10 * s + 1);
+        for (unsigned i = 0; i < ACROSS && 10 * (s + i) <= state->mats; i++) {
+            char label[12];
+            snprintf(label, sizeof label, "+%u", 10 * i);
+            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, sum_in(state, s + i), 4);
+        }
+    }
+    answer_close(answer);
+    return answer_show(cli, answer, 0);
+}
+
+static enum mr_status write_runway(const char *path, const struct mr_predictor_state *state,
+                                   struct error *error)
+{
+    struct output output;
+    if (output_begin(&output, path, error) != MR_OK)
+        return error->status;
+    FILE *file = output.file;
+    fprintf(file,
+            "# A board's runway: openings of its joints in inches, upfield first. matrig board "
+            "runway load gives it to a board.\n"
+            "mats %u\nlandings %u\nresistance %.9g\n",
+            state->mats, state->landings, (double)state->scale);
+    for (unsigned j = 0; j <= state->mats; j++)
+        fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_hmil[j] / HMIL_PER_IN);
+    return output_end(&output, error);
+}
+
+/* One line of the file; false: it is none. */
+static bool take_line(const char *line, struct mr_predictor_state *state, bool *given)
+{
+    unsigned number;
+    double value;
+    char rest;
+    if (line[0] == '#' || strspn(line, " \t\r\n") == strlen(line))
+        return true;
+    if (sscanf(line, "mats %u %c", &number, &rest) == 1 && number >= 1 && number <= MR_CHAIN_MATS)
+        return state->mats = (uint16_t)number, true;
+    if (sscanf(line, "landings %u %c", &number, &rest) == 1 && number <= UINT16_MAX)
+        return state->landings = (uint16_t)number, true;
+    if (sscanf(line, "resistance %lf %c", &value, &rest) == 1 && isfinite(value))
+        return state->scale = (float)value, true;
+    struct quantity_wrong wrong;
+    int used = 0;
+    if (sscanf(line, "joint %u %n", &number, &used) != 1 || !used || number < 1 ||
+        number > MR_RUNWAY_JOINTS || !quantity_parse(line + used, "in", NULL, &value, &wrong) ||
+        !(value >= 0.0 && value * HMIL_PER_IN <= UINT16_MAX) || given[number - 1u])
+        return false;
+    given[number - 1u] = true;
+    state->gap_hmil[number - 1u] = (uint16_t)lround(value * HMIL_PER_IN);
+    return true;
+}
+
+static enum mr_status read_runway(const char *path, struct mr_predictor_state *state,
+                                  struct error *error)
+{
+    bool given[MR_RUNWAY_JOINTS] = {false};
+    char line[200];
+    unsigned number = 0, joints = 0;
+    FILE *file = fopen(path, "r");
+    if (!file)
+        return error_set(error, MR_IO,
+                         "cannot be read (%s): %s; matrig board runway -o FILE makes one",
+                         strerror(errno), path);
+    *state = (struct mr_predictor_state){.scale = 1.0f};
+    enum mr_status status = MR_OK;
+    while (status == MR_OK && fgets(line, sizeof line, file)) {
+        number++;
+        if (!take_line(line, state, given))
+            status = error_set(error, MR_MALFORMED,
+                               "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES (or with a "
+                               "unit: 2 mm), each once",
+                               (int)strcspn(line, "\r\n"), line, path, number);
+    }
+    fclose(file);
+    for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
+        joints += given[j];
+    if (status == MR_OK && (state->mats == 0 || joints != state->mats + 1u))
+        status = error_set(
+            error, MR_MALFORMED,
+            "%u joints of %u mats: %s; it must say its mats, and each joint from 1 to mats + 1",
+            joints, state->mats, path);
+    return status;
+}
+
+static enum mr_status check_runway(struct request *r, struct error *error)
+{
+    const char *verb = r->words[1] ? r->words[1] : "show", *file = r->words[2];
+    bool load = strcmp(verb, "load") == 0;
+    if (!load && strcmp(verb, "show") != 0 && strcmp(verb, "forget") != 0)
+        return error_set(error, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help",
+                         verb);
+    if (load != (file != NULL))
+        return error_set(error, MR_USAGE,
+                         load ? "which runway? matrig board runway load needs a FILE"
+                              : "a FILE is load's: '%s'",
+                         file);
+    enum mr_status status = file ? read_runway(file, &r->runway, error) : MR_OK;
+    if (status == MR_OK)
+        status = output_keep(r->out, r->force, error);
+    return status == MR_OK ? output_check(r->out, file, error) : status;
+}
+
+static int runway(const struct request *request, struct dialogue *dialogue, struct error *error)
+{
+    static struct runway_client talk;
+    const char *verb = request->words[1] ? request->words[1] : "show";
+    enum mr_status status = runway_client_begin(&talk, dialogue, error);
+    if (status == MR_OK && request->words[2])
+        status = runway_client_give(&talk, &request->runway, error);
+    if (status == MR_OK && strcmp(verb, "forget") == 0)
+        status = runway_client_forget(&talk, error);
+    if (status == MR_OK)
+        status = runway_client_read(&talk, error);
+    if (status == MR_OK && request->out)
+        status = write_runway(request->out, &talk.state, error);
+    return status == MR_OK ? print_runway(&talk, request->cli) : cli_fail(error);
+}
+
+/* ---- the command line ---- */
+
+static int health(const struct request *request, struct dialogue *dialogue, struct error *error)
+{
+    return board_health(dialogue, request->words[0], request->elf, request->cli, error);
+}
+
+enum { CAN = 1, DB = 2, IMAGE = 4, ELF = 8, OUT = 16 };
+
+static const struct verb {
+    const char *name;
+    unsigned options;   /* that it takes beside --serial */
+    unsigned words;     /* behind it, at most */
+    const char *number; /* what the word behind it says; NULL: no number */
+    double least, most; /* least 1: it is needed */
+    int (*run)(const struct request *request, struct dialogue *dialogue, struct error *error);
+} verbs[] = {
+    {.name = "", .options = IMAGE, .run = tell_identity},
+    {.name = "list", .run = box},
+    {"read", DB, 1, "the record", 1.0, 65535.0, box},
+    {"free", 0, 1, "the record", 1.0, 65535.0, box},
+    {.name = "health", .options = ELF, .run = health},
+    {.name = "self-test", .run = health},
+    {.name = "reset", .run = health},
+    {"zero", 0, 1, "what to zero", 0.0, 2.0, gages},
+    {.name = "shunt", .run = gages},
+    {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MOST, arm},
+    {.name = "disarm", .options = CAN, .run = arm},
+    {.name = "runway", .options = OUT, .words = 2, .run = runway},
+};
+
+static enum mr_status find_verb(const char *word, const struct verb **verb, struct error *error)
 {
     char near[SPELL_SUGGEST_TEXT];
+    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
+        *verb = &verbs[i];
+        if (strcmp(verbs[i].name, word ? word : "") == 0)
+            return MR_OK;
+    }
     help_suggest_word(&command_board, word, near);
     return error_set(error, MR_UNKNOWN,
                      "not list, read, free, config, runway, arm, disarm, zero, shunt, "
@@ -303,40 +557,93 @@ static enum mr_status refuse_word(const char *word, struct error *error)
                      word, near, near[0] ? "" : ";");
 }
 
+static enum mr_status check_options(struct request *r, const struct verb *verb, struct error *error)
+{
+    const struct {
+        bool given;
+        unsigned option;
+        const char *name, *whose;
+    } options[] = {
+        {r->can != NULL, CAN, "--can", "arm's, disarm's and config's"},
+        {r->db || r->run, DB, r->db ? "--db" : "--run", "read's"},
+        {r->image != NULL, IMAGE, "--image", "compared with the board's alone, without a word"},
+        {r->elf != NULL, ELF, "--elf", "health's"},
+        {r->out || r->force, OUT, r->out ? "-o" : "--force", "runway's and config's"},
+    };
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        if (options[i].given && !(verb->options & options[i].option))
+            return error_set(error, MR_USAGE, "%s is %s: matrig board %s", options[i].name,
+                             options[i].whose, verb->name);
+    }
+    if (r->can && r->serial)
+        return error_set(error, MR_USAGE, "--can and --serial: matrig board %s needs one link",
+                         verb->name);
+    if (!r->can && !r->serial)
+        return error_set(error, MR_USAGE,
+                         "no link: matrig board %s%sneeds %s--serial LINK; see matrig board --help",
+                         verb->name, verb->name[0] ? " " : "",
+                         verb->options & CAN ? "--can LINK or " : "");
+    if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == arm)
+        return error_set(error, MR_USAGE, "a file is no board: %s; give the link of one",
+                         r->can ? r->can : r->serial);
+    if (verb->options & DB && !r->db)
+        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB",
+                         verb->name);
+    return verb->run == runway ? check_runway(r, error) : MR_OK;
+}
+
+static enum mr_status check_words(struct request *r, const struct verb *verb, struct error *error)
+{
+    double number = 0.0;
+    const char *word = r->words[1];
+    if (r->words[1 + verb->words])
+        return error_set(error, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help",
+                         verb->name, verb->words ? "more" : "number", r->words[1 + verb->words]);
+    if (!verb->number)
+        return MR_OK;
+    if (!word)
+        return verb->least > 0.0
+                 ? error_set(error, MR_USAGE,
+                             "which record? matrig board %s needs its number, see matrig board "
+                             "list",
+                             verb->name)
+                 : MR_OK;
+    enum mr_status status = cli_number(word, verb->number, verb->least, verb->most, &number, error);
+    r->number = (int32_t)number;
+    return status == MR_OK && number != floor(number)
+             ? error_set(error, MR_USAGE, "%s is a whole number: '%s'; see matrig board --help",
+                         verb->number, word)
+             : status;
+}
+
 static int board_command(int argc, char **argv, const struct cli *cli)
 {
-    struct request request = {.cli = cli};
-    const char *words[2];
+    static struct request request;
     struct error error = {0};
-    double number = 0.0;
-    static const struct {
-        const char *word;
-        const struct command *command;
-    } apart[] = {{"config", &command_board_config},   {"runway", &command_board_runway},
-                 {"arm", &command_board_arm},         {"disarm", &command_board_arm},
-                 {"bringup", &command_board_bringup}, {"zero", &command_board_gages},
-                 {"shunt", &command_board_gages}};
+    struct dialogue dialogue = {0};
+    const struct verb *verb = NULL;
     for (int i = 1; i < argc; i++) {
-        for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++) {
-            if (strcmp(argv[i], apart[k].word) == 0)
-                return apart[k].command->run(argc, argv, cli);
-        }
+        if (strcmp(argv[i], "config") == 0)
+            return command_board_config.run(argc, argv, cli);
+        if (strcmp(argv[i], "bringup") == 0)
+            return command_board_bringup.run(argc, argv, cli);
     }
-    enum mr_status status = command_parse(&command_board, argc, argv, cli, &request, words, &error);
-    const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
-    if (status == MR_OK && words[0] && !verb)
-        status = refuse_word(words[0], &error);
+    request.cli = cli;
+    enum mr_status status = command_parse(&command_board, argc, argv, cli, &request, request.words,
+                                          &error);
     if (status == MR_OK)
-        status = check_request(&request, verb, words[1], &error);
-    if (status == MR_OK && words[1])
-        status = cli_number(words[1], "the record", 1, 65535, &number, &error);
+        status = find_verb(request.words[0], &verb, &error);
+    if (status == MR_OK)
+        status = check_words(&request, verb, &error);
+    if (status == MR_OK)
+        status = check_options(&request, verb, &error);
+    if (status == MR_OK)
+        status = dialogue_open(&dialogue, request.can, request.serial, &error);
     if (status != MR_OK)
         return cli_fail(&error);
-    if (!verb)
-        return tell_identity(&request, &error);
-    if (board_health_verb(verb->name))
-        return board_health(request.serial, verb->name, request.elf, cli);
-    return talk_to_board(&request, verb->name, (uint16_t)number, &error);
+    int exit_code = verb->run(&request, &dialogue, &error);
+    dialogue_close(&dialogue);
+    return exit_code;
 }
 
 #define VALUES struct request
@@ -356,9 +663,26 @@ static const struct command_part parts[] = {
         "be read"),
     HELP_WORD("free N", "give its space back; nothing is ever overwritten that was not freed"),
     HELP_WITH(command_board_config),
-    HELP_WITH(command_board_runway),
-    HELP_WITH(command_board_arm),
-    HELP_WITH(command_board_gages),
+    HELP_WORD("runway", "what the board's predictor knows of the runway: landings, joints, where "
+                        "it comes from; -o writes it to a file.\n"
+                        "load F gives the board that of a file, forget: nobody has measured it. "
+                        "Not from arm to done.\n"
+                        "matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+    HELP_WORD("arm [LANDING]", "arm it for a landing, numbered so; without a number, or with 0, it "
+                               "counts on. Over --can also while matrig\n"
+                               "log holds the same interface; over --serial when nobody else holds "
+                               "the port. Exit 2: the board refuses\n"
+                               "in its state, 3: not ready, try again, or no answer within 3 s\n"
+                               "matrig board --can can:can0 arm 7"),
+    HELP_WORD("disarm", "back to idle, whatever is being recorded"),
+    HELP_WORD("zero [1|2]",
+              "mean of a quarter of a second is the zero of all channels, of the transducers (1) "
+              "or the gages (2), until\n"
+              "reset. None is taken when one moves, is not valid, or is a gage under tension: exit "
+              "1"),
+    HELP_WORD("shunt", "shunt calibration of the gages, a second; exit 1 when one is not good. "
+                       "matrig log on the board's CAN\n"
+                       "keeps it: the calibrations before and after a landing give its drift"),
     HELP_WITH(command_board_bringup),
     HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
                         "fault left behind (--elf F names\n"
@@ -367,6 +691,9 @@ static const struct command_part parts[] = {
                            "for 0.2 s). Exit 1 when one fails"),
     HELP_WORD("reset", "restart it"),
     HELP_EXAMPLE("matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db"),
+    OPTION_TEXT("--can", "LINK", can, NULL),
+    OPTION_TEXT("-o", "FILE", out, NULL),
+    OPTION_FLAG("--force", force, NULL),
     OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_RUN("--run", "RUN", run, NULL),
     OPTION_TEXT("--elf", "F", elf, NULL),
@@ -386,5 +713,5 @@ const struct command command_board = {
     "                        bringup [report|memory|brown-out|rom]",
     "a board: its bring-up, firmware, black box, configuration, runway and health",
     COMMAND_PARTS(parts),
-    {0, 2, "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},
+    {0, 3, "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},
 };

@@ -10,8 +10,7 @@
 #undef COMMAND
 
 /* The words of matrig board that have a file of their own; their options are theirs. */
-extern const struct command command_board_config, command_board_runway, command_board_arm,
-    command_board_bringup, command_board_gages;
+extern const struct command command_board_config, command_board_bringup;
 
 extern const struct command_table command_table;
 
