@@ -400,25 +400,16 @@ static double joint_station_ft(const struct sim_scene *scene, size_t j)
 static void note_waves(const struct runway *r, const struct sim_scene *scene, const double *rise_ft,
                        struct series_outcome *out)
 {
-    double limit_ft = r->series->wave_in / IN_PER_FT, heights[SERIES_WAVES_MAX];
+    double limit_ft = r->series->wave_in / IN_PER_FT, highest_ft = 0.0;
     for (size_t j = 1; j + 1 < r->joints; j++) {
         double h = rise_ft[j + 1];
         out->rise_in = fmax(out->rise_in, h * IN_PER_FT);
         if (!(h > limit_ft && h >= rise_ft[j] && h > rise_ft[j + 2]))
             continue;
-        int at = out->waves < SERIES_WAVES_MAX ? out->waves : SERIES_WAVES_MAX;
         out->waves++;
-        while (at > 0 && heights[at - 1] < h) {
-            if (at < SERIES_WAVES_MAX) {
-                heights[at] = heights[at - 1];
-                out->wave_ft[at] = out->wave_ft[at - 1];
-            }
-            at--;
-        }
-        if (at < SERIES_WAVES_MAX) {
-            heights[at] = h;
-            out->wave_ft[at] = joint_station_ft(scene, j);
-        }
+        if (h > highest_ft)
+            out->wave_ft = joint_station_ft(scene, j);
+        highest_ft = fmax(highest_ft, h);
     }
 }
 
@@ -451,7 +442,7 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
         out->overrun_ft[i] = joint_station_ft(scene, (size_t)result->overrun[i] - 1);
     if (out->buckled)
         out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
-                       : out->waves > 0    ? out->wave_ft[0]
+                       : out->waves > 0    ? out->wave_ft
                                            : joint_station_ft(scene, (size_t)result->sag_joint - 1);
     out->failures = failures_find(result->rise_ft, r->joints, scene->length_ft,
                                   r->series->buckle_in / IN_PER_FT, out->overrun_ft, out->overruns,
@@ -530,32 +521,15 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene,
     }
 }
 
-/* `mods`: with the tensions before the landing. A slack segment (negative: how far it hangs loose)
- * pulls nothing. */
-static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene,
-                       const struct draw_path *path, const struct mods_state *state,
+/* A slack segment pulls nothing. */
+static void note_bands(const struct sim_scene *scene, const struct mods_state *state,
                        struct series_outcome *out)
 {
-    size_t passed = 0, segment = 0;
+    size_t segment = 0;
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
-        const struct sim_list *before = &mods->band[g].t0_lb;
         int connections = mods_connections(scene, g);
-        for (int i = 0; i <= connections && connections > 0; i++, segment++) {
-            double middle_ft =
-                (mods_connection_mat(scene, g, i) - 0.5 * mods->band[g].every - 0.5) *
-                scene->length_ft;
-            double before_lb = before->count > 0 ? fmax(0.0, sim_scene_joint(before, i + 1)) : 0.0;
-            out->band_slack += state->band_least_lb[segment] <= 0.0;
-            if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
-                continue;
-            out->band_ahead_lb += fmax(0.0, state->band_least_lb[segment]) - before_lb;
-            out->band_behind_lb += fmax(0.0, state->band_most_lb[segment]) - before_lb;
-            passed++;
-        }
-    }
-    if (passed > 0) {
-        out->band_ahead_lb /= (double)passed;
-        out->band_behind_lb /= (double)passed;
+        for (int i = 0; i <= connections && connections > 0; i++)
+            out->band_slack += state->band_least_lb[segment++] <= 0.0;
     }
 }
 
@@ -577,8 +551,8 @@ static void press_flat(struct runway *r, const struct sim_scene *scene)
 }
 
 /* What the mats have come to in a landing. */
-static void settle(struct runway *r, const struct sim_scene *scene, const struct draw_path *path,
-                   const struct sim_result *moved, struct series_outcome *out)
+static void settle(struct runway *r, const struct sim_scene *scene, const struct sim_result *moved,
+                   struct series_outcome *out)
 {
     note_movement(r, scene, moved, out);
     open_gaps(r, moved->u_ft);
@@ -587,7 +561,7 @@ static void settle(struct runway *r, const struct sim_scene *scene, const struct
     follow_ground(r);
     note_joints(r, moved, out);
     note_zone(r, scene, out);
-    note_bands(&r->mods, scene, path, moved->mods, out);
+    note_bands(scene, moved->mods, out);
     carry(r, scene, moved);
 }
 
@@ -614,7 +588,7 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
             moved = &planar;
     }
     if (error->status == MR_OK && moved->u_ft)
-        settle(r, scene, path, moved, out);
+        settle(r, scene, moved, out);
     sim_result_free(&chain);
     sim_result_free(&planar);
     return error->status;

@@ -26,8 +26,8 @@ struct series_outcome {
     double push_lb, pull_lb; /* largest in a joint */
     int tears;               /* joints pulled beyond their strength */
     int waves;
-    double wave_ft[SERIES_WAVES_MAX]; /* stations, highest first */
-    double rise_in;                   /* highest */
+    double wave_ft; /* station of the highest; 0: none */
+    double rise_in; /* highest */
     double crest_deg, sag_deg;
     bool unhinged, buckled;
     /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
@@ -43,10 +43,7 @@ struct series_outcome {
     int crest_ahead_mats;
     /* station of it; 0: nothing rose so far while the wheel was on the runway */
     double crest_ft;
-    /* Bands: change of tension from before the landing to its least and its most, mean over the
-     * segments that the aircraft passed; how many segments went slack. 0 without bands. */
-    double band_ahead_lb, band_behind_lb;
-    int band_slack;
+    int band_slack; /* segments of bands that went slack */
 };
 
 struct series_run {

@@ -22,7 +22,6 @@
 #define SERIES_SEEDS_MAX    10000
 #define SERIES_PROFILE_MAX  16
 #define SERIES_STATIONS_MAX 64
-#define SERIES_WAVES_MAX    8
 #define SERIES_FAILURES_MAX 8
 /* of a landing that does not say */
 #define SERIES_TOUCHDOWN_FT 3.0

@@ -111,7 +111,6 @@ static json_t *stations_json(const double *stations_ft, size_t count)
 
 static json_t *outcome_json(const struct series_outcome *o, size_t number)
 {
-    size_t waves = (size_t)(o->waves < SERIES_WAVES_MAX ? o->waves : SERIES_WAVES_MAX);
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,"
         "s:o,s:o}",
@@ -123,20 +122,17 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
         o->zone_mats, "zone_from_ft", cli_json_number(o->zone_from_ft, 6), "zone_to_ft",
         cli_json_number(o->zone_to_ft, 6), "push_lb", cli_json_number(o->push_lb, 5), "pull_lb",
         cli_json_number(o->pull_lb, 5), "tears", o->tears, "waves", o->waves, "wave_ft",
-        stations_json(o->wave_ft, waves), "rise_in", cli_json_number(o->rise_in, 5), "crest_deg",
-        cli_json_number(o->crest_deg, 4), "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged",
-        o->unhinged, "buckled", o->buckled, "overrun_ft",
-        stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
+        o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
+        cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
+        cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
+        "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
         stations_json(o->failure_ft, (size_t)o->failures));
     if (o->crest_ft > 0.0) {
         json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
         json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
     }
-    if (o->band_ahead_lb != 0.0 || o->band_behind_lb != 0.0) {
-        json_object_set_new(object, "band_ahead_lb", cli_json_number(o->band_ahead_lb, 5));
-        json_object_set_new(object, "band_behind_lb", cli_json_number(o->band_behind_lb, 5));
+    if (o->band_slack > 0)
         json_object_set_new(object, "band_slack", json_integer(o->band_slack));
-    }
     return object;
 }
 

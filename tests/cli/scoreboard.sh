@@ -1,15 +1,6 @@
 #!/usr/bin/env bash
-# Figures of the series and the pilot cases: pictures without holes on a page that stands alone, and what must hold on every runway.
+# The scoreboard's rows and the pilot cases: what must hold on every runway.
 . "$(dirname "$0")/tap.sh"
-figures=build/tests/series_figures/series-figures
-check "figures 4.5 and 5.2 of one runway" sh -c "$figures '$tmp' 1 4.5 5.2 >'$tmp/figures.md'"
-drawn() {
-    ! grep -qi 'nan' "$tmp"/*.svg && grep -q 'station (ft)' "$tmp/fig4_5.svg" && grep -q 'displacement downfield (in)' "$tmp/fig4_5.svg" &&
-        [ "$(grep -cE '<text>[a-g]</text>' "$tmp/fig4_5.svg")" -eq 5 ] && [ -s "$tmp/fig5_2.svg" ]
-}
-check "with units, its five stated places and values" drawn
-table() { grep -q '^| g |' "$tmp/figures.md" && grep -q 'agrees' "$tmp/figures.md" && grep -q 'DIFFERS' "$tmp/figures.md"; }
-check "and a table that can say either" table
 # What the report states of the series besides its buckle: rows of the scoreboard.
 told() {
     local standard=host/landing_series/series/standard.json
@@ -25,8 +16,6 @@ ground() {
         build/matrig --quiet study $fresh --seeds 1 --ground elastic | grep -q '^ground *elastic under a gear with weight: 7000 lb/ft .* 6 axles in 4 lines'
 }
 check "and which ground it has" ground
-check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
-check "no runways" fails_with 2 usage $figures "$tmp" 0
 # More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.
 pilot() { build/tests/pilot/pilot 1 >"$tmp/pilot.md" && cat "$tmp/pilot.md" && [ "$(grep -c '^| [1-6]' "$tmp/pilot.md")" -eq 7 ]; }
 check "the pilot study's six results" pilot
