@@ -161,66 +161,6 @@ TEST(each_is_answered_and_confirmed_or_refused)
     }
 }
 
-TEST(a_flat_mat_lifts_exactly_nothing)
-{
-    for (size_t base = 0; base < 2; base++) {
-        struct sim_scene scene = standard(base);
-        struct sim_result result;
-        flatten(&scene);
-        assert_int_equal(run(&scene, NULL, &result), MR_OK);
-        assert_true(result.max_lift_ft == 0.0 && result.error_lift_ft == 0.0 && !result.bow_wave);
-        sim_result_free(&result);
-        sim_scene_free(&scene);
-    }
-}
-
-/* Both ends free: m u'' = F - f W, and nothing else. */
-TEST(one_mat_alone_slides_as_a_block)
-{
-    for (size_t base = 0; base < 2; base++) {
-        struct sim_scene scene = standard(base);
-        struct sim_result result;
-        one_mat(&scene);
-        scene.right = SIM_FREE;
-        double t = sim_scene_end_s(&scene);
-        double mass = scene.weight_lb / scene.g_ft_s2;
-        double u = scene.v0_ft_s * t +
-                   0.5 * (scene.force_lb - scene.friction * scene.weight_lb) / mass * t * t;
-        assert_int_equal(run(&scene, NULL, &result), MR_OK);
-        near("block", result.u_ft[1], u, 1e-9 * u);
-        sim_result_free(&result);
-        sim_scene_free(&scene);
-    }
-}
-
-/* The joint wave covers L sqrt(KL/m) t; what it has not reached cannot matter. */
-TEST(mats_beyond_the_wave_do_not_matter)
-{
-    const int counts[] = {1000, 4096};
-    for (size_t base = 0; base < 2; base++) {
-        struct sim_scene scene = standard(base);
-        struct sim_result few, many;
-        scene.mats_crossed = 0.25;
-        scene.mats = 32;
-        double reach = sqrt(scene.kl_lb_ft * scene.g_ft_s2 / scene.weight_lb) *
-                       sim_scene_end_s(&scene);
-        assert_true(reach < 0.5 * scene.mats);
-        assert_int_equal(run(&scene, NULL, &few), MR_OK);
-        for (size_t i = 0; i < 2; i++) {
-            scene.mats = counts[i];
-            assert_int_equal(run(&scene, NULL, &many), MR_OK);
-            for (int n = 1; n <= 16; n++)
-                near("far mats", many.u_ft[n], few.u_ft[n], 1e-9);
-            near("far mats", many.max_lift_ft, few.max_lift_ft, 1e-9);
-            for (int n = 64; n <= counts[i]; n++)
-                near("far mats", many.u_ft[n], 0.0, 1e-12);
-            sim_result_free(&many);
-        }
-        sim_result_free(&few);
-        sim_scene_free(&scene);
-    }
-}
-
 /* With TAD 0 a foot hovers at the edge of contact from 0.4 ms on, and is held there by the solvers
  * that locate switches. A fixed step that looks its switches up knows nothing of holding: it lets
  * the foot bounce. */

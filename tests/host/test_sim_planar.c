@@ -281,57 +281,6 @@ TEST(a_fold_is_refused)
     sim_scene_free(&scene);
 }
 
-TEST(extremes_are_answered_or_refused)
-{
-    struct sim_result result;
-    for (int i = 0; i < 9; i++) {
-        struct sim_scene scene = scene_with(bump_20, 3);
-        scene.mats = 30;
-        switch (i) {
-        case 0: scene.cv_lb_s_ft *= 1000; break;
-        case 1:
-            scene.weight_lb /= 1000;
-            scene.inertia_slug_ft2 /= 1000;
-            break;
-        case 2:
-            scene.kl_lb_ft *= 100;
-            scene.mats_crossed = 1;
-            break;
-        case 3: scene.friction = 5; break;
-        case 4: scene.friction_law = SIM_SIGN; break;
-        case 5: scene.slack_ft = 0.5; break;
-        case 6: scene.v0_ft_s = 0; break;
-        case 7:
-            scene.mats = 1;
-            sim_scene_set_list(&scene.bump_ft, NULL, 0);
-            scene.mats_crossed = 0.5;
-            break;
-        case 8: sim_scene_set_list(&scene.bump_ft, NULL, 0); break;
-        }
-        enum mr_status status = run(&scene, NULL, 0.0, 0.0, &result);
-        if (i == 4)
-            assert_int_equal(status, MR_OK); /* taken as stick */
-        if (status == MR_OK) {
-            struct sim_result other;
-            assert_true(isfinite(result.max_lift_ft) && isfinite(result.error_u_ft));
-            const char *second = strcmp(result.solver, "event") == 0 ? "implicit" : "cvode";
-            if (run(&scene, second, 0.0, 0.0, &other) == MR_OK) {
-                near(other.max_lift_ft, result.max_lift_ft, 1e-3 * result.max_lift_ft + 1e-6);
-                near(other.peak_u_ft, result.peak_u_ft, 1e-3 * result.peak_u_ft + 1e-6);
-                assert_true(other.bow_wave == result.bow_wave);
-            }
-            sim_result_free(&other);
-            if (i == 8)
-                assert_true(result.max_lift_ft == 0.0);
-        } else {
-            assert_int_equal(status, MR_NUMERICS);
-            assert_true(result.status != SIM_OK);
-        }
-        sim_result_free(&result);
-        sim_scene_free(&scene);
-    }
-}
-
 TEST(what_does_not_fit_is_refused)
 {
     struct sim_scene scene = scene_with(bump_20, 3);
