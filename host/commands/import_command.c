@@ -7,45 +7,6 @@
 #include "host/commands/commands.h"
 #include "host/exchange/import.h"
 #include "host/link/link.h"
-#include "host/store/store_journal.h"
-
-static void verdict_answer(const struct verdict *v, struct answer *answer)
-{
-    static const char *const states[] = {"complete", "truncated", "malformed"};
-    answer_open(answer, "verdict", NULL);
-    answer_words(answer, "state", NULL, "%s",
-                 states[v->status == MR_OK          ? 0
-                        : v->status == MR_TRUNCATED ? 1
-                                                    : 2]);
-    if (v->status != MR_OK) {
-        answer_count(answer, "line", NULL, (int64_t)v->line);
-        answer_count(answer, "column", NULL, (int64_t)v->column);
-        answer_count(answer, "bad_lines", NULL, (int64_t)v->bad_lines);
-        answer_words(answer, "what", NULL, "%s", v->what);
-    }
-    answer_close(answer);
-}
-
-/* Which of them are there already: null for those that are not. */
-static enum mr_status twins_answer(struct store *store, const struct import_result *result,
-                                   struct answer *answer, struct error *error)
-{
-    int64_t twin = 0;
-    answer_list(answer, "same_as", NULL);
-    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
-        if (store_find_twin(store, result->run[i], &twin, error) == MR_OK)
-            answer_count(answer, NULL, NULL, twin ? twin : ANSWER_UNKNOWN);
-    }
-    answer_close(answer);
-    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
-        if (store_find_twin(store, result->run[i], &twin, error) == MR_OK && twin)
-            answer_sentence(answer, NULL,
-                            "RUN %lld is the same landing as RUN %lld: board, number and switches "
-                            "agree",
-                            (long long)result->run[i], (long long)twin);
-    }
-    return error->status;
-}
 
 /* For people: the landings that came of it. */
 static enum mr_status landings_answer(struct store *store, const struct import_result *result,
@@ -78,12 +39,10 @@ static enum mr_status result_answer(struct store *store, const struct import_req
 {
     answer_words(answer, "file", NULL, "%s", request->path);
     answer_words(answer, NULL, "file", "%s", row->file);
-    answer_words(answer, NULL, "verdict", "%s", row->verdict);
-    verdict_answer(&result->verdict, answer);
+    answer_words(answer, "verdict", "verdict", "%s", row->verdict);
     answer_count(answer, "rows", "taken", (int64_t)result->rows)->end =
         strcmp(row->format, "csv") == 0 ? " rows" : " frames";
     answer_words(answer, "sha256", "sha256", "%s", row->sha256);
-    answer_count(answer, "bytes", NULL, row->bytes);
     answer_words(answer, "format", NULL, "%s", row->format);
     answer_count(answer, "session", NULL, result->session);
     answer_count(answer, "other_interfaces", result->elsewhere ? "other buses" : NULL,
@@ -103,9 +62,7 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     for (size_t i = 0; i < result->runs; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
     answer_close(answer);
-    return landings_answer(store, result, answer, error) == MR_OK
-             ? twins_answer(store, result, answer, error)
-             : error->status;
+    return landings_answer(store, result, answer, error);
 }
 
 static enum mr_status refuse_twice(struct store *store, const struct store_import *row,
@@ -137,22 +94,16 @@ static enum mr_status read_readings(const struct textfile *file,
                                        &result->rows, &result->verdict, error);
 }
 
-static enum mr_status import_readings(struct store *store, const struct import_request *request,
-                                      struct mapping *mapping, struct import_result *result,
-                                      struct error *error)
-{
-    enum mr_status status = store_begin(store, error);
-    return status == MR_OK ? import_landing(store, mapping, request, result, error) : status;
-}
-
 /* All of it, with the row that says from where; of a log that breaks a rule, what came before. */
 static enum mr_status import(struct store *store, const struct textfile *file,
                              const struct import_request *request, struct mapping *mapping,
                              struct store_import *row, struct import_result *result,
                              struct error *error)
 {
-    enum mr_status status = mapping->text ? import_readings(store, request, mapping, result, error)
-                                          : import_candump(store, file, request, result, error);
+    enum mr_status status = store_begin(store, error);
+    if (status == MR_OK)
+        status = mapping->text ? import_landing(store, mapping, request, result, error)
+                               : import_candump(store, file, request, result, error);
     if (result->session == 0)
         return status;
     struct error late = {0};
@@ -164,14 +115,6 @@ static enum mr_status import(struct store *store, const struct textfile *file,
     if (store_import_put(store, row, &late) != MR_OK || store_commit(store, &late) != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
     return status;
-}
-
-static enum mr_status refuse_campaign(const char *path, struct error *error)
-{
-    if (!output_is_database(path))
-        return MR_OK;
-    return error_set(error, MR_MALFORMED,
-                     "a campaign, no log: %s; matrig show %s says what it holds", path, path);
 }
 
 /* Which kind of file, and what is to be said of it. */
@@ -200,10 +143,6 @@ static enum mr_status describe(const struct textfile *file, const struct import_
         return error_set(error, MR_USAGE,
                          "--like is for readings of other instruments: %s is a log of a matrig "
                          "board's; leave it out",
-                         request->path);
-    if (request->interface && csv)
-        return error_set(error, MR_USAGE,
-                         "--interface is for candump logs: %s is a table; leave it out",
                          request->path);
     if (request->base && (csv || map))
         return error_set(error, MR_USAGE,
@@ -236,8 +175,10 @@ static int import_command(int argc, char **argv, const struct cli *cli)
         status = link_read_base(r.base, "--base", &request->base, &error);
     if (status == MR_OK)
         status = textfile_open(request->path, &file, &error);
-    if (status == MR_OK)
-        status = refuse_campaign(request->path, &error);
+    if (status == MR_OK && output_is_database(request->path))
+        status = error_set(&error, MR_MALFORMED,
+                           "a campaign, no log: %s; matrig show %s says what it holds",
+                           request->path, request->path);
     if (status == MR_OK)
         status = describe(&file, request, r.map, &mapping, &row, &error);
     if (status == MR_OK)
@@ -271,7 +212,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database, made when it does not exist"),
     HELP_ITEM("FILE", "a log that candump -L wrote of a matrig board: its landings are imported as "
-                      "if they had been logged. With --map:"),
+                      "if they had been logged, from\nthe bus of its first frame. With --map:"),
     OPTION_TEXT(
         "--map", "M.json", map,
         "import a table of another instrument (CSV), or its frames in a candump log, as a landing. "
@@ -304,8 +245,6 @@ static const struct command_part parts[] = {
                "same landing as RUN: with the gear, switches, survey and stations of RUN; time 0 "
                "is the touchdown of RUN,\n"
                "unless align names an edge"),
-    OPTION_TEXT("--interface", "NAME", readings.interface,
-                "import the frames of this bus; default: the bus of the first frame"),
     OPTION_TEXT("--base", "B", base,
                 "the board spoke at this base of identifiers (0x190); else at 0"),
     OPTION_FLAG("--again", again, "import a file a second time"),
@@ -318,7 +257,7 @@ static const struct command_part parts[] = {
 const struct command command_import = {
     "import",
     import_command,
-    "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--base B] [--again]",
+    "DB FILE [--map M.json] [--like RUN] [--base B] [--again]",
     "logs, and other instruments' readings, into the campaign",
     COMMAND_PARTS(parts),
     {2, 2, "DB FILE"},

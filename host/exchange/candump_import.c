@@ -20,19 +20,15 @@ static void progress(const struct import_request *request, size_t done, size_t a
             all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
 }
 
-/* The interface that is meant: the one asked for, else that of the first frame. */
+/* Its first frame's interface is the one that is meant. */
 enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
                                     char name[IMPORT_INTERFACE], struct error *error)
 {
     struct candump_log log;
     struct candump_line line;
-    candump_log_start(&log, file->text, file->length, request->interface);
-    bool found = candump_log_next(&log, &line);
-    if (!found && log.elsewhere)
-        return error_set(error, MR_USAGE, "no frame of %s in %zu: %s; see the log's second column",
-                         request->interface, log.elsewhere, request->path);
-    if (!found)
+    candump_log_start(&log, file->text, file->length, NULL);
+    if (!candump_log_next(&log, &line))
         return error_set(error, MR_MALFORMED,
                          "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
                          "wrote, or a table with "
@@ -109,8 +105,6 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
     struct collector *collector = NULL;
     snprintf(spec, sizeof spec, "import:%s", request->path);
     enum mr_status status = import_candump_check(file, request, interface, error);
-    if (status == MR_OK)
-        status = store_begin(store, error);
     if (status == MR_OK)
         status = collector_open(store, spec, request->base, NULL, &collector, error);
     if (status != MR_OK)

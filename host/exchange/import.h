@@ -40,9 +40,8 @@ void verdict_text(const struct verdict *verdict, char *out, size_t size);
 struct import_request {
     const struct cli *cli;
     const char *path;
-    const char *interface; /* of a candump log; NULL: its only one */
-    uint16_t base;         /* of the board on it (common/canbase.h) */
-    int64_t like;          /* RUN whose gear and survey it shares; 0: none */
+    uint16_t base; /* of the board on it (common/canbase.h) */
+    int64_t like;  /* RUN whose gear and survey it shares; 0: none */
 };
 
 struct import_result {
@@ -56,13 +55,12 @@ struct import_result {
 };
 
 #define IMPORT_INTERFACE 64u
-/* There is a frame in it, of the interface asked for: else MR_MALFORMED, MR_USAGE. `name`: the
- * interface to take. */
+/* There is a frame in it, else MR_MALFORMED. `name`: its interface, the one to take. */
 enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
                                     char name[IMPORT_INTERFACE], struct error *error);
-/* Frames of our own boards: landings as if they had been logged. The store is open; transactions
- * are made here. */
+/* Frames of our own boards: landings as if they had been logged. A transaction is
+ * open; it is committed now and then. */
 enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);

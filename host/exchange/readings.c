@@ -448,7 +448,7 @@ enum mr_status import_read_signals(const struct textfile *file,
     uint64_t first_us = 0;
     size_t frames = 0;
     double value;
-    candump_log_start(&log, file->text, file->length, request->interface);
+    candump_log_start(&log, file->text, file->length, NULL);
     while (candump_log_next(&log, &line)) {
         bool taken = false;
         first_us = frames++ ? first_us : line.frame.host_us;
@@ -460,11 +460,9 @@ enum mr_status import_read_signals(const struct textfile *file,
         result->rows += taken;
     }
     result->verdict = log.verdict;
-    result->elsewhere = log.elsewhere;
     if (result->rows == 0)
-        return error_set(
-            error, MR_MALFORMED,
-            "none of the mapping's signals in %zu frames: %s; see its ids, and --interface", frames,
-            request->path);
+        return error_set(error, MR_MALFORMED,
+                         "none of the mapping's signals in %zu frames: %s; see its ids", frames,
+                         request->path);
     return MR_OK;
 }

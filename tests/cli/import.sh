@@ -17,7 +17,7 @@ a_log_is_a_landing() {
     python3 - "$tmp/json" "$lines" "$tmp/can" <<'PYTHON' || return 1
 import hashlib, json, sys
 r = json.load(open(sys.argv[1]))
-assert r["verdict"] == {"state": "complete"} and r["rows"] == int(sys.argv[2]) and r["runs"] == [2] and r["format"] == "candump", r
+assert r["verdict"] == "complete" and r["rows"] == int(sys.argv[2]) and r["runs"] == [2] and r["format"] == "candump", r
 assert r["sha256"] == hashlib.sha256(open(sys.argv[3], "rb").read()).hexdigest()
 PYTHON
     m export "$db" 2 --format csv -o "$tmp/run2.csv" && cmp <(sed 1,2d "$tmp/run1.csv") <(sed 1,2d "$tmp/run2.csv") &&
@@ -48,8 +48,7 @@ a_damaged_line_costs_itself() {
 another_bus_is_left_out() {
     awk 'NR % 2 {print} !(NR % 2) {print; $2 = "can1"; print}' "$tmp/can" >"$tmp/two.log"
     m --json import "$tmp/two.db" "$tmp/two.log" >"$tmp/json" && grep -q "\"rows\":$lines," "$tmp/json" &&
-        grep -q "\"other_interfaces\":$((lines / 2))," "$tmp/json" &&
-        fails_with 2 'no frame of can7 in' build/matrig import "$tmp/two.db" "$tmp/two.log" --interface can7
+        grep -q "\"other_interfaces\":$((lines / 2))," "$tmp/json"
 }
 instruments() {
     local t0=$(sed -n 's/.*board time of t_s = 0: \([0-9.]*\) s.*/\1/p' "$tmp/run1.csv")
