@@ -1,6 +1,6 @@
 /* Faults the board counts. A fault is never an error return: the board goes on as well as it can,
  * counts it, and tells (`fault` and `health` of the catalogue). The number of a fault is its bit in
- * health.faults. */
+ * health.faults; one that is not in the table is no fault. */
 #ifndef MATRIG_COMMON_FAULT_H
 #define MATRIG_COMMON_FAULT_H
 
@@ -9,10 +9,6 @@
 #define MR_FAULT_TABLE(X)                                                                         \
     X(CLOCK_FALLBACK,     0, "no crystal of 8 MHz: internal oscillator, times within 1 % "       \
       "[its MHz; 0: it did not start]")                                                          \
-    X(CLOCK_RAW,          1, "no PLL: running slowly from the internal oscillator")               \
-    X(DMA_MISSING,        2, "a DMA controller does not answer [1 or 2]")                         \
-    X(TIMER_MISSING,      3, "a timer does not answer [2 or 4]")                                  \
-    X(ADC_MISSING,        4, "a converter does not answer [1 or 3]")                              \
     X(CAN_MISSING,        5, "the CAN controller did not start")                                  \
     X(SCAN_STALL,         6, "scans stopped coming; they were started again")                     \
     X(SCAN_OVERRUN,       7, "a converter overran or a scan was lost [1 or 3]")                   \
@@ -25,7 +21,6 @@
     X(CAN_QUEUE_FULL,    13, "CAN frames were dropped because the queue was full")                \
     X(SERIAL_QUEUE_FULL, 14, "serial frames were dropped because the queue was full")             \
     X(SERIAL_BAD_FRAME,  15, "a received serial frame was refused [minus status]")                \
-    X(SERIAL_POLLED,     16, "no DMA for serial: polled output")                                  \
     X(CAN_SILENT,        17, "CAN is kept silent: the clock is not exact enough")                 \
     X(CAN_RX_OVERRUN,    18, "commands on CAN came faster than they could be taken")              \
     X(WATCHDOG_RESET,    19, "the watchdog reset the board")                                      \
@@ -33,7 +28,6 @@
       "other, 5 the crystal stopped, 6 unasked interrupt]")                                       \
     X(REFERENCE,         21, "the reference channel is out of range: displacements and tensions " \
       "missing")                                                                                  \
-    X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")                         \
     X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones " \
       "[minus status]")                                                                           \
     X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since " \

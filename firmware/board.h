@@ -18,7 +18,6 @@ enum board_clock_source {
     BOARD_CLOCK_CRYSTAL = MR_CLOCK_CRYSTAL, /* HSE and PLL, 168 MHz */
     /* HSI and PLL, 168 MHz within 1 %: CAN stays silent */
     BOARD_CLOCK_INTERNAL = MR_CLOCK_INTERNAL_PLL,
-    BOARD_CLOCK_RAW = MR_CLOCK_INTERNAL, /* HSI alone, 16 MHz: nothing is measured */
 };
 
 struct board_identity {

@@ -24,7 +24,7 @@ void reference_bringup(FILE *out)
         "VALUE is a number, `0x` and hexadecimal digits, a word, or `none`: it is not there or "
         "did not answer. LINES counts those between. CRC is the CRC-32 of all bytes from `begin` "
         "to the newline before `end`. Sections: `report` at power on and on the word `report`; "
-        "`memory`, `brown-out` on theirs. The word `rom` starts the boot ROM.\n\n"
+        "`brown-out` on its own. The word `rom` starts the boot ROM.\n\n"
         "*Otherwise* says what a value beyond is, *none* the same of one that is not there or was "
         "not said. `*` stands for all names that begin so.\n\n"
         "| section | line | should be | otherwise | none | source | what to do |\n"

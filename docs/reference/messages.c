@@ -66,8 +66,9 @@ static void write_faults(FILE *out)
     fputs("\n## Faults\n\nThe number of a fault is its bit in `health.faults`. A bracket in the "
           "text says what the detail means.\n\n| fault | text |\n|---|---|\n",
           out);
-    for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
-        fprintf(out, "| %u | %s |\n", i, mr_fault_text(i));
+#define ROW(NAME, number, text) fprintf(out, "| %u | %s |\n", number, text);
+    MR_FAULT_TABLE(ROW)
+#undef ROW
 }
 
 void reference_messages(FILE *out)

@@ -31,13 +31,6 @@ extern uint32_t stack_bottom[];
 #define OPTCR_NRST_STOP  (1u << 6)
 #define OPTCR_NRST_STDBY (1u << 7)
 
-static const char *clock_word(uint8_t source)
-{
-    return source == BOARD_CLOCK_CRYSTAL  ? "crystal"
-         : source == BOARD_CLOCK_INTERNAL ? "internal_pll"
-                                          : "internal";
-}
-
 static const char *image_word(uint8_t state)
 {
     return state == MR_IMAGE_GOOD ? "good" : state == MR_IMAGE_NONE ? "none" : "damaged";
@@ -75,7 +68,8 @@ static void say_chip(void)
     say_none("package", "id");
     say_number("flash", (int32_t)(FLASH_SIZE_WORD >> 16), "KiB");
     say_hex("reset_cause", identity.reset_cause, "bits");
-    say_word("clock", clock_word(identity.clock_source), "source");
+    say_word("clock", identity.clock_source == BOARD_CLOCK_CRYSTAL ? "crystal" : "internal_pll",
+             "source");
 }
 
 static bool agrees(uint32_t word, uint32_t register_half, uint32_t mask)
@@ -482,7 +476,7 @@ static void say_can(void)
     }
     board_can_state(&errors);
     say_number("can_frames", (int32_t)good, "frames");
-    say_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAMES * pace_hclk_mhz())), "us");
+    say_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAMES * PACE_MHZ)), "us");
     say_number("can_errors", errors.tec + errors.rec, "count");
 }
 
@@ -496,7 +490,7 @@ static void say_can(void)
 #define TICKS_PER_US 84u
 #define SEARCHED     256u /* sectors, from the last of the black box's down */
 #define NO_SECTOR    UINT32_MAX
-#define TOLD_ROUNDS  10u /* who reads wants to hear something: host/board/bringup.c, silence_s */
+#define ROUNDS       3u
 
 static uint8_t page[NOR_PAGE] DMA_BUFFER, back[NOR_PAGE] DMA_BUFFER;
 
@@ -591,9 +585,9 @@ static void write_page(uint32_t address, struct outcome *o)
         o->wrong++;
 }
 
-static void test_sector(uint32_t sector, uint32_t rounds, struct outcome *o)
+static void test_sector(uint32_t sector, struct outcome *o)
 {
-    for (uint32_t round = 0; round < rounds && o->failed == 0; round++) {
+    for (uint32_t round = 0; round < ROUNDS && o->failed == 0; round++) {
         if (!erase(sector, o))
             break;
         o->wrong += !is_blank(sector);
@@ -602,18 +596,16 @@ static void test_sector(uint32_t sector, uint32_t rounds, struct outcome *o)
             write_page(sector * NOR_SECTOR + n * NOR_PAGE, o);
         }
         o->rounds++;
-        if (o->rounds % TOLD_ROUNDS == 0)
-            say_number("memory_done", (int32_t)o->rounds, "rounds");
     }
     (void)erase(sector, o);
     o->wrong += !is_blank(sector);
 }
 
-static void say_outcome(uint32_t sector, uint32_t wanted, const struct outcome *o)
+static void say_outcome(uint32_t sector, const struct outcome *o)
 {
     say_number("memory_sector", (int32_t)sector, "sector");
     say_number("memory_rounds", (int32_t)o->rounds, "rounds");
-    say_number("memory_rounds_missing", (int32_t)(wanted - o->rounds), "rounds");
+    say_number("memory_rounds_missing", (int32_t)(ROUNDS - o->rounds), "rounds");
     say_number("memory_wrong", (int32_t)o->wrong, "pages");
     say_number("memory_failed", (int32_t)o->failed, "operations");
     uint32_t pages = o->rounds * NOR_PAGES_PER_SECTOR;
@@ -630,7 +622,7 @@ static bool memory_is_there(void)
     return ends(&us) && nor_identify() == NOR_IDLE;
 }
 
-static void say_memory(uint32_t rounds)
+static void say_memory(void)
 {
     struct outcome outcome = {0};
     uint32_t sector = NO_SECTOR;
@@ -644,8 +636,8 @@ static void say_memory(uint32_t rounds)
         say_none("memory_sector", "sector");
         return;
     }
-    test_sector(sector, rounds, &outcome);
-    say_outcome(sector, rounds, &outcome);
+    test_sector(sector, &outcome);
+    say_outcome(sector, &outcome);
 }
 
 /* ---- brown-out ---- */
@@ -743,7 +735,6 @@ static void set_brown_out(void)
 #define CFSR_IMPRECISE (1u << 10)
 
 static uint32_t starved_cycles __attribute__((section(".noinit")));
-static uint32_t starved_mhz __attribute__((section(".noinit")));
 
 static uint8_t reset_cause(void)
 {
@@ -791,17 +782,16 @@ static void say_overflow(void)
 static void starve_watchdog(void)
 {
     (void)irq_mask();
-    starved_mhz = pace_hclk_mhz();
     starved_cycles = 0;
     watchdog_patience(WATCHDOG_USUAL); /* and feeds it, for the last time */
     uint32_t begun = pace_begin();
-    while (pace_cycles(begun) < STARVED_S * 1000000u * starved_mhz)
+    while (pace_cycles(begun) < STARVED_S * 1000000u * PACE_MHZ)
         starved_cycles = pace_cycles(begun);
 }
 
 static void say_watchdog(void)
 {
-    uint32_t us = starved_mhz ? starved_cycles / starved_mhz : 0;
+    uint32_t us = starved_cycles / PACE_MHZ;
     if (!(reset_cause() & CAUSE_WATCHDOG) || us == 0) {
         say_none("watchdog", "ms");
         say_none("low_speed", "kHz");
@@ -813,9 +803,7 @@ static void say_watchdog(void)
 
 /* ---- report and commands ---- */
 
-#define REPORT_ROUNDS 3u    /* of the memory test, in a report */
-#define ROUNDS        1000u /* and of the command */
-#define WORD_BYTES    16u
+#define WORD_BYTES 16u
 
 /* Where the report is; kept through resets, with its complement, for at power on RAM holds
  * anything. */
@@ -848,7 +836,7 @@ static void begin(const char *section)
 static void end_report(void)
 {
     say_end();
-    say_text("ready: report, memory, brown-out, rom");
+    say_text("ready: report, brown-out, rom");
 }
 
 static void go_on_with_watchdog(void)
@@ -870,7 +858,7 @@ static void report(void)
     say_noise();
     say_cost();
     say_can();
-    say_memory(REPORT_ROUNDS);
+    say_memory();
     say_flush();
     keep_stage(STAGE_STACK);
     overflow_stack();
@@ -901,23 +889,10 @@ static void enter_rom(void)
     board_enter_rom();
 }
 
-/* Words said meanwhile, by one who thought that the first was lost: each would wear the memory. */
-static void drop_words(void)
-{
-    uint8_t byte;
-    while (board_serial_receive(&byte, 1) == 1) {
-    }
-}
-
 static void obey(const char *word)
 {
     if (strcmp(word, "report") == 0) {
         report();
-    } else if (strcmp(word, "memory") == 0) {
-        begin("memory");
-        say_memory(ROUNDS);
-        say_end();
-        drop_words();
     } else if (strcmp(word, "brown-out") == 0) {
         begin("brown-out");
         set_brown_out();
@@ -925,7 +900,7 @@ static void obey(const char *word)
     } else if (strcmp(word, "rom") == 0) {
         enter_rom();
     } else if (*word) {
-        say_text("not report, memory, brown-out or rom");
+        say_text("not report, brown-out or rom");
     }
 }
 
@@ -956,7 +931,7 @@ int main(void)
     board_start();
     board_note_good(); /* resets are what it is for: no row of them */
     board_identify(&identity);
-    pace_start(identity.clock_source == BOARD_CLOCK_RAW ? 16u : 168u);
+    pace_start();
     uart_rate(SAY_BAUD);
     board_scans_configure(board_inputs());
     go_on(take_stage());

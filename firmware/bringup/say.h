@@ -41,9 +41,9 @@ void say_flush(void);
 /* Time by the core's cycle counter, which goes as long as the core does: bounds of all waits here.
  * It wraps after 25 s at 168 MHz. PM0214 has no DWT; ARMv7-M C1.8. */
 
-/* Starts the counter. `hclk_mhz`: what it counts. */
-void pace_start(uint32_t hclk_mhz);
-uint32_t pace_hclk_mhz(void);
+#define PACE_MHZ 168u
+
+void pace_start(void);
 
 static inline uint32_t pace_begin(void)
 {

@@ -74,22 +74,12 @@ static uint8_t take_reset_cause(void)
                      (csr & RCC_CSR_LPWRRSTF ? 16u : 0u) | (csr & RCC_CSR_BORRSTF ? 32u : 0u));
 }
 
-static void start_supervision(enum board_clock_source clock)
+static void start_supervision(void)
 {
-    uint32_t hz = clock == BOARD_CLOCK_RAW ? 16000000u : 168000000u;
-    SYST_RVR = hz / SUPERVISION_HZ - 1;
+    SYST_RVR = 168000000u / SUPERVISION_HZ - 1;
     SYST_CVR = 0;
     SCB_SHPR[11] = PRIORITY_SUPERVISION << 4; /* SysTick is system handler 15; SHPR begins at 4 */
     SYST_CSR = 7u;                            /* on, interrupt, processor clock */
-}
-
-/* A stream register that keeps what is written says that the controller is there. */
-static bool dma_answers(struct dma_regs *dma, uint8_t number)
-{
-    bool there = answers(&dma->stream[0].M0AR, 0x20000000u);
-    if (!there)
-        health_count(MR_FAULT_DMA_MISSING, number);
-    return there;
 }
 
 void board_start(void)
@@ -108,24 +98,18 @@ void board_start(void)
     fault_set_image_crc(identity.image_crc);
     memory_set_image_crc(identity.image_crc);
 
-    for (unsigned i = 0; i < 3; i++) {
-        if (!probe_word(&UID[i], &identity.uid[i]))
-            health_count(MR_FAULT_IDENTITY_MISSING, 0);
-    }
+    for (unsigned i = 0; i < 3; i++)
+        identity.uid[i] = UID[i];
 
-    bool dma1 = dma_answers(DMA1, 1);
-    bool dma2 = dma_answers(DMA2, 2);
-    uart_start(dma2, clock == BOARD_CLOCK_RAW);
+    uart_start();
     if (clock == BOARD_CLOCK_CRYSTAL)
         can_start();
-    if (quiet)
-        dma1 = false;
-    /* No scans on the raw oscillator: neither their times nor the settling would be what the rest
-     * relies on. */
-    if (clock != BOARD_CLOCK_RAW && dma1 && dma2 && capture_start())
+    if (!quiet) {
+        capture_start();
         scan_prepare();
-    nor_start(dma1);
-    start_supervision(clock);
+        nor_start();
+    }
+    start_supervision();
     watchdog_start();
 }
 

@@ -26,12 +26,9 @@ static void start_stream(unsigned number, unsigned channel, volatile uint32_t *t
                  DMA_CR_CIRC | DMA_CR_EN;
 }
 
-bool capture_start(void)
+void capture_start(void)
 {
-    if (!answers(&TIM2->ARR, 0xffffffffu)) {
-        health_count(MR_FAULT_TIMER_MISSING, 2);
-        return false;
-    }
+    TIM2->ARR = 0xffffffffu;
     start_stream(EDGE_STREAM, 0, edge_tick, EDGES, DMA_CR_PRIORITY(2));
     TIM2->PSC = 0;
     TIM2->EGR = TIM_EGR_UG;
@@ -41,7 +38,6 @@ bool capture_start(void)
     TIM2->CCER = 1u; /* rising */
     TIM2->DIER = TIM_DIER_CC1DE;
     TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM4's start starts it */
-    return true;
 }
 
 /* Up to a tick, oldest first. */

@@ -1,7 +1,6 @@
 /* System clock: 168 MHz from the 8 MHz crystal, or a clock of 8 MHz in its place; from the internal
- * oscillator when that does not start; failing the PLL too, the internal oscillator's 16 MHz, on
- * which nothing is measured but the board still says so. RM0090 7.2; 3.5.1 for wait states; 5.1.3
- * for the regulator scale. */
+ * oscillator when that does not start. A PLL that does not lock is a board that stays silent, with
+ * its lamp on. RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
@@ -124,10 +123,9 @@ enum board_clock_source clock_start(void)
     PWR_CR |= PWR_CR_VOS;
 
     bool crystal = start_crystal();
-    if (start_pll(crystal))
-        return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;
-    health_count(MR_FAULT_CLOCK_RAW, 0);
-    return BOARD_CLOCK_RAW;
+    while (!start_pll(crystal)) {
+    }
+    return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;
 }
 
 uint32_t clock_crystal_khz(void)

@@ -16,25 +16,22 @@
 /* clock.c: clocks and peripherals as after a reset. A debugger, or the boot ROM's Go, may have
  * left others on. */
 void clock_reset(void);
-/* crystal and PLL, or internal oscillator and PLL, or neither. */
+/* crystal and PLL, or internal oscillator and PLL. */
 enum board_clock_source clock_start(void);
 /* Of the crystal, by the internal oscillator, as measured at start; 0: none swings. */
 uint32_t clock_crystal_khz(void);
-/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure
- * begins. */
+/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks; board_scans_configure begins, unless this was not
+ * called. */
 void scan_prepare(void);
 bool scan_ready(void); /* a block can be taken */
-/* capture.c: TIM2 and its DMA; before the scans, whose timer starts both. False: TIM2 does not
- * answer. */
-bool capture_start(void);
+/* capture.c: TIM2 and its DMA; before the scans, whose timer starts both. */
+void capture_start(void);
 void can_start(void);
-/* nor.c: SPI2 and the black box's memory; missing when DMA1 does not answer. */
-void nor_start(bool dma_works);
+/* nor.c: SPI2 and the black box's memory, which is missing until then. */
+void nor_start(void);
 /* Manufacturer, type, capacity: 0x00ef4018; only while nor_poll says idle. */
 uint32_t nor_jedec(void);
-/* uart.c: polled when its DMA controller does not answer; `raw_clock`: APB2 runs at 16 MHz, not
- * 84. */
-void uart_start(bool dma_works, bool raw_clock);
+void uart_start(void);
 /* Another rate than the 2 Mbaud of the start, after all was sent: the bring-up image's. */
 void uart_rate(uint32_t baud);
 /* All that was queued has left, or is in the transmitter: two bytes at most. */
@@ -58,10 +55,4 @@ void fault_set_image_crc(uint32_t crc);
  * buffers. */
 void memory_start(void);
 void memory_set_image_crc(uint32_t crc);
-/* Read a word where there may be nothing: false, and 0, when the bus answers with a fault. */
-bool probe_word(const volatile uint32_t *address, uint32_t *value);
-
-/* Write a register and read it back: false when nothing answers there. */
-bool answers(reg32 *reg, uint32_t probe);
-
 #endif

@@ -1,6 +1,5 @@
-/* A processor fault stores what it was and resets; the next start counts it and tells it. A bus
- * fault during a probe says instead that nothing answers at the address probed. Restarts that
- * nobody asked for are counted through resets: after QUIET_RESTARTS in a row the board starts
+/* A processor fault stores what it was and resets; the next start counts it and tells it. Restarts
+ * that nobody asked for are counted through resets: after QUIET_RESTARTS in a row the board starts
  * without what it measures with, and only speaks. PM0214 2.3.7 (frames), 2.4.4 (faults). */
 #include <string.h>
 
@@ -37,8 +36,6 @@ static struct board_restart restart;
 
 /* r4 to r11 at the fault: the entry puts them here. */
 static uint32_t fault_registers[8] __attribute__((section(".noinit"), used));
-static volatile bool probing __attribute__((used));
-static volatile bool probe_failed;
 
 static uint32_t crc_of(const void *words, size_t bytes)
 {
@@ -135,45 +132,6 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     crash.fresh = 1;
     seal_crash();
     reset_chip();
-}
-
-void bus_fault_at(uint32_t *frame);
-void bus_fault_at(uint32_t *frame)
-{
-    probe_failed = true;
-    SCB_CFSR = 0xff00u; /* write 1 to clear the bus fault bits */
-    frame[6] += 2;      /* go on behind the probe's two-byte load */
-}
-
-/* Frames lie on the main stack: nothing here uses the process stack. */
-__attribute__((naked)) void bus_fault(void);
-__attribute__((naked)) void bus_fault(void)
-{
-    __asm volatile("ldr r0, =probing\n\t"
-                   "ldrb r0, [r0]\n\t"
-                   "cmp r0, #0\n\t"
-                   "beq.w processor_fault\n\t"
-                   "mrs r0, msp\n\t"
-                   "b.w bus_fault_at\n\t"
-                   ".ltorg");
-}
-
-bool probe_word(const volatile uint32_t *address, uint32_t *value)
-{
-    uint32_t word = 0;
-    SCB_SHCSR |= SCB_SHCSR_BUSFAULTENA;
-    probing = true;
-    probe_failed = false;
-    __asm volatile("ldr.n %0, [%1]\n\tdsb" : "=l"(word) : "l"(address) : "memory");
-    probing = false;
-    *value = probe_failed ? 0 : word;
-    return !probe_failed;
-}
-
-bool answers(reg32 *reg, uint32_t probe)
-{
-    *reg = probe;
-    return *reg == probe;
 }
 
 /* Of BOR_LEV: 3 off, 2 level 1 ... 0 level 3. RM0090 3.9.10 */

@@ -210,10 +210,8 @@ static void look_for_chip(void)
         identify();
 }
 
-void nor_start(bool dma_works)
+void nor_start(void)
 {
-    if (!dma_works)
-        return;
     SPI2->CR1 = SPI_CR1_MSTR | SPI_CR1_SSM | SPI_CR1_SSI;
     SPI2->CR1 |= SPI_CR1_SPE;
     irq_enable(IRQ_DMA1_STREAM3, PRIORITY_SERIAL);

@@ -59,7 +59,6 @@ struct rcc_regs {
 /* 5 wait states, prefetch, both caches */
 #define FLASH_ACR_168MHZ  (5u | 1u << 8 | 1u << 9 | 1u << 10)
 #define FLASH_ACR_LATENCY 7u
-#define FLASH_ACR_PRFTEN  (1u << 8)
 #define FLASH_ACR_DCEN    (1u << 10)
 #define FLASH_ACR_DCRST   (1u << 12)
 #define FLASH_KEYR        (*(reg32 *)0x40023c04u)
@@ -212,15 +211,14 @@ struct can_regs {
 struct usart_regs {
     reg32 SR, DR, BRR, CR1, CR2, CR3, GTPR;
 };
-#define USART1          ((struct usart_regs *)0x40011000u)
-#define USART6          ((struct usart_regs *)0x40011400u)
-#define USART_SR_TXE    (1u << 7)
-#define USART_CR1_RE    (1u << 2)
-#define USART_CR1_TE    (1u << 3)
-#define USART_CR1_UE    (1u << 13)
-#define USART_CR1_OVER8 (1u << 15)
-#define USART_CR3_DMAR  (1u << 6)
-#define USART_CR3_DMAT  (1u << 7)
+#define USART1         ((struct usart_regs *)0x40011000u)
+#define USART6         ((struct usart_regs *)0x40011400u)
+#define USART_SR_TXE   (1u << 7)
+#define USART_CR1_RE   (1u << 2)
+#define USART_CR1_TE   (1u << 3)
+#define USART_CR1_UE   (1u << 13)
+#define USART_CR3_DMAR (1u << 6)
+#define USART_CR3_DMAT (1u << 7)
 
 /* RM0090 28.5 */
 struct spi_regs {
@@ -271,22 +269,20 @@ struct iwdg_regs {
 #define DBGMCU_APB1_FZ_DBG_IWDG_STOP (1u << 12)
 
 /* PM0214 4.3 to 4.5 */
-#define SYST_CSR              (*(reg32 *)0xe000e010u)
-#define SYST_RVR              (*(reg32 *)0xe000e014u)
-#define SYST_CVR              (*(reg32 *)0xe000e018u)
-#define NVIC_ISER             ((reg32 *)0xe000e100u)
-#define NVIC_IPR              ((volatile uint8_t *)0xe000e400u)
-#define SCB_CPUID             (*(reg32 *)0xe000ed00u)
-#define SCB_VTOR              (*(reg32 *)0xe000ed08u)
-#define SCB_AIRCR             (*(reg32 *)0xe000ed0cu)
-#define SCB_SHPR              ((volatile uint8_t *)0xe000ed18u)
-#define SCB_SHCSR             (*(reg32 *)0xe000ed24u)
-#define SCB_SHCSR_BUSFAULTENA (1u << 17)
-#define SCB_CFSR              (*(reg32 *)0xe000ed28u)
-#define SCB_HFSR              (*(reg32 *)0xe000ed2cu)
-#define SCB_MMFAR             (*(reg32 *)0xe000ed34u)
-#define SCB_BFAR              (*(reg32 *)0xe000ed38u)
-#define SCB_CPACR             (*(reg32 *)0xe000ed88u)
+#define SYST_CSR  (*(reg32 *)0xe000e010u)
+#define SYST_RVR  (*(reg32 *)0xe000e014u)
+#define SYST_CVR  (*(reg32 *)0xe000e018u)
+#define NVIC_ISER ((reg32 *)0xe000e100u)
+#define NVIC_IPR  ((volatile uint8_t *)0xe000e400u)
+#define SCB_CPUID (*(reg32 *)0xe000ed00u)
+#define SCB_VTOR  (*(reg32 *)0xe000ed08u)
+#define SCB_AIRCR (*(reg32 *)0xe000ed0cu)
+#define SCB_SHPR  ((volatile uint8_t *)0xe000ed18u)
+#define SCB_CFSR  (*(reg32 *)0xe000ed28u)
+#define SCB_HFSR  (*(reg32 *)0xe000ed2cu)
+#define SCB_MMFAR (*(reg32 *)0xe000ed34u)
+#define SCB_BFAR  (*(reg32 *)0xe000ed38u)
+#define SCB_CPACR (*(reg32 *)0xe000ed88u)
 
 /* ARMv7-M C1.6.5, C1.8: the core's cycle counter */
 #define SCB_DEMCR          (*(reg32 *)0xe000edfcu)

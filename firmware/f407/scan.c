@@ -32,7 +32,7 @@ static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
 static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
 static struct mr_scan scan;
-static bool converters_answer, timers_run;
+static bool prepared, timers_run;
 
 static struct mr_block queue[BLOCK_QUEUE];
 static volatile uint32_t queued, taken;
@@ -115,16 +115,8 @@ static void start_conversions(void)
 
 void scan_prepare(void)
 {
-    if (!answers(&TIM4->ARR, SCAN_TICKS - 1)) {
-        health_count(MR_FAULT_TIMER_MISSING, 4);
-        return;
-    }
-    if (!answers(&ADC1->SQR3, 1) || !answers(&ADC3->SQR3, 1)) {
-        health_count(MR_FAULT_ADC_MISSING, answers(&ADC1->SQR3, 1) ? 3 : 1);
-        return;
-    }
     ADC_CCR = ADC_CCR_PRESCALER_4;
-    converters_answer = true;
+    prepared = true;
 }
 
 static void start_timers(void)
@@ -295,7 +287,7 @@ void board_scans_configure(uint32_t fitted)
 {
     struct mr_scan wanted;
     mr_scan_plan(&wanted, ~(fitted & BOARD_INPUTS));
-    if (!converters_answer)
+    if (!prepared)
         return;
     if (timers_run) {
         begin_again(&wanted);

@@ -32,7 +32,7 @@ END {
     total += FRAME + worst("serial", "dma2_stream7_irq dma1_stream3_irq")
     total += FRAME + worst("CAN", "can1_tx_irq can1_rx0_irq")
     total += FRAME + worst("scan", "dma2_stream4_irq adc_irq")
-    total += FRAME + worst("fault", "fault_store bus_fault_at")
+    total += FRAME + worst("fault", "fault_store")
     printf "worst case %d bytes of %d\n", total, top - bottom
     for (name in library) printf "library function counted as %d bytes: %s\n", LIBRARY, name | "sort"
     close("sort")

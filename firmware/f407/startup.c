@@ -10,7 +10,6 @@ int main(void);
 void reset(void);
 void rom_if_asked(void);
 void processor_fault(void);
-void bus_fault(void);
 void systick(void);
 void adc_irq(void);
 void can1_tx_irq(void);
@@ -50,7 +49,6 @@ __attribute__((section(".vectors"), used)) static const struct {
     {
         [0 ... VECTORS - 2] = processor_fault,
         [1 - 1] = reset,
-        [5 - 1] = bus_fault,
         [15 - 1] = systick,
         [16 + IRQ_DMA1_STREAM3 - 1] = dma1_stream3_irq,
         [16 + IRQ_ADC - 1] = adc_irq,

@@ -12,8 +12,9 @@
 
 #define FORMAT      1
 #define TEXT_MAX    65536u
-#define ANSWER_S    8.0 /* to the first line; nothing comes for a second while it resets itself */
-#define ALL_S       1200.0
+#define ANSWER_S    8.0  /* to the first line; nothing comes for a second while it resets itself */
+#define SILENCE_S   30.0 /* between two lines: its watchdog, the memory's erases, a slow flash */
+#define ALL_S       120.0
 #define SAY_AGAIN_S 3.0
 
 /* ---- text ---- */
@@ -131,14 +132,6 @@ const struct bringup_line *bringup_find(const struct bringup *b, const char *nam
 
 /* ---- from a link ---- */
 
-/* Silence between two lines, at most. A report: its watchdog, or three rounds with the memory.
- * memory: ten rounds, 0.4 s an erase, 6 s for one that does not end. brown-out: the flash may take
- * some seconds. */
-static double silence_s(const char *section)
-{
-    return strcmp(section, "memory") == 0 ? 60.0 : 30.0;
-}
-
 struct listening {
     char text[TEXT_MAX + 1];
     size_t length;
@@ -193,11 +186,6 @@ static enum mr_status nobody(const struct listening *l, const struct link *link,
                          "bring-up: %s began and broke off after %zu bytes: %s; look at the cable "
                          "and the supply, reset the board and ask again",
                          section, l->bytes, link_spec(link));
-    if (find_line(l->text, "memory_done "))
-        return error_set(error, MR_WAIT,
-                         "the board is at its memory test: %s; ask again when that has ended, in "
-                         "some minutes",
-                         link_spec(link));
     if (is_text(l))
         return error_set(error, MR_TIMEOUT,
                          "the board said something (%zu bytes), and no %s: %s; look at the cable, "
@@ -268,11 +256,11 @@ static enum mr_status say_again(struct listening *l, struct link *link, const ch
     return link_send_bytes(link, (const uint8_t *)word, strlen(word), error);
 }
 
-static bool takes_too_long(const struct listening *l, const char *section)
+static bool takes_too_long(const struct listening *l)
 {
     double now_s = monotonic_s();
     bool begun = find_line(l->text, "begin ") != NULL; /* another one: ours comes after it */
-    return now_s - (begun ? l->heard_s : l->begun_s) > (begun ? silence_s(section) : ANSWER_S) ||
+    return now_s - (begun ? l->heard_s : l->begun_s) > (begun ? SILENCE_S : ANSWER_S) ||
            now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;
 }
 
@@ -303,7 +291,7 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
         if (status != MR_OK)
             return status;
         forget_noise(l);
-        if (takes_too_long(l, asked))
+        if (takes_too_long(l))
             return nobody(l, link, asked, error);
     }
 }
@@ -344,7 +332,7 @@ enum mr_status bringup_rom(struct link *link, struct error *error)
 
 /* ---- limits ---- */
 
-enum { REPORT = 1, MEMORY = 2, BROWN_OUT = 4, EITHER = REPORT | MEMORY, ALL = 7 };
+enum { REPORT = 1, BROWN_OUT = 2, ALL = 3 };
 
 #define OK    BRINGUP_OK
 #define LOOK  BRINGUP_LOOK
@@ -372,9 +360,7 @@ static const struct bringup_limit limits[] = {
 
 static unsigned section_bit(const char *section)
 {
-    return strcmp(section, "report") == 0 ? REPORT
-         : strcmp(section, "memory") == 0 ? MEMORY
-                                          : BROWN_OUT;
+    return strcmp(section, "report") == 0 ? REPORT : BROWN_OUT;
 }
 
 bool bringup_limit_is_group(const struct bringup_limit *limit)

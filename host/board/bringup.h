@@ -14,7 +14,7 @@
 #define BRINGUP_LINES    400
 #define BRINGUP_NAME     48
 #define BRINGUP_VALUE    40
-#define BRINGUP_SECTIONS "report", "memory", "brown-out"
+#define BRINGUP_SECTIONS "report", "brown-out"
 
 struct bringup_line {
     char name[BRINGUP_NAME], value[BRINGUP_VALUE], unit[BRINGUP_NAME];

@@ -710,7 +710,7 @@ const struct command command_board = {
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
     "| health [--elf F] | "
     "self-test | reset |\n"
-    "                        bringup [report|memory|brown-out|rom]",
+    "                        bringup [report|brown-out|rom]",
     "a board: its bring-up, firmware, black box, configuration, runway and health",
     COMMAND_PARTS(parts),
     {0, 3, "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},

@@ -1,4 +1,4 @@
-/* matrig board ... bringup [report|memory|brown-out|rom]: reads what the bring-up image says and
+/* matrig board ... bringup [report|brown-out|rom]: reads what the bring-up image says and
  * holds it against what it should say. */
 #include <math.h>
 #include <stdio.h>
@@ -220,8 +220,7 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
                            words[0]);
     if (status == MR_OK && !is_section(section))
         status = error_set(&error, MR_USAGE,
-                           "not report, memory, brown-out or rom: '%s'; see matrig board --help",
-                           section);
+                           "not report, brown-out or rom: '%s'; see matrig board --help", section);
     if (status == MR_OK && !r.serial)
         status = error_set(&error, MR_USAGE,
                            "no link: matrig board needs --serial LINK; see matrig board --help");
@@ -237,8 +236,7 @@ static const struct command_part parts[] = {
               "what the bring-up image of a new board says (make bringup; 115200 baud), held "
               "against limits: ok, look or wrong,\n"
               "and what to do. LINK may be file:F, text that a terminal kept. Words behind it: "
-              "memory erases, programs and verifies an empty sector of the black box a "
-              "thousand times; brown-out sets the\n"
+              "brown-out sets the\n"
               "level that the board's supply allows; rom starts the boot ROM, for the next image. "
               "Exit 1 when a line is wrong\n"
               "matrig board --serial serial:/dev/ttyUSB0 bringup"),
@@ -249,8 +247,8 @@ static const struct command_part parts[] = {
 const struct command command_board_bringup = {
     "board",
     bringup_command,
-    "bringup [report|memory|brown-out|rom]",
+    "bringup [report|brown-out|rom]",
     "a new board's first words",
     COMMAND_PARTS(parts),
-    {1, 2, "bringup [report|memory|brown-out|rom]"},
+    {1, 2, "bringup [report|brown-out|rom]"},
 };

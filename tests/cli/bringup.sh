@@ -156,9 +156,6 @@ memory_is_spared() { # nothing but an empty sector is touched; with none it says
     says zg memory_sector 4093 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
         says slow memory_sector none && cmp "$tmp/nor.full" "$tmp/nor.full.was" && judge slow >"$tmp/out" && grep -q '^look: memory_sector: no sector is empty' "$tmp/out"
 }
-a_thousand_rounds() { # in make long
-    [ -z "${MATRIG_LONG:-}" ] || { start $zg; bringup memory >"$tmp/out"; stop; grep -Eq 'memory_rounds +1000 rounds' "$tmp/out" && grep -Eq 'memory_wrong +0 pages' "$tmp/out"; }
-}
 # A board of few words, at $sockets/few. When a word comes it says $tmp/few.txt up to byte FROM, then nothing for 5 s, then the rest up
 # to byte TO. $tmp/words: what else it was told.
 few_words() { # FROM TO
@@ -187,16 +184,13 @@ P
     await test -S "$sockets/few"
 }
 a_word_is_said_once() { # within the section a silence of 5 s
-    reseal zg few 's/^begin report/begin memory/'
+    reseal zg few 's/^begin report/begin brown-out/'
     few_words 100 99999
-    timeout 600 build/matrig board --serial "unix:$sockets/few" bringup memory >"$tmp/out"
+    timeout 600 build/matrig board --serial "unix:$sockets/few" bringup brown-out >"$tmp/out"
     wait $few
     grep -q ' ok, ' "$tmp/out" && [ -e "$tmp/words" ] && [ ! -s "$tmp/words" ]
 }
 broken_off_is_said() { # text, and then nothing
-    printf 'memory_done 10 rounds\n' >"$tmp/few.txt"
-    few_words 10 99
-    fails_with 3 'at its memory test: unix:.*ask again' build/matrig board --serial "unix:$sockets/few" bringup || return 1
     printf 'matrig bring-up\n' >"$tmp/few.txt"
     few_words 16 16
     fails_with 3 'said something \(16 bytes\), and no report: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
@@ -244,7 +238,7 @@ sys.exit(bool(bad))
 P
 }
 silly_words() {
-    fails_with 2 "not report, memory, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
+    fails_with 2 "not report, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
         fails_with 2 'a file is no board' build/matrig board --serial file:x bringup rom
 }
 
@@ -266,7 +260,6 @@ check "the brown-out level of 3.3 V; then the boot ROM on a word, and the firmwa
 check "the brown-out level of 3.0 V; no boot ROM where it does not listen" brown_out_at_3_volts
 check "no brown-out level of a supply that is not the board's" brown_out_of_a_wrong_supply $discovery 3.3
 check "the memory test spares what is kept" memory_is_spared
-check "the memory a thousand times" a_thousand_rounds
 check "another image answers nothing that is understood" nobody_there
 check "a word that is obeyed is not said again" a_word_is_said_once
 check "what breaks off is said so" broken_off_is_said

@@ -337,8 +337,8 @@ TEST_IN(a_fault_is_told_when_it_comes_and_each_second, start, NULL)
     }
     assert_int_equal(told, 5);
     for (unsigned i = 0; i < 70000; i++)
-        health_count(MR_FAULT_IDENTITY_MISSING, 0);
-    assert_int_equal(health_take(MR_FAULT_IDENTITY_MISSING).count, UINT16_MAX);
+        health_count(MR_FAULT_CAN_MISSING, 0);
+    assert_int_equal(health_take(MR_FAULT_CAN_MISSING).count, UINT16_MAX);
 }
 
 /* On the internal oscillator all times may be 1 % out: speeds by 1 %, decelerations by 2 %. */
