@@ -275,28 +275,36 @@ static inline uint64_t hil_now_ps(const struct hil_core *core)
     return hil_clock_ps(&core->state.clock, core->state.clock.now_cycle);
 }
 
+/* Where n bytes are in flash, SRAM or CCM; NULL: not in one of them. */
+static inline uint8_t *hil_memory_place(struct hil_memory *memory, uint32_t address, uint32_t n)
+{
+    if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
+        return memory->sram + (address - HIL_SRAM_BASE);
+    if (address - HIL_CCM_BASE < HIL_CCM_SIZE && n <= HIL_CCM_SIZE - (address - HIL_CCM_BASE))
+        return memory->ccm + (address - HIL_CCM_BASE);
+    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE &&
+        n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
+        return memory->flash + (address - HIL_FLASH_BASE);
+    return NULL;
+}
+
 /* Host address of n bytes of the chip's memory, or NULL when they are not in one memory (or would
  * write flash). */
 static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t address, uint32_t n,
                                      bool write)
 {
-    struct hil_memory *memory = core->memory;
-    if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
-        return memory->sram + (address - HIL_SRAM_BASE);
-    if (address - HIL_CCM_BASE < HIL_CCM_SIZE && n <= HIL_CCM_SIZE - (address - HIL_CCM_BASE))
-        return memory->ccm + (address - HIL_CCM_BASE);
+    uint8_t *place = hil_memory_place(core->memory, address, n);
+    if (place)
+        return write && address - HIL_FLASH_BASE < HIL_FLASH_SIZE ? NULL : place;
     if (write)
         return NULL;
-    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE &&
-        n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
-        return memory->flash + (address - HIL_FLASH_BASE);
     if (address - HIL_ROM_BASE < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - (address - HIL_ROM_BASE))
         return (uint8_t *)(uintptr_t)hil_bootrom_image + (address - HIL_ROM_BASE);
     if (core->state.bank.boot_rom) {
         if (address < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - address)
             return (uint8_t *)(uintptr_t)hil_bootrom_image + address;
     } else if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address) {
-        return memory->flash + address;
+        return core->memory->flash + address;
     }
     return NULL;
 }

@@ -73,14 +73,12 @@ void hil_debug_run(struct hil_board *board)
     debugger_of(board)->stepping = false;
 }
 
-void hil_debug_step(struct hil_board *board, uint32_t low, uint32_t high)
+void hil_debug_step(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     go_on(board);
     d->stepping = true;
     d->stepped = false;
-    d->step_low = low;
-    d->step_high = high;
     d->step_depth = depth(board);
 }
 
@@ -188,7 +186,7 @@ static bool wants(const void *who, uint32_t address, uint32_t size)
     return breaks_in(d, address, size) || (d->stepping && step_sees(d->board));
 }
 
-static bool step_is_done(struct hil_board *board, uint32_t pc)
+static bool step_is_done(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     if (!d->stepping || !step_sees(board))
@@ -197,7 +195,7 @@ static bool step_is_done(struct hil_board *board, uint32_t pc)
         d->stepped = true;
         return false;
     }
-    return !(pc >= d->step_low && pc < d->step_high && depth(board) == d->step_depth);
+    return true;
 }
 
 static bool stops_before(void *who, uint32_t pc)
@@ -210,7 +208,7 @@ static bool stops_before(void *who, uint32_t pc)
         hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
     else if (!goes_on && breaks_in(d, pc, 1))
         hil_debug_hold(board, HIL_HOLD_BREAKPOINT);
-    else if (step_is_done(board, pc))
+    else if (step_is_done(board))
         hil_debug_hold(board, HIL_HOLD_STEP);
     return d->hold != HIL_HOLD_NONE;
 }

@@ -52,9 +52,8 @@ struct hil_debug {
     uint32_t watch_address, watch_pc;
     bool watch_hit;
 
-    bool stepping, stepped;       /* a step was asked for; its instruction has run */
-    uint32_t step_low, step_high; /* goes on while PC is in low..high - 1 */
-    unsigned step_depth;          /* exceptions active when it began */
+    bool stepping, stepped; /* a step was asked for; its instruction has run */
+    unsigned step_depth;    /* exceptions active when it began */
     /* the instruction at fresh_pc goes on from where it was held */
     bool fresh;
     uint32_t fresh_pc;
@@ -67,9 +66,9 @@ void hil_debug_detach(struct hil_board *board);
 void hil_debug_hold(struct hil_board *board, enum hil_hold why);
 bool hil_debug_holds(const struct hil_board *board);
 
-/* Let it go on: run, or step while PC stays in low..high - 1 (one instruction: low = high = 0). */
+/* Let it go on: run, or step an instruction. */
 void hil_debug_run(struct hil_board *board);
-void hil_debug_step(struct hil_board *board, uint32_t low, uint32_t high);
+void hil_debug_step(struct hil_board *board);
 
 /* MR_FULL: no more than the constants above; setting what is set, or removing what is not, is
  * MR_OK. */

@@ -227,19 +227,6 @@ static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
     return true;
 }
 
-/* Only what differs: writing PC leaves the block. */
-static bool set_all_registers(struct hil_gdb *gdb, const char *text)
-{
-    for (unsigned i = 0; i < HIL_REG_COUNT; i++) {
-        char now[20];
-        put_register(gdb, i, now);
-        if (strncmp(text, now, strlen(now)) != 0 && !set_register(gdb, i, text))
-            return false;
-        text += strlen(now);
-    }
-    return true;
-}
-
 static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
 {
     uint8_t bytes[MEMORY_MAX];
@@ -254,19 +241,15 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
         strcpy(answer, "E0e"); /* EFAULT */
 }
 
-static void write_memory(struct hil_gdb *gdb, const char *text, const char *end, bool binary,
-                         char *answer)
+static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
 {
     uint8_t bytes[HIL_GDB_PACKET];
     uint32_t address, n;
     strcpy(answer, "E01");
     if (!two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
         return;
-    text++;
-    if (binary ? (size_t)(end - text) != n : from_hex(text, bytes, n) != n)
+    if (from_hex(text + 1, bytes, n) != n)
         return;
-    if (binary)
-        memcpy(bytes, text, n);
     bool done = n == 0 || hil_debug_write(gdb->board, address, bytes, n) == MR_OK;
     strcpy(answer, done ? "OK" : "E0e");
 }
@@ -385,21 +368,17 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
 /* vCont;ACTION[;ACTION...]: there is one thread, so the first counts. True: the board goes on. */
 static bool vcont(struct hil_gdb *gdb, const char *action)
 {
-    uint32_t low, high;
-    const char *rest;
     if (*action == 'c' || *action == 'C')
         hil_debug_run(gdb->board);
     else if (*action == 's' || *action == 'S')
-        hil_debug_step(gdb->board, 0, 0);
-    else if (*action == 'r' && two_numbers(action + 1, &low, &high, &rest))
-        hil_debug_step(gdb->board, low, high);
+        hil_debug_step(gdb->board);
     else
         return false;
     return true;
 }
 
 /* Treat a packet while the board is held. True: the board goes on. */
-static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum mr_status status)
+static bool treat(struct hil_gdb *gdb, const char *packet, enum mr_status status)
 {
     char answer[2 * HIL_GDB_PACKET] = "";
     unsigned number;
@@ -410,7 +389,6 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         for (unsigned i = 0; i < HIL_REG_COUNT; i++)
             put_register(gdb, i, answer + strlen(answer));
         break;
-    case 'G': strcpy(answer, set_all_registers(gdb, packet + 1) ? "OK" : "E01"); break;
     case 'p':
         number = (unsigned)strtoul(packet + 1, NULL, 16);
         if (number < HIL_REG_COUNT)
@@ -423,15 +401,9 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         strcpy(answer, equals && set_register(gdb, number, equals + 1) ? "OK" : "E01");
         break;
     case 'm': read_memory(gdb, packet + 1, answer); break;
-    case 'M':
-    case 'X': write_memory(gdb, packet + 1, end, packet[0] == 'X', answer); break;
+    case 'M': write_memory(gdb, packet + 1, answer); break;
     case 'Z':
     case 'z': set_point(gdb, packet + 1, packet[0] == 'Z', answer); break;
-    case 'c':
-    case 's':
-        if (packet[1])
-            hil_debug_write_register(gdb->board, HIL_REG_PC, strtoul(packet + 1, NULL, 16));
-        return vcont(gdb, packet[0] == 'c' ? "c" : "s");
     case 'H':
     case 'T': strcpy(answer, "OK"); break;
     case 'D':
@@ -452,16 +424,11 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         break;
     case 'v':
         if (strcmp(packet, "vCont?") == 0) {
-            strcpy(answer, "vCont;c;C;s;S;r");
+            strcpy(answer, "vCont;c;C;s;S");
         } else if (strncmp(packet, "vCont;", 6) == 0) {
             if (vcont(gdb, packet + 6))
                 return true;
             strcpy(answer, "E01");
-        } else if (strncmp(packet, "vKill", 5) == 0) {
-            put_packet(&gdb->line, "OK");
-            gdb->killed = true;
-            lose(&gdb->line);
-            return true;
         }
         break;
     default: break; /* the empty answer: not supported */
@@ -482,7 +449,7 @@ static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int 
                 return;
             continue;
         }
-        if (treat(gdb, packet, packet + n, status)) {
+        if (treat(gdb, packet, status)) {
             gdb->reported = false;
             return;
         }

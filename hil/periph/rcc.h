@@ -17,7 +17,7 @@ enum hil_rcc_bus { HIL_RCC_AHB1, HIL_RCC_APB1, HIL_RCC_APB2, HIL_RCC_BUSES };
 
 struct hil_rcc {
     HIL_WORDS(word, cr, pllcfgr, cfgr, cir, rstr[8], ahb1enr, ahb2enr, ahb3enr, at_3c, apb1enr,
-              apb2enr, at_48[2], lpenr[6], at_68[3], csr, at_78[2], sscgr);
+              apb2enr, at_48[2], lpenr[6], at_68[3], csr);
     uint32_t flash_acr;
     uint32_t pwr_cr;
     uint64_t scale_ready_cycle; /* PWR_CSR.VOSRDY */

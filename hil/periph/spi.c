@@ -277,7 +277,7 @@ void hil_spi_reset(void *device, unsigned unit)
     struct hil_spi_device *dev = device;
     (void)unit;
     bool selected = dev->state->selected;
-    *dev->state = (struct hil_spi){.crcpr = 7, .i2spr = 2, .selected = selected};
+    *dev->state = (struct hil_spi){.selected = selected};
     hil_event_set_cycle(dev->core, HIL_EVENT_SPI, HIL_NEVER);
     update_irq(dev);
 }

@@ -16,7 +16,7 @@
 
 struct hil_spi {
     /* Of SR only RXNE, MODF, OVR; the rest follows from the state. DR: the byte received. */
-    HIL_WORDS(word, cr1, cr2, sr, dr, crcpr, rxcrcr, txcrcr, i2scfgr, i2spr);
+    HIL_WORDS(word, cr1, cr2, sr, dr);
     bool dr_was_read;       /* first half of what clears OVR */
     bool sr_was_accessed;   /* first half of what clears MODF */
     bool holding, shifting; /* a byte in the transmit buffer; in the shift register */

@@ -41,7 +41,7 @@ static void stepped_equals_run(struct hil_board *alone, struct hil_board *steppe
     bench_run(stepped, from_ps);
     hil_debug_attach(stepped, &debug);
     for (; hil_board_now_ps(stepped) < to_ps; steps++) {
-        hil_debug_step(stepped, 0, 0);
+        hil_debug_step(stepped);
         bench_run(stepped, to_ps);
     }
     assert_in_range(steps, at_least, UINT32_MAX);
