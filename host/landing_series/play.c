@@ -240,23 +240,20 @@ struct runway {
     size_t joints;
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
-    /* per node: the ground's heights, where the runway was laid */
-    double *high_ft;
-    double laid_ft;       /* mean opening when it was laid */
-    double *u_ft;         /* per mat: total movement, [0] unused */
-    struct sim_mods mods; /* as the last landing left them; lists are its own */
+    double laid_ft;                          /* mean opening when it was laid */
+    double *u_ft;                            /* per mat: total movement, [0] unused */
+    struct sim_mods mods;                    /* as the last landing left them; lists are its own */
 };
 
 static void lay(struct runway *r, const struct landing_series *series, uint64_t seed)
 {
     *r = (struct runway){.series = series, .mats = series->landings[0].scene.mats};
     r->joints = (size_t)r->mats + 1;
-    r->storage = xcalloc(5 * (r->joints + 1), sizeof *r->storage);
+    r->storage = xcalloc(4 * (r->joints + 1), sizeof *r->storage);
     r->gap_ft = r->storage;
     r->closing_lb = r->gap_ft + r->joints;
     r->ground_ft = r->closing_lb + r->joints;
-    r->high_ft = r->ground_ft + r->joints;
-    r->u_ft = r->high_ft + r->joints;
+    r->u_ft = r->ground_ft + r->joints;
     struct draw gaps = draw_from(seed, DRAW_GAPS), closing = draw_from(seed, DRAW_CLOSING),
                 ground = draw_from(seed, DRAW_GROUND);
     double slack_ft = series->landings[0].scene.slack_ft;
@@ -264,26 +261,7 @@ static void lay(struct runway *r, const struct landing_series *series, uint64_t 
         r->gap_ft[j] = fmin(draw_between(&gaps, series->gap_in) / IN_PER_FT, slack_ft);
         r->laid_ft += r->gap_ft[j] / (double)r->joints;
         r->closing_lb[j] = draw_between(&closing, series->closing_lb);
-        r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, series->irregularity_in) /
-                                          IN_PER_FT;
-    }
-}
-
-/* High spots of the ground stay where they are while nodes move over them; those of the mats move
- * along. */
-static void follow_ground(struct runway *r)
-{
-    double length_ft = r->series->landings[0].scene.length_ft;
-    if (r->series->along != SERIES_GROUND)
-        return;
-    for (size_t j = 0; j < r->joints; j++) {
-        double moved = 0.5 *
-                       ((j > 0 ? r->u_ft[j] : 0.0) + (j < (size_t)r->mats ? r->u_ft[j + 1] : 0.0)) /
-                       length_ft;
-        double at = fmin(fmax((double)j + moved, 0.0), (double)r->mats);
-        size_t left = (size_t)fmin(floor(at), r->mats - 1);
-        r->ground_ft[j] = r->high_ft[left] +
-                          (at - (double)left) * (r->high_ft[left + 1] - r->high_ft[left]);
+        r->ground_ft[j] = draw_between(&ground, series->irregularity_in) / IN_PER_FT;
     }
 }
 
@@ -418,8 +396,6 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene,
                         const struct sim_result *result, bool folded, struct series_outcome *out)
 {
     out->asked_planar = true;
-    out->ms_planar = result->run_ms;
-    out->mats_planar = result->mats_mean;
     if (result->first_crest > 0 && result->first_crest_wheel > 0) {
         out->crest_ft = joint_station_ft(scene, (size_t)result->first_crest - 1);
         out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
@@ -558,7 +534,6 @@ static void settle(struct runway *r, const struct sim_scene *scene, const struct
     open_gaps(r, moved->u_ft);
     if (r->series->press_flat && out->waves > 0)
         press_flat(r, scene);
-    follow_ground(r);
     note_joints(r, moved, out);
     note_zone(r, scene, out);
     note_bands(scene, moved->mods, out);
@@ -575,8 +550,6 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
     const struct sim_result *moved = &chain;
     if (c->engine != SERIES_PLANAR &&
         run_engine(r, landing, SIM_CHAIN, path->rows, path->count, &chain, error) == MR_OK) {
-        out->ms_chain = chain.run_ms;
-        out->mats_chain = chain.mats_mean;
         out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
     }
     bool ask = c->engine == SERIES_PLANAR ||
@@ -591,35 +564,6 @@ static enum mr_status land(struct runway *r, const struct series_landing *landin
         settle(r, scene, moved, out);
     sim_result_free(&chain);
     sim_result_free(&planar);
-    return error->status;
-}
-
-static void move_back(struct runway *r, const struct sim_scene *scene,
-                      const struct sim_result *result)
-{
-    for (int n = 1; n <= r->mats; n++)
-        r->u_ft[n] += result->u_ft[n];
-    open_gaps(r, result->u_ft);
-    follow_ground(r);
-    carry(r, scene, result);
-}
-
-/* Pushed back over the bare mat the wheels drag it upfield. */
-static enum mr_status push_back(struct runway *r, const struct series_landing *landing,
-                                double stop_ft, double touchdown_ft, struct error *error)
-{
-    const struct landing_series *c = r->series;
-    double way_ft = stop_ft - touchdown_ft,
-           ramp_s = c->onset_s > 0.0 ? 2.0 * c->onset_s : 0.01 * way_ft / c->back_ft_s;
-    double force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
-    const struct sim_path_row rows[] = {{0.0, stop_ft, 0.0},
-                                        {ramp_s, stop_ft, force_lb},
-                                        {ramp_s + way_ft / c->back_ft_s, touchdown_ft, force_lb},
-                                        {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
-    struct sim_result result = {0};
-    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, &result, error) == MR_OK)
-        move_back(r, &landing->scene, &result);
-    sim_result_free(&result);
     return error->status;
 }
 
@@ -648,13 +592,10 @@ void series_play(const struct landing_series *series, uint64_t seed, struct seri
         out->deceleration_ft_s2 = path.mean_ft_s2;
         if (land(&runway, landing, &path, out, &run->error) != MR_OK)
             break;
-        run->ms += out->ms_chain + out->ms_planar;
         run->played = i + 1;
         if (out->buckled) {
             run->buckled = (int)i + 1;
             run->buckle_ft = out->buckle_ft;
-        } else if (landing->back == SERIES_BARE) {
-            push_back(&runway, landing, path.stop_ft, path.touchdown_ft, &run->error);
         }
     }
     draw_path_free(&path);

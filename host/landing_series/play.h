@@ -14,8 +14,6 @@ struct series_outcome {
     bool asked_planar;                  /* the planar engine ran */
     /* largest lift of a joint by the chain's compression, in weights of a mat */
     double skip_ratio;
-    double ms_chain, ms_planar;
-    double mats_chain, mats_planar; /* integrated, mean over time */
     double peak_in;
     double movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
     double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */
@@ -52,8 +50,7 @@ struct series_run {
     int buckled;                     /* landing, from 1; 0: none */
     double buckle_ft;                /* station */
     struct series_outcome *outcomes; /* landing_count */
-    double ms;
-    struct error error; /* why this runway could not be played to its end */
+    struct error error;              /* why this runway could not be played to its end */
 };
 
 /* Play the runway of a seed. The result depends on series and seed alone. */

@@ -151,7 +151,6 @@ static bool keys_flag(const struct keys *keys, const json_t *object, const char 
 
 #define IN_PER_FT 12.0
 
-static const char *const alongs[] = {"mats", "ground", NULL};
 static const char *const engines[] = {"auto", "chain", "planar", NULL};
 
 #define FIELD(field) offsetof(struct landing_series, field)
@@ -171,7 +170,6 @@ const struct series_key series_keys[] = {
     RANGE("runway", "gap_in", gap_in, 0.0, 1000.0),
     RANGE("runway", "closing_lb", closing_lb, 0.0, 1e9),
     RANGE("runway", "irregularity_in", irregularity_in, 0.0, 1000.0),
-    CHOICE("runway", "irregularity_along", along, alongs),
     NUMBER("runway", "joint_lb_in", strength_lb_in, 0.0, 1e9),
     NUMBER("runway", "strip_ft", strip_ft, 1e-3, 1e4),
     NUMBER("runway", "unhinge_deg", unhinge_deg, 0.0, 180.0),
@@ -181,8 +179,6 @@ const struct series_key series_keys[] = {
     NUMBER("aircraft", "axles", axles, 1.0, 1e6),
     NUMBER("aircraft", "onset_s", onset_s, 0.0, 60.0),
     NUMBER("aircraft", "dwell_s", dwell_s, 0.0, 60.0),
-    NUMBER("aircraft", "back_ft_s", back_ft_s, 1e-3, 1000.0),
-    NUMBER("aircraft", "back_drag_ft_s2", back_drag_ft_s2, 0.0, 1000.0),
     CHOICE("engine", "use", engine, engines),
     NUMBER("engine", "chain_dt_s", chain_dt_s, 0.0, 1.0),
     NUMBER("engine", "planar_dt_s", planar_dt_s, 0.0, 1.0),
@@ -300,36 +296,14 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* Put what the landing applies on the scene's keys, and take off what it removes: back to the
- * file's scene. */
-static bool modify(const struct keys *r, const char *where, const json_t *landing,
-                   const json_t *scene, json_t *now)
+/* Puts what the landing applies on the scene's keys. */
+static bool modify(const struct keys *r, const char *where, const json_t *landing, json_t *now)
 {
-    json_t *apply = json_object_get(landing, "apply"),
-           *remove_list = json_object_get(landing, "remove"), *value;
-    const char *name;
-    size_t i;
-    if (remove_list && !json_is_array(remove_list))
-        keys_wrong(r, where, "remove", "a list of scene keys");
-    json_array_foreach(remove_list, i, value)
-    {
-        const char *key = json_string_value(value);
-        if (!key || !json_object_get(now, key)) {
-            keys_wrong(r, where, "remove", "scene keys that have been applied before");
-            return true;
-        }
-        if (json_object_get(scene, key))
-            json_object_set(now, key, json_object_get(scene, key));
-        else
-            json_object_del(now, key);
-    }
+    json_t *apply = json_object_get(landing, "apply");
     if (apply && !json_is_object(apply))
         keys_wrong(r, where, "apply", "an object of scene keys");
-    json_object_foreach(apply, name, value)
-    {
-        json_object_set(now, name, value);
-    }
-    return apply || remove_list;
+    json_object_update(now, apply);
+    return apply;
 }
 
 /* The runway as a landing finds it. */
@@ -341,20 +315,12 @@ static void read_scene(const struct keys *r, const char *where, const json_t *no
     sim_scene_from_json(scene, scene_where, (json_t *)now, r->error);
 }
 
-static void read_landing(const struct keys *r, const char *where, const json_t *entry,
-                         const json_t *scene, json_t *now, struct series_landing *landing)
+static void read_landing(const struct keys *r, const char *where, const json_t *entry, json_t *now,
+                         struct series_landing *landing)
 {
-    static const char *const known[] = {"touchdown_ft",
-                                        "speed_ft_s",
-                                        "deceleration_ft_s2",
-                                        "profile",
-                                        "tow_lb",
-                                        "push_back",
-                                        "apply",
-                                        "remove",
-                                        "times",
-                                        NULL};
-    static const char *const backs[] = {"plywood", "mat", NULL};
+    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2",
+                                        "profile",      "tow_lb",     "apply",
+                                        "times",        NULL};
     keys_check(r, where, entry, known);
     keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
     keys_range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
@@ -366,10 +332,9 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     keys_range(r, where, entry, "deceleration_ft_s2", 0.0, 1e4, &landing->deceleration_ft_s2);
     if (profile)
         read_profile(r, where, profile, landing);
-    landing->back = keys_choice(r, where, entry, "push_back", backs, landing->back);
     if (keys_failed(r))
         return;
-    landing->modified = modify(r, where, entry, scene, now);
+    landing->modified = modify(r, where, entry, now);
     if (!keys_failed(r))
         read_scene(r, where, now, &landing->scene);
     if (!keys_failed(r) &&
@@ -427,7 +392,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
             sim_scene_defaults(&landing->scene);
             landing->touchdown_ft = (struct series_range){SERIES_TOUCHDOWN_FT, SERIES_TOUCHDOWN_FT};
             landing->speed_ft_s = (struct series_range){SERIES_SPEED_FT_S, SERIES_SPEED_FT_S};
-            read_landing(r, where, entry, scene, now, landing);
+            read_landing(r, where, entry, now, landing);
             landing->modified = landing->modified && k == 0;
         }
     }
@@ -567,8 +532,6 @@ enum mr_status series_from_json(struct landing_series *c, const char *where, con
         .axles = 12.0,
         .onset_s = 0.05,
         .dwell_s = 0.3,
-        .back_ft_s = 5.0,
-        .back_drag_ft_s2 = 4.0,
         .skip_share = 0.9,
     };
     read_root(&r, root, c);

@@ -29,8 +29,6 @@
 
 /* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
 enum series_engine { SERIES_AUTO, SERIES_CHAIN, SERIES_PLANAR };
-enum series_along { SERIES_MATS, SERIES_GROUND };
-enum series_back { SERIES_PLYWOOD, SERIES_BARE };
 
 struct series_range {
     double low, high; /* uniform between them */
@@ -52,10 +50,9 @@ struct series_landing {
     /* above 0: no landing, but a model towed with locked wheels: constant speed, this thrust on the
      * strip */
     double tow_lb;
-    enum series_back back;
     /* as the runway is then: the file's scene with what has been applied; model and path unset */
     struct sim_scene scene;
-    bool modified; /* a modification was applied or removed before this landing */
+    bool modified; /* a modification was applied before this landing */
 };
 
 struct landing_series {
@@ -67,7 +64,6 @@ struct landing_series {
     enum series_engine engine;
     /* runway */
     struct series_range gap_in, closing_lb, irregularity_in;
-    enum series_along along;
     double strength_lb_in; /* of a joint in tension, per inch of width */
     double strip_ft;       /* width that a mat of the scene stands for */
     double unhinge_deg;    /* unhinging: a joint that turns by more comes apart */
@@ -76,7 +72,6 @@ struct landing_series {
     double buckle_in;      /* above this a buckle */
     /* aircraft */
     double weight_lb, axles, onset_s, dwell_s;
-    double back_ft_s, back_drag_ft_s2;
     /* engines */
     double chain_dt_s, planar_dt_s; /* 0: half the stability limit, a quarter of it */
     /* of the weight that a joint must carry before the planar engine is asked */

@@ -60,14 +60,11 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
     answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
     answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->played);
     add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
-    add_spread(answer, "deceleration", NULL, UNIT_DECELERATION, &s->deceleration_ft_s2, 1);
     add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT, &s->peak_in,
                2);
     add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION, &s->reach_ft, 1);
     add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
                0);
-    add_spread(answer, "push", NULL, UNIT_TENSION, &s->push_lb, 0);
-    add_spread(answer, "pull", NULL, UNIT_TENSION, &s->pull_lb, 0);
     answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar);
     answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->waved);
     answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled);
@@ -112,16 +109,15 @@ static json_t *stations_json(const double *stations_ft, size_t count)
 static json_t *outcome_json(const struct series_outcome *o, size_t number)
 {
     json_t *object = json_pack(
-        "{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,"
+        "{s:I,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,"
         "s:o,s:o}",
         "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
-        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "mats_chain",
-        cli_json_number(o->mats_chain, 4), "mats_planar", cli_json_number(o->mats_planar, 4),
-        "planar", o->asked_planar, "lift_ratio", cli_json_number(o->skip_ratio, 4), "peak_in",
-        cli_json_number(o->peak_in, 5), "reach_ft", cli_json_number(o->reach_ft, 5), "zone_mats",
-        o->zone_mats, "zone_from_ft", cli_json_number(o->zone_from_ft, 6), "zone_to_ft",
-        cli_json_number(o->zone_to_ft, 6), "push_lb", cli_json_number(o->push_lb, 5), "pull_lb",
-        cli_json_number(o->pull_lb, 5), "tears", o->tears, "waves", o->waves, "wave_ft",
+        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar", o->asked_planar,
+        "lift_ratio", cli_json_number(o->skip_ratio, 4), "peak_in", cli_json_number(o->peak_in, 5),
+        "reach_ft", cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
+        cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
+        "push_lb", cli_json_number(o->push_lb, 5), "pull_lb", cli_json_number(o->pull_lb, 5),
+        "tears", o->tears, "waves", o->waves, "wave_ft",
         o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
         cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
         cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
@@ -265,10 +261,6 @@ static void series_answer_landings(struct answer *answer, const struct landing_s
         json_array_append_new(list, run_json(&runs[i]));
     answer_json_value(answer, "runways", list);
     add_medians(answer, c, runs, s);
-    answer_sentence(answer, NULL,
-                    "computed: %zu landings, %zu of them with the planar engine too; %.1f s of the "
-                    "chain, %.1f s planar",
-                    s->landings, s->planar, 1e-3 * s->ms_chain, 1e-3 * s->ms_planar);
 }
 
 struct answer *series_answer(const struct landing_series *c, const struct series_run *runs,
@@ -350,11 +342,8 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
         s->torn += out->tears > 0;
     }
     s->stop_ft = SPREAD(g, stop_ft);
-    s->deceleration_ft_s2 = SPREAD(g, deceleration_ft_s2);
     s->peak_in = SPREAD(g, peak_in);
     s->reach_ft = SPREAD(g, reach_ft);
-    s->push_lb = SPREAD(g, push_lb);
-    s->pull_lb = SPREAD(g, pull_lb);
     s->zone_mats = zones(g);
     for (size_t k = 0; k < g->series->station_count; k++) {
         s->movement_in[k] =
@@ -376,12 +365,6 @@ void series_summarise(struct series_summary *s, const struct landing_series *ser
         s->failed += runs[i].error.status != MR_OK;
         s->runways += runs[i].error.status == MR_OK;
         s->survived += runs[i].error.status == MR_OK && runs[i].buckled == 0;
-        for (size_t k = 0; k < runs[i].played; k++) {
-            s->landings++;
-            s->planar += runs[i].outcomes[k].asked_planar;
-            s->ms_chain += runs[i].outcomes[k].ms_chain;
-            s->ms_planar += runs[i].outcomes[k].ms_planar;
-        }
         if (runs[i].buckled > 0) {
             g.values[buckled] = runs[i].buckle_ft;
             g.values[seeds + buckled++] = runs[i].buckled;

@@ -19,8 +19,7 @@ struct series_landing_summary {
     size_t played;
     size_t buckled;
     size_t planar, waved, unhinged, torn;
-    struct series_spread stop_ft, deceleration_ft_s2, peak_in, reach_ft, zone_mats, push_lb,
-        pull_lb;
+    struct series_spread stop_ft, peak_in, reach_ft, zone_mats;
     struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
 };
 
@@ -28,12 +27,9 @@ struct series_summary {
     size_t runways;                                   /* that were played to their end */
     size_t failed;                                    /* that could not be */
     size_t survived;                                  /* did not buckle */
-    size_t landings;                                  /* played, over all runways */
-    size_t planar;                                    /* of them with the planar engine */
     struct series_spread station_ft, buckle_landing;  /* of those that buckled */
     struct series_spread zone_before, peak_before_in; /* of them, in the landing before */
     struct series_landing_summary *landing;           /* landing_count */
-    double ms_chain, ms_planar;
 };
 
 /* The caller frees. */

@@ -129,7 +129,7 @@ static void write_landings(char *path, const char *slack, const char *runway, co
                           "\"right\":\"free\",\"friction\":\"stick\",\"v0\":0},"
                           "\"runway\":{%s},\"engine\":{\"use\":\"chain\"},\"landings\":[{\"speed_"
                           "ft_s\":15,\"deceleration_ft_s2\":[6,11],"
-                          "\"push_back\":\"mat\",\"times\":3,\"apply\":{%s}},{\"speed_ft_s\":15,"
+                          "\"times\":3,\"apply\":{%s}},{\"speed_ft_s\":15,"
                           "\"deceleration_ft_s2\":9%s}],"
                           "\"stations_ft\":[5,10,15,20]}",
                           slack, runway, apply, then);
@@ -139,7 +139,7 @@ static void write_landings(char *path, const char *slack, const char *runway, co
     close(file);
 }
 
-/* Bands on three landings and off again, bare mat: modifications' keys and the push-back. */
+/* Bands on three landings and off again. */
 TEST(banded_landings_are_too)
 {
     char path[] = "/tmp/matrig-banded.XXXXXX";
@@ -147,7 +147,7 @@ TEST(banded_landings_are_too)
         path, "0.0025", "",
         "\"bands\":0.33,\"band_every\":10,\"band_T0\":100,\"band_K\":2000,\"band_grip\":60,"
         "\"bands2\":0.125,\"band2_every\":20,\"band2_T0\":60,\"band2_wear\":0.5,\"band2_pull\":50",
-        ",\"remove\":[\"bands\"]");
+        ",\"apply\":{\"bands\":0}");
     struct pair p;
     bool same;
     make(&p, path, "4");

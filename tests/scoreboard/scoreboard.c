@@ -27,14 +27,15 @@ static double clock_s(clockid_t clock)
 static void print_movements(const struct landing_series *c, const struct series_summary *s)
 {
     double sum = 0.0, most = 0.0;
-    size_t waved = 0;
+    size_t waved = 0, played = 0;
     for (size_t i = 0; i < c->landing_count; i++) {
         sum += s->landing[i].peak_in.middle / (double)c->landing_count;
         most = s->landing[i].peak_in.high > most ? s->landing[i].peak_in.high : most;
         waved += s->landing[i].waved;
+        played += s->landing[i].played;
     }
     printf("; %.2f in per landing, up to %.2f; low waves in %zu of %zu landings", sum, most, waved,
-           s->landings);
+           played);
 }
 
 static void print_torn(const struct landing_series *c, const struct series_summary *s)
