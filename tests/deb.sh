@@ -93,7 +93,7 @@ parts_are_the_image() {
 flashes() { # through the emulated boot ROM
     as_user bash -c 'matrig-board --boot0 --flash flash.bin --serial pty:tty & board=$!
         for i in $(seq 500); do [ ! -e tty ] || break; sleep 0.02; done
-        matrig flash pty:tty /usr/share/matrig/matrig.hex --boot0 --baud 460800; status=$?; kill -INT $board; wait $board
+        matrig flash pty:tty /usr/share/matrig/matrig.elf --baud 460800; status=$?; kill -INT $board; wait $board
         rm -f flash.bin tty; exit $status'
 }
 papers_lead_on() { # the root's doc folder is as the sources' for its links; LICENCES.md is a copy at another place

@@ -37,7 +37,7 @@ static enum mr_status read_all(struct source *source, struct error *error)
                          strerror(errno), source->path);
     if (source->length == FILE_BYTES_MAX)
         return error_set(error, MR_TOO_LONG,
-                         "larger than any image: %s; give an .elf, .hex or .bin of the firmware",
+                         "larger than any image: %s; give the .elf or .bin of the firmware",
                          source->path);
     if (source->length == 0)
         return error_set(error, MR_TRUNCATED, "an empty file: %s; build the image again",
@@ -118,108 +118,6 @@ static enum mr_status read_elf(struct imagefile *image, const struct source *sou
         if (part.p_type == PT_LOAD)
             status = give_segment(image, source, &part, i, error);
     }
-    return status;
-}
-
-/* ---- Intel HEX ---- */
-
-struct hex {
-    const char *path;
-    unsigned line;
-    uint32_t base;
-    bool ended;
-};
-
-#define HEX_RECORD_MAX 260u /* length, address, type, 255 of data, checksum */
-
-static int digit(uint8_t c)
-{
-    if (c >= '0' && c <= '9')
-        return c - '0';
-    c |= 0x20;
-    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
-/* The bytes of one line, without its colon, checked. */
-static enum mr_status hex_record(const struct hex *hex, const uint8_t *text, size_t length,
-                                 uint8_t record[HEX_RECORD_MAX], struct error *error)
-{
-    uint8_t sum = 0;
-    size_t count = (length - 1) / 2;
-    bool good = text[0] == ':' && length % 2 == 1 && count >= 5 && count <= HEX_RECORD_MAX;
-    for (size_t i = 0; good && i < count; i++) {
-        int high = digit(text[1 + 2 * i]), low = digit(text[2 + 2 * i]);
-        good = high >= 0 && low >= 0;
-        record[i] = (uint8_t)(high * 16 + low);
-        sum = (uint8_t)(sum + record[i]);
-    }
-    if (!good || count != record[0] + 5u)
-        return error_set(error, MR_MALFORMED,
-                         "no record of Intel HEX: line %u of %s; build the image again", hex->line,
-                         hex->path);
-    if (sum)
-        return error_set(error, MR_CRC,
-                         "wrong checksum: line %u of %s; build or copy the image again", hex->line,
-                         hex->path);
-    return MR_OK;
-}
-
-static enum mr_status hex_obey(struct imagefile *image, struct hex *hex, const uint8_t *record,
-                               struct error *error)
-{
-    uint32_t offset = (uint32_t)record[1] << 8 | record[2],
-             value = (uint32_t)record[4] << 8 | record[5];
-    unsigned length = record[0], type = record[3];
-    enum mr_status status = MR_OK;
-    char place[40];
-    snprintf(place, sizeof place, "line %u", hex->line);
-    if (hex->ended)
-        return error_set(error, MR_MALFORMED,
-                         "something after its end record: %s of %s; build the image again", place,
-                         hex->path);
-    if (type == 0) {
-        for (unsigned i = 0; status == MR_OK && i < length; i++)
-            status = give(image, (uint64_t)hex->base + ((offset + i) & 0xffffu), record[4 + i],
-                          place, error);
-    } else if (type == 1 && length == 0) {
-        hex->ended = true;
-    } else if (type == 2 && length == 2) {
-        hex->base = value << 4;
-    } else if (type == 4 && length == 2) {
-        hex->base = value << 16;
-    } else if (!((type == 3 || type == 5) && length == 4)) {
-        /* where to start is what the vectors say */
-        status = error_set(error, MR_MALFORMED,
-                           "an unknown record (type %u, %u bytes): %s of %s; build the image again",
-                           type, length, place, hex->path);
-    }
-    return status;
-}
-
-static enum mr_status read_hex(struct imagefile *image, const struct source *source,
-                               struct error *error)
-{
-    struct hex hex = {.path = source->path};
-    enum mr_status status = MR_OK;
-    for (size_t at = 0; status == MR_OK && at < source->length;) {
-        const uint8_t *text = source->bytes + at;
-        const uint8_t *end = memchr(text, '\n', source->length - at);
-        size_t length = end ? (size_t)(end - text) : source->length - at;
-        uint8_t record[HEX_RECORD_MAX];
-        at += length + 1;
-        hex.line++;
-        while (length && (text[length - 1] == '\r' || text[length - 1] == ' '))
-            length--;
-        if (!length)
-            continue;
-        status = hex_record(&hex, text, length, record, error);
-        if (status == MR_OK)
-            status = hex_obey(image, &hex, record, error);
-    }
-    if (status == MR_OK && !hex.ended)
-        return error_set(error, MR_TRUNCATED,
-                         "no end record after line %u: %s; it is cut off, build or copy it again",
-                         hex.line, source->path);
     return status;
 }
 
@@ -305,13 +203,10 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
         status = read_elf(image, &source, error);
     else if (status == MR_OK && is_named_bin(path))
         status = read_bin(image, &source, error);
-    else if (status == MR_OK && source.bytes[0] == ':')
-        status = read_hex(image, &source, error);
     else if (status == MR_OK)
-        status = error_set(
-            error, MR_MALFORMED,
-            "neither ELF nor Intel HEX, nor named .bin: %s; give the firmware's .elf, .hex or .bin",
-            path);
+        status = error_set(error, MR_MALFORMED,
+                           "neither ELF nor named .bin: %s; give the firmware's .elf or .bin",
+                           path);
     free(source.bytes);
     if (status == MR_OK)
         status = check_vectors(image, error);

@@ -1,8 +1,6 @@
 /* A firmware image from a file: what belongs where in flash, and whether it is whole.
  *
  *     .elf  what its loadable segments put into flash (known by its first bytes)
- *     .hex  Intel HEX (known by its first character), every record's checksum and the end record
- *           checked
  *     .bin  flash from 0x08000000 on (known by its name); the configuration's sectors in it must be
  *           blank, 0xff: they are left out, as is what is blank behind vectors and header
  *

@@ -652,8 +652,8 @@ static const struct command_part parts[] = {
                 "the board's serial port (see matrig log --help); the board must be idle"),
     HELP_ITEM("(no word)",
               "the board, its firmware's version, commit and CRC, and whether the image is whole; "
-              "--image FILE (.elf,\n"
-              ".hex, .bin) compares it with a file. Exit 1 when it differs or is not whole"),
+              "--image FILE (.elf\n"
+              "or .bin) compares it with a file. Exit 1 when it differs or is not whole"),
     HELP_WORD("list", "its records, and how much room there is"),
     HELP_WORD(
         "read N",

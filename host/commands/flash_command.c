@@ -1,17 +1,21 @@
 /* matrig flash: asks a board into its chip's boot ROM, has stm32flash program it, and checks that
  * it runs the image. */
+#include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "common/image.h"
 #include "common/command.h"
 #include "host/base/answer.h"
+#include "host/base/process.h"
 #include "host/board/dialogue.h"
 #include "host/commands/commands.h"
-#include "host/board/stm32flash.h"
+#include "host/board/imagefile.h"
 #include "host/link/link.h"
 #include "host/link/tty.h"
 
@@ -20,26 +24,196 @@
 #define HELLO_S       2.5 /* it comes once a second */
 #define HELLO_ASKED_S 6.0
 #define ORDER_S       3.0
-#define BOARD_S       1.0 /* told right behind it; an old one says it a second later */
-#define RESTART_MS    200 /* 50 until it leaves, and what a reset takes */
+#define BOARD_S       1.0    /* told right behind it; an old one says it a second later */
+#define RESTART_MS    200    /* 50 until it leaves, and what a reset takes */
+#define ROM_BAUD      115200 /* the boot ROM promises no more: AN3155 */
+#define CHIP_TRIES    3u
+#define SAID_MAX      2048u
+#define WORDS_MAX     16u
+#define NOT_FOUND     127 /* exit code of a program that is not there */
 
 struct session {
     const struct cli *cli;
     const char *spec;
-    bool boot0, force;
+    const char *tty; /* the port's path, which stm32flash opens itself */
+    bool pts;        /* a pseudo-terminal, which keeps no parity */
+    bool force;
     int64_t baud;
     struct imagefile image;
     unsigned chip; /* that the image is for */
     struct dialogue dialogue;
     bool same, runs;
-    bool drawn;
 };
 
-static void show(void *context, const char *part, double percent)
+/* ---- stm32flash ---- */
+
+/* A board in its chip's boot ROM, programmed by stm32flash (Debian's package), which talks AN3155
+ * with it.
+ *
+ * An image goes into flash in parts: first sector 0 gets a few instructions that start the boot
+ * ROM, then the program is written, at last vectors and header. A board that loses its power or its
+ * cable in between starts into the boot ROM, and the whole is done again. stm32flash reads each
+ * part back and erases its sectors alone, so the configuration is kept. */
+
+/* Vectors and code for sector 0 while the program is not whole: from any reset to the boot ROM,
+ * with its stack pointer and entry from 0x1FFF0000 (AN2606), as firmware/f407/board.c goes there.
+ *     ldr r0, =0x1fff0000;  ldr r1, [r0];  msr msp, r1;  ldr r1, [r0, #4];  bx r1 */
+static const uint8_t detour[24] = {
+    0x00, 0x20, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08, 0x02, 0x48, 0x01, 0x68,
+    0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
+};
+
+struct part {
+    const char *name;
+    uint32_t at; /* from MR_IMAGE_FLASH on */
+    const uint8_t *bytes;
+    size_t count;
+    bool start; /* start the program afterwards */
+};
+
+/* The newest `(42.00%)` of what it has said. */
+static void show(const struct session *to, const char *part, const char *said)
 {
-    struct session *session = context;
-    fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, percent);
-    session->drawn = true;
+    const char *percent = strrchr(said, '(');
+    char *end;
+    double value = percent ? strtod(percent + 1, &end) : 0;
+    if (cli_terminal() && !to->cli->quiet && percent && *end == '%')
+        fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
+}
+
+/* What it says until it ends; of more than there is room for, the newest. */
+static void listen(const struct session *to, int fd, const char *part, char said[SAID_MAX])
+{
+    size_t length = 0;
+    ssize_t count;
+    for (;;) {
+        if (length == SAID_MAX - 1) {
+            memmove(said, said + SAID_MAX / 2, length -= SAID_MAX / 2);
+            said[length] = '\0';
+        }
+        if ((count = read(fd, said + length, SAID_MAX - 1 - length)) <= 0)
+            return;
+        said[length += (size_t)count] = '\0';
+        show(to, part, said);
+    }
+}
+
+static void last_line(char *said, char line[120])
+{
+    size_t end = strlen(said);
+    while (end > 0 && strchr("\r\n ", said[end - 1]))
+        said[--end] = '\0';
+    size_t start = end;
+    while (start > 0 && !strchr("\r\n", said[start - 1]))
+        start--;
+    snprintf(line, 120, "%s", said + start);
+}
+
+/* Runs stm32flash with these words between its own and the port. MR_LIMIT, without setting `error`:
+ * it failed, and said why in `said`. */
+static enum mr_status run(const struct session *to, const char *const words[], const char *part,
+                          char said[SAID_MAX], struct error *error)
+{
+    char baud[12];
+    const char *all[WORDS_MAX] = {"stm32flash", "-m", to->pts ? "8n1" : "8e1", "-b", baud};
+    size_t n = 5;
+    int ends[2], status = 0;
+    pid_t child;
+    snprintf(baud, sizeof baud, "%d", (int)to->baud);
+    while (*words && n < WORDS_MAX - 2)
+        all[n++] = *words++;
+    all[n] = to->tty;
+    said[0] = '\0';
+    if (pipe2(ends, O_CLOEXEC) != 0)
+        return error_set(error, MR_IO, "no pipe to stm32flash; close other programs");
+    if (process_start(all, (const int[]){-1, ends[1], ends[1]}, &child, error) == MR_OK) {
+        close(ends[1]);
+        listen(to, ends[0], part, said);
+        waitpid(child, &status, 0);
+    } else {
+        close(ends[1]);
+    }
+    close(ends[0]);
+    if (error->status != MR_OK)
+        return error->status;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_FOUND)
+        return error_set(error, MR_IO,
+                         "no stm32flash, which programs boards: install it (apt-get install "
+                         "stm32flash)");
+    return status == 0 ? MR_OK : MR_LIMIT;
+}
+
+/* The id of the chip whose boot ROM answers. MR_TIMEOUT: none does; MR_IO: no stm32flash. */
+static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, struct error *error)
+{
+    char said[SAID_MAX], why[120];
+    /* What the firmware still sends when it restarts into the boot ROM can spoil the first try. */
+    for (unsigned try = 0; try < CHIP_TRIES; try++) {
+        enum mr_status status = run(to, (const char *const[]){NULL}, "boot ROM", said, error);
+        const char *id = strstr(said, "Device ID");
+        if (status == MR_OK && id && sscanf(id, "Device ID : %x", chip) == 1)
+            return MR_OK;
+        if (error->status != MR_OK)
+            return error->status;
+    }
+    last_line(said, why);
+    return error_set(
+        error, MR_TIMEOUT,
+        "no boot ROM answers (stm32flash: %s): %s; start the board with BOOT0 high, on "
+        "USART1; switch it off and on if an earlier attempt broke off",
+        why, to->spec);
+}
+
+static enum mr_status write_part(const struct session *to, const char *folder,
+                                 const struct part *part, struct error *error)
+{
+    char path[TEMPORARY_FOLDER + 40], at[12], said[SAID_MAX], why[120];
+    const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->start ? "-g" : NULL, at, NULL};
+    snprintf(path, sizeof path, "%s/part.bin", folder);
+    snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_IMAGE_FLASH + part->at));
+    FILE *file = fopen(path, "wb");
+    bool written = file && fwrite(part->bytes, 1, part->count, file) == part->count;
+    if (!file || fclose(file) != 0 || !written)
+        return error_set(error, MR_IO, "cannot write: %s; make room there, or set TMPDIR", path);
+    if (run(to, words, part->name, said, error) != MR_LIMIT)
+        return error->status;
+    last_line(said, why);
+    return error_set(error, MR_IO,
+                     "stm32flash failed at the %s, %s: %s (%s); switch the board off and on and "
+                     "run it again. stm32flash -u lifts write protection, -k read protection (it "
+                     "erases everything)",
+                     part->name, at, to->spec, why);
+}
+
+/* From `from` to the last byte before `to` that the image gives. False: none. */
+static bool extent(const struct imagefile *image, uint32_t from, uint32_t to, struct part *part)
+{
+    while (to > from && !image->given[to - 1])
+        to--;
+    part->at = from;
+    part->bytes = image->bytes + from;
+    part->count = to - from;
+    return to > from;
+}
+
+/* Programs the image, reads it back and starts it. MR_IO. */
+static enum mr_status stm32flash_program(const struct session *to, struct error *error)
+{
+    static const char *const files[] = {"part.bin"};
+    const struct imagefile *image = &to->image;
+    struct part first = {"detour to the boot ROM", 0, detour, sizeof detour, false};
+    struct part program = {.name = "program"}, vectors = {.name = "vectors", .start = true};
+    char folder[TEMPORARY_FOLDER];
+    enum mr_status status = temporary_folder_make(folder, "flash", error);
+    if (status == MR_OK && extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
+        status = write_part(to, folder, &first, error);
+        if (status == MR_OK)
+            status = write_part(to, folder, &program, error);
+    }
+    if (status == MR_OK && extent(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
+        status = write_part(to, folder, &vectors, error);
+    temporary_folder_remove(folder, files, 1);
+    return status;
 }
 
 /* ---- into the boot ROM ---- */
@@ -67,10 +241,9 @@ static enum mr_status order_into_rom(struct session *session, struct error *erro
                          "program it through its ST-LINK (docs/howto/flash.md)",
                          session->spec);
     if (status == MR_OK && answer != MR_OK)
-        return error_set(
-            error, answer,
-            "the board refuses `bootrom` (%s): %s; start it with BOOT0 high and give --boot0",
-            mr_status_text(answer), session->spec);
+        return error_set(error, answer,
+                         "the board refuses `bootrom` (%s): %s; start it with BOOT0 high",
+                         mr_status_text(answer), session->spec);
     if (status == MR_OK)
         (void)poll(NULL, 0, RESTART_MS);
     return status;
@@ -114,8 +287,6 @@ static enum mr_status check_board(struct session *session, struct error *error)
 static enum mr_status meet_firmware(struct session *session, struct error *error)
 {
     char why[200];
-    if (session->boot0)
-        return MR_OK;
     enum mr_status status = hear_firmware(session, HELLO_S, error);
     if (status == MR_TIMEOUT) {
         cli_note(session->cli,
@@ -175,16 +346,10 @@ static enum mr_status take_port(const struct session *session, char path[TTY_PAT
 static enum mr_status program(struct session *session, const char *tty, struct error *error)
 {
     char real[PATH_MAX];
-    const struct stm32flash to = {
-        .tty = tty,
-        .spec = session->spec,
-        .baud = (int)session->baud,
-        .pts = realpath(tty, real) && strncmp(real, "/dev/pts/", 9) == 0,
-        .progress = cli_terminal() && !session->cli->quiet ? show : NULL,
-        .context = session,
-    };
+    session->tty = tty;
+    session->pts = realpath(tty, real) && strncmp(real, "/dev/pts/", 9) == 0;
     unsigned chip = 0;
-    enum mr_status status = stm32flash_chip(&to, &chip, error);
+    enum mr_status status = stm32flash_chip(session, &chip, error);
     if (status == MR_OK && chip != session->chip)
         status = error_set(
             error, MR_VERSION,
@@ -192,8 +357,8 @@ static enum mr_status program(struct session *session, const char *tty, struct e
             "board, and the image of that board?",
             chip, session->chip, session->spec);
     if (status == MR_OK)
-        status = stm32flash_program(&to, &session->image, error);
-    if (session->drawn)
+        status = stm32flash_program(session, error);
+    if (cli_terminal() && !session->cli->quiet)
         fputs("\r\033[K", stderr);
     return status;
 }
@@ -305,29 +470,29 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its "
                       "own rate is for the firmware"),
-    HELP_ITEM("IMAGE", ".elf, .hex or .bin of the firmware"),
-    OPTION_FLAG("--boot0", boot0,
-                "the boot ROM runs already, started with BOOT0 high. Without it a board that says "
-                "hello within 2.5 s\n"
-                "restarts into its boot ROM (refused from arm to done)"),
-    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, STM32FLASH_BAUD,
+    HELP_ITEM("IMAGE", ".elf or .bin of the firmware"),
+    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
                  "{low} to {high} for the boot ROM, else {standard}; a chip promises {standard} at "
                  "most"),
     OPTION_FLAG("--force", force,
                 "flash although the board runs this image, says that it is another board, or the "
                 "image carries "
                 "no header"),
-    HELP_NOTE("Runs stm32flash. The configuration is kept, every byte is read back. After a pulled "
-              "cable switch the board off and on and run it\n"
-              "again: it starts into its boot ROM until the image is whole. Exit 1 when the board "
-              "does not run what was flashed."),
+    HELP_NOTE(
+        "A board that says hello within 2.5 s restarts into its boot ROM (refused from arm to "
+        "done); else the boot ROM is expected, started with\n"
+        "BOOT0 high. Runs stm32flash. The configuration is kept, every byte is read back. After a "
+        "pulled "
+        "cable switch the board off and on and run it\n"
+        "again: it starts into its boot ROM until the image is whole. Exit 1 when the board "
+        "does not run what was flashed."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };
 
 const struct command command_flash = {
     "flash",
     flash_command,
-    "LINK IMAGE [--boot0] [--baud N] [--force]",
+    "LINK IMAGE [--baud N] [--force]",
     "program a board through its chip's boot ROM",
     COMMAND_PARTS(parts),
     {2, 2, "LINK IMAGE"},

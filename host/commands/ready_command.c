@@ -370,7 +370,7 @@ static const struct command_part parts[] = {
                 "with a landing"),
     OPTION_TEXT("--can", "LINK", can, "listen to its CAN bus too"),
     OPTION_TEXT("--image", "FILE", image,
-                "(.elf, .hex, .bin) the board must run this; else what it ran in the campaign's "
+                "(.elf or .bin) the board must run this; else what it ran in the campaign's "
                 "last landing"),
     OPTION_TEXT("--expect-config", "CRC|FILE", expected,
                 "it must be configured so (a file: but for the revision, which config set raises); "

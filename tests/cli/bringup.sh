@@ -128,7 +128,7 @@ P
 brown_out_rom_and_firmware() { # 3 where 3.3 V are measured
     start $zg --flash "$tmp/flash"
     bringup brown-out >"$tmp/out" && grep -Eq 'supply +3.(299|300) V' "$tmp/out" && grep -Eq 'brown_out_set +written' "$tmp/out" && grep -Eq 'brown_out +3 level' "$tmp/out" &&
-        bringup rom && build/matrig --quiet flash "pty:$sockets/tty" build/firmware/matrig.elf --boot0 --baud 460800 &&
+        bringup rom && build/matrig --quiet flash "pty:$sockets/tty" build/firmware/matrig.elf --baud 460800 &&
         build/matrig board --serial "pty:$sockets/tty" health >"$tmp/health" && grep -Eq 'brown-out +2.8 V' "$tmp/health"
     local status=$?
     stop

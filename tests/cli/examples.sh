@@ -41,7 +41,7 @@ run_line() {
     log | live | board) line=${line//campaign.db/day.db} ;;& # a campaign of their own: the other one keeps its five landings
     live) [[ $line != "matrig live "* ]] || line="timeout 0.5 ${line/8474/0}" allowed="0 124" ;;&
     log | live) [[ $line != *serial:/* ]] || { board --speed max --rig tests/runs/landing5.run; board=$!; } ;;
-    flash) board --boot0 && board=$! && line="$line --boot0 --baud 460800" ;;
+    flash) board --boot0 && board=$! && line="$line --baud 460800" ;;
     ready) allowed="0 1" ;; # the board at rest is another than the one that landed
     compare) allowed="0 1" ;;
     survey) [[ $line == *--load* ]] || { typed=typed; printf '33.8\nq\n' >typed; cp campaign.db other.db; line=${line/campaign.db/other.db}; } ;;

@@ -44,7 +44,7 @@ flash() { # ARGUMENT...
 }
 
 flashes() { # FILE: the whole of it; the board runs it; the configuration is as it was
-    fresh_flash && start_board --boot0 && flash --boot0 "$1" && stop_board &&
+    fresh_flash && start_board --boot0 && flash "$1" && stop_board &&
         grep -q 'board  *runs it' "$tmp/said" && program_there $firmware/matrig.bin && configuration_kept
 }
 # The firmware that runs gives way. What it runs already is not flashed.
@@ -68,7 +68,7 @@ pulled_at() { # ADDRESS IMAGE
         "$1" "$1" "$(command -v stm32flash)" >"$tmp/bin/stm32flash"
     chmod +x "$tmp/bin/stm32flash"
     PATH=$tmp/bin:$PATH fails_with 3 "stm32flash failed at the program, $1: .*Failed to write memory.*run it again" \
-        build/matrig --quiet flash "pty:$tty" "$2" --boot0 --baud 460800
+        build/matrig --quiet flash "pty:$tty" "$2" --baud 460800
 }
 half_a_program_does_not_start() { # power off and on, BOOT0 low: the board is in its boot ROM all the same, and the same command goes on
     fresh_flash && start_board --boot0 && pulled_at 0x08010000 $firmware/matrig.elf && stop_board && configuration_kept &&
@@ -77,7 +77,7 @@ half_a_program_does_not_start() { # power off and on, BOOT0 low: the board is in
 }
 no_stm32flash() {
     mkdir -p "$tmp/none" && fresh_flash && start_board --boot0 || return 1
-    fails_with 3 'no stm32flash.*apt-get install stm32flash' env PATH="$tmp/none" "$PWD/build/matrig" --quiet flash "pty:$tty" $firmware/matrig.elf --boot0
+    fails_with 3 'no stm32flash.*apt-get install stm32flash' env PATH="$tmp/none" "$PWD/build/matrig" --quiet flash "pty:$tty" $firmware/matrig.elf
     local found=$?
     stop_board && return $found
 }
@@ -88,7 +88,7 @@ protected() {
         stop_board
     done
     [ $done = 0 ] && stop_board && start_board --boot0 || return 1
-    fails_with 3 'stm32flash failed at the detour to the boot ROM.*stm32flash -u .*-k read protection' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --boot0 --baud 460800
+    fails_with 3 'stm32flash failed at the detour to the boot ROM.*stm32flash -u .*-k read protection' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
     local found=$?
     stop_board && return $found
 }
@@ -104,8 +104,8 @@ not_during_a_landing() { # the run file arms in the first second
     return $found
 }
 nobody_there() {
-    start_board --elf $firmware/matrig.elf || return 1 # it runs, and so there is no boot ROM
-    fails_with 3 'no boot ROM answers .*BOOT0 high' build/matrig flash "pty:$tty" $firmware/matrig.elf --boot0 --baud 460800
+    start_board --elf $firmware/bringup.elf || return 1 # no firmware, and no boot ROM
+    fails_with 3 'no boot ROM answers .*BOOT0 high' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
     local found=$?
     stop_board && return $found
 }
@@ -114,8 +114,8 @@ refused() { # before any board is spoken to
     cp $elf "$tmp/notes.txt" && head -c 100 README.md >"$tmp/text" && : >"$tmp/empty.bin" || return 1
     fails_with 4 'another machine' build/matrig flash serial:/dev/null build/matrig &&
         fails_with 4 'an empty file' build/matrig flash serial:/dev/null "$tmp/empty.bin" &&
-        fails_with 4 'neither ELF nor Intel HEX' build/matrig flash serial:/dev/null "$tmp/text" &&
-        fails_with 3 'no firmware image' build/matrig flash serial:/dev/null "$tmp/nowhere.hex" &&
+        fails_with 4 'neither ELF nor named .bin' build/matrig flash serial:/dev/null "$tmp/text" &&
+        fails_with 3 'no firmware image' build/matrig flash serial:/dev/null "$tmp/nowhere.elf" &&
         fails_with 2 "without matrig's header" build/matrig flash serial:/dev/null build/tests/hil/images/talk.elf &&
         fails_with 3 'no serial port' build/matrig flash serial:/dev/nowhere $elf &&
         fails_with 2 'stm32flash needs a serial port: can:can0' build/matrig flash can:can0 $elf &&
@@ -135,7 +135,7 @@ same_from_the_same() { # nothing of time or place: linked twice, in two folders,
     cmp "$tmp/here/firmware/matrig.elf" "$tmp/there/firmware/matrig.elf"
 }
 
-check "matrig flash programs and verifies a .hex, and the board runs it" flashes $firmware/matrig.hex
+check "matrig flash programs and verifies an image, and the board runs it" flashes $firmware/matrig.elf
 check "matrig board compares the image that runs with a file" compares
 check "the firmware gives way to the boot ROM; what runs already is not flashed" from_the_firmware
 check "half a program does not start, and is flashed again" half_a_program_does_not_start

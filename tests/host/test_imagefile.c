@@ -1,4 +1,4 @@
-/* Image files: the three formats say the same, and what is wrong with one is one clear error. The
+/* Image files: both formats say the same, and what is wrong with one is one clear error. The
  * files are written here byte by byte, from the formats' own descriptions. */
 #include <elf.h>
 #include <stdio.h>
@@ -41,38 +41,6 @@ static void make_content(void)
 }
 
 /* ---- writers ---- */
-
-static size_t record(char *out, unsigned address, unsigned type, const uint8_t *data,
-                     unsigned count)
-{
-    unsigned sum = count + (address >> 8) + (address & 0xff) + type;
-    int n = sprintf(out, ":%02X%04X%02X", count, address, type);
-    for (unsigned i = 0; i < count; i++) {
-        n += sprintf(out + n, "%02X", data[i]);
-        sum += data[i];
-    }
-    return (size_t)(n + sprintf(out + n, "%02X\r\n", (unsigned)(uint8_t)(0x100u - (sum & 0xff))));
-}
-
-static size_t hex_run(char *out, uint32_t from, uint32_t to)
-{
-    size_t n = 0;
-    for (uint32_t at = from; at < to; at += 16)
-        n += record(out + n, at & 0xffff, 0, content + at, to - at < 16 ? to - at : 16);
-    return n;
-}
-
-static size_t make_hex(char *out)
-{
-    const uint8_t low[2] = {0x08, 0x00}, high[2] = {0x08, 0x01},
-                  start[4] = {0x08, 0x01, 0x00, 0x05};
-    size_t n = record(out, 0, 4, low, 2);
-    n += hex_run(out + n, 0, MR_IMAGE_HEAD);
-    n += record(out + n, 0, 4, high, 2);
-    n += hex_run(out + n, PROGRAM, PROGRAM + PROGRAM_BYTES);
-    n += record(out + n, 0, 5, start, 4);
-    return n + record(out + n, 0, 1, NULL, 0);
-}
 
 static size_t make_elf(uint8_t *out)
 {
@@ -145,67 +113,12 @@ static void refused(const char *path, enum mr_status status, const char *what)
 static void the_formats_say_the_same(void **state)
 {
     (void)state;
-    static char hex[20000];
     static uint8_t elf[20000];
     make_content();
     scratch_write("a.bin", content, sizeof content);
-    scratch_write("a.hex", hex, make_hex(hex));
     scratch_write("a.elf", elf, make_elf(elf));
     reads("a.bin");
-    reads("a.hex");
     reads("a.elf");
-}
-
-static void hex_of_segments(void **state) /* type 2: 16 times the value is added */
-{
-    (void)state;
-    static char hex[20000];
-    const uint8_t segment[2] = {0x10, 0x00};
-    make_content();
-    size_t n = record(hex, 0, 2, segment, 2);
-    n += record(hex + n, 0, 0, content, 16);
-    (void)record(hex + n, 0, 1, NULL, 0);
-    scratch_write("seg.hex", hex, strlen(hex));
-    refused("seg.hex", MR_MALFORMED, "outside the flash (0x00010000)");
-}
-
-static void bad_hex(void **state)
-{
-    (void)state;
-    static char hex[20000], bad[20000];
-    make_content();
-    size_t n = make_hex(hex);
-    hex[n] = '\0';
-    scratch_write("b.hex", hex, n - 13); /* the end record is 11 characters and a line end */
-    refused("b.hex", MR_TRUNCATED, "no end record");
-    scratch_write("b.hex", hex, 300);
-    refused("b.hex", MR_MALFORMED, "no record of Intel HEX: line 8");
-    /* every digit of one record turned into another: its checksum, or its length, tells */
-    size_t begin = (size_t)(strchr(hex, '\n') - hex) + 1,
-           end = (size_t)(strchr(hex + begin, '\r') - hex);
-    for (size_t i = begin + 1; i < end; i++) {
-        struct imagefile image;
-        struct error error = {0};
-        memcpy(bad, hex, n);
-        bad[i] = hex[i] == '0' ? '1' : '0';
-        scratch_write("b.hex", bad, n);
-        enum mr_status status = imagefile_read("b.hex", &image, &error);
-        assert_true(status == MR_CRC || status == MR_MALFORMED);
-        assert_non_null(strstr(error.text, "line 2"));
-        imagefile_free(&image);
-    }
-    memcpy(bad, hex, n);
-    memcpy(bad + n, hex, n);
-    scratch_write("b.hex", bad, 2 * n);
-    refused("b.hex", MR_MALFORMED, "after its end record");
-    scratch_write("b.hex", ":0000000600\n:00000001FF\n", 24);
-    refused("b.hex", MR_CRC, "line 1");
-    scratch_write("b.hex", ":00000006FA\n:00000001FF\n", 24);
-    refused("b.hex", MR_MALFORMED, "unknown record (type 6");
-    scratch_write("b.hex", ":020000040800F2\n:0100000001FE\n:0100000002FD\n:00000001FF\n", 56);
-    refused("b.hex", MR_MALFORMED, "two values for 0x08000000: line 3");
-    scratch_write("b.hex", ":020000040800F2\n:01800000007F\n:00000001FF\n", 42);
-    refused("b.hex", MR_MALFORMED, "where the configuration is kept");
 }
 
 static void bad_elf(void **state)
@@ -276,7 +189,7 @@ static void no_image_at_all(void **state)
     scratch_write("e.bin", "", 0);
     refused("e.bin", MR_TRUNCATED, "an empty file");
     scratch_write("e.txt", "hello", 5);
-    refused("e.txt", MR_MALFORMED, "neither ELF nor Intel HEX, nor named .bin");
+    refused("e.txt", MR_MALFORMED, "neither ELF nor named .bin");
     refused("nowhere.elf", MR_IO, "no firmware image");
     scratch_write("short.bin", "\0\20\0\40\5\0\1\10", 8);
     refused("short.bin", MR_MALFORMED, "no vectors");
@@ -307,8 +220,6 @@ int main(void)
         return 1;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_formats_say_the_same),
-        cmocka_unit_test(hex_of_segments),
-        cmocka_unit_test(bad_hex),
         cmocka_unit_test(bad_elf),
         cmocka_unit_test(bad_bin),
         cmocka_unit_test(no_image_at_all),

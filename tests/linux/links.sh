@@ -137,7 +137,7 @@ usleep 2000000 # until the port has lost the board before
 echo "# host: start board 4"
 usleep 2000000
 flashed() { # 8E1: the board outside hears nothing else
-    matrig flash serial:/dev/ttyS1:115200 /data/small.bin --force --boot0 >flash.txt 2>&1
+    matrig flash serial:/dev/ttyS1:115200 /data/small.bin --force >flash.txt 2>&1
     local status=$?
     cat flash.txt
     [ $status -eq 0 ] && says " [1-9][0-9]* bytes, all as in the file" flash.txt
