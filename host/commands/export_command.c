@@ -134,8 +134,8 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
 
 /* ---- film frames ---- */
 
-static enum mr_status export_film(const struct measured *measured, const struct film *film, bool si,
-                                  FILE *out, long *rows)
+static void export_film(const struct measured *measured, const struct film *film, bool si,
+                        FILE *out)
 {
     const struct unit *station = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
     const struct store_landing *landing = &measured->landing;
@@ -164,8 +164,6 @@ static enum mr_status export_film(const struct measured *measured, const struct 
         csv_cell(out, frame->speed_ft_s.error * speed->factor, 4);
         fputc('\n', out);
     }
-    *rows = (long)film->frames;
-    return MR_OK;
 }
 
 static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
@@ -182,59 +180,42 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
                            "site.camera 1 and wire the "
                            "camera to PE2 and PB3",
                            (long long)run, store_path(store));
+    *rows = (long)film.frames;
     if (status == MR_OK)
-        status = export_film(&measured, &film, cli->si, out, rows);
+        export_film(&measured, &film, cli->si, out);
     film_free(&film);
     measured_free(&measured);
     return status;
 }
 
-/* Made in memory first: what cannot be exported leaves the file as it was. */
-static enum mr_status write_out(struct store *store, int64_t run, const char *format,
-                                const char *path, const struct cli *cli, long *rows,
-                                struct error *error)
+struct request {
+    const char *format, *path, *base;
+    uint16_t can_base;
+};
+
+/* Made in memory first: what cannot be exported leaves the file as it was. `store`: NULL for the
+ * message catalogue, which is of no landing. */
+static enum mr_status write_out(struct store *store, int64_t run, const struct request *r,
+                                const struct cli *cli, long *rows, struct error *error)
 {
     char *text = NULL;
     size_t length = 0;
     FILE *made = xopen_memstream(&text, &length);
-    if (strcmp(format, "candump") == 0)
+    if (!store)
+        *rows = (long)dbc_write(made, r->can_base);
+    else if (strcmp(r->format, "candump") == 0)
         export_candump(store, run, made, cli, rows, error);
-    else if (strcmp(format, "frames") == 0)
+    else if (strcmp(r->format, "frames") == 0)
         export_frames(store, run, made, cli, rows, error);
-    else if (strcmp(format, "mdf4") == 0)
+    else if (strcmp(r->format, "mdf4") == 0)
         export_mdf4(store, run, made, cli->si, rows, error);
     else
         export_csv(store, run, made, cli, rows, error);
     fclose(made);
     if (error->status == MR_OK)
-        output_bytes(path, text, length, error);
+        output_bytes(r->path, text, length, error);
     free(text);
     return error->status;
-}
-
-struct request {
-    const char *format, *path, *base;
-};
-
-/* The message catalogue: of no landing. */
-static int export_dbc(const struct request *r, const struct cli *cli)
-{
-    struct error error = {0};
-    struct output output;
-    uint16_t base = 0;
-    unsigned messages = 0;
-    if ((!r->base || link_read_base(r->base, "--base", &base, &error) == MR_OK) &&
-        output_begin(&output, r->path, &error) == MR_OK) {
-        messages = dbc_write(output.file, base);
-        output_end(&output, &error);
-    }
-    if (error.status != MR_OK)
-        return cli_fail(&error);
-    if (cli->json)
-        return cli_print_json(json_pack("{sssssisi}", "file", r->path, "format", r->format,
-                                        "messages", (int)messages, "base", base),
-                              0);
-    return 0;
 }
 
 /* DB RUN for every format but dbc. */
@@ -265,37 +246,33 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     struct store *store = NULL;
     int64_t run = 0;
     long rows = 0;
-    enum mr_status status = command_parse(&command_export, argc, argv, cli, &r, words, &error);
+    struct store_landing landing;
+    command_parse(&command_export, argc, argv, cli, &r, words, &error);
     bool dbc = r.format && strcmp(r.format, "dbc") == 0;
-    if (status == MR_OK)
-        status = check_operands(&r, dbc, words, &error);
-    if (status == MR_OK && cli->json && !r.path)
-        status = error_set(
+    if (error.status == MR_OK)
+        check_operands(&r, dbc, words, &error);
+    if (cli->json && !r.path)
+        error_set(
             &error, MR_USAGE,
             "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
-    if (status == MR_OK && dbc)
-        return export_dbc(&r, cli);
-    if (status == MR_OK && !r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
-        status = error_set(&error, MR_USAGE,
-                           "binary data on a terminal: matrig export --format mdf4; give -o F, or "
-                           "a pipe");
-    if (status == MR_OK)
-        status = run_parse(words[1], &run, &error);
-    if (status == MR_OK)
-        status = output_check(r.path, words[0], &error);
-    if (status == MR_OK)
-        status = store_open(words[0], STORE_READ, &store, &error);
-    struct store_landing landing;
-    if (status == MR_OK)
-        status = store_landing_get(store, run, &landing, &error);
-    if (status == MR_OK)
-        write_out(store, run, r.format, r.path, cli, &rows, &error);
+    if (r.format && !r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
+        error_set(&error, MR_USAGE,
+                  "binary data on a terminal: matrig export --format mdf4; give -o F, or a pipe");
+    if (error.status == MR_OK && r.base)
+        link_read_base(r.base, "--base", &r.can_base, &error);
+    if (error.status == MR_OK &&
+        (dbc || (run_parse(words[1], &run, &error) == MR_OK &&
+                 output_check(r.path, words[0], &error) == MR_OK &&
+                 store_open(words[0], STORE_READ, &store, &error) == MR_OK &&
+                 store_landing_get(store, run, &landing, &error) == MR_OK)))
+        write_out(store, run, &r, cli, &rows, &error);
     store_close(store);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (cli->json)
-        return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "format", r.format, "run",
-                                        (json_int_t)run, "rows", (json_int_t)rows),
+        return cli_print_json(json_pack("{sssssosI}", "file", r.path, "format", r.format, "run",
+                                        dbc ? json_null() : json_integer(run), "rows",
+                                        (json_int_t)rows),
                               0);
     return 0;
 }

@@ -24,7 +24,7 @@
 struct mdf4 {
     uint8_t *bytes; /* the file so far */
     size_t length, room;
-    uint64_t header, last_group, last_attachment;
+    uint64_t header, last_group;
     uint64_t group, rows_block, last_channel; /* of the table that is open */
     uint64_t channel_group;
     uint64_t part_of; /* channel whose parts follow; 0: none */
@@ -40,8 +40,8 @@ struct mdf4_channel {
     enum mdf4_type type;
     unsigned offset, bytes; /* in the row */
     bool is_time;           /* the master of the table: seconds */
-    int invalid_bit;        /* in the invalidation bytes; -1: always valid */
-    bool has_parts;         /* the channels up to mdf4_parts_end are its parts */
+    unsigned invalid;       /* its bit in the invalidation bytes, from 1; 0: always valid */
+    bool has_parts;         /* the channels behind it are its parts */
     uint64_t attachment;    /* a file that describes it; 0: none */
 };
 
@@ -58,7 +58,7 @@ struct mdf4_channel {
 #define AT_EMBEDDED        1u
 #define AT_MD5             4u
 
-/* Links by position in their blocks. */
+/* Links by position in their blocks; the first leads to the next of its kind. */
 enum { HD_FIRST_DG, HD_FIRST_FH, HD_FIRST_CH, HD_FIRST_AT, HD_FIRST_EV, HD_COMMENT, HD_LINKS };
 enum { FH_NEXT, FH_COMMENT, FH_LINKS };
 enum { DG_NEXT, DG_FIRST_CG, DG_DATA, DG_COMMENT, DG_LINKS };
@@ -190,6 +190,14 @@ static void mdf4_start(struct mdf4 *file, uint64_t start_ns, const char *comment
     set_link(file, file->header, HD_COMMENT, comment_block(file, "HDcomment", comment, ""));
 }
 
+/* Behind the last block of its kind, else where the first hangs. */
+static void chain(struct mdf4 *file, uint64_t *last, uint64_t first_of, unsigned first_link,
+                  uint64_t address)
+{
+    set_link(file, *last ? *last : first_of, *last ? 0 : first_link, address);
+    *last = address;
+}
+
 static uint64_t mdf4_attach(struct mdf4 *file, const char *name, const char *mime_type,
                             const void *bytes, size_t length)
 {
@@ -205,11 +213,7 @@ static uint64_t mdf4_attach(struct mdf4 *file, const char *name, const char *mim
     put(data + 24, length, 8);
     put(data + 32, length, 8);
     uint64_t address = block(file, "AT", links, AT_LINKS, data, sizeof data, bytes, length);
-    if (file->last_attachment)
-        set_link(file, file->last_attachment, AT_NEXT, address);
-    else
-        set_link(file, file->header, HD_FIRST_AT, address);
-    file->last_attachment = address;
+    set_link(file, file->header, HD_FIRST_AT, address);
     return address;
 }
 
@@ -235,11 +239,7 @@ static void mdf4_table(struct mdf4 *file, const char *name, const char *comment,
     uint8_t data[32] = {0};
     /* a table of one kind of rows: no record ids */
     file->group = block(file, "DG", links, DG_LINKS, data, 8, NULL, 0);
-    if (file->last_group)
-        set_link(file, file->last_group, DG_NEXT, file->group);
-    else
-        set_link(file, file->header, HD_FIRST_DG, file->group);
-    file->last_group = file->group;
+    chain(file, &file->last_group, file->header, HD_FIRST_DG, file->group);
     group[CG_NAME] = text_block(file, "TX", name);
     group[CG_SOURCE] = can_channel ? can_source(file, can_channel) : 0;
     group[CG_COMMENT] = comment_block(file, "CGcomment", comment, "");
@@ -249,25 +249,9 @@ static void mdf4_table(struct mdf4 *file, const char *name, const char *comment,
     put(data + 28, invalid_bytes, 4);
     file->channel_group = block(file, "CG", group, CG_LINKS, data, sizeof data, NULL, 0);
     set_link(file, file->group, DG_FIRST_CG, file->channel_group);
-    file->last_channel = file->rows_block = file->part_of = file->rows = 0;
+    file->last_channel = file->rows_block = file->part_of = file->last_part = file->rows = 0;
     file->row_bytes = row_bytes;
     file->invalid_bytes = invalid_bytes;
-}
-
-static void hang_channel(struct mdf4 *file, uint64_t address)
-{
-    if (file->part_of && !file->last_part)
-        set_link(file, file->part_of, CN_PARTS, address);
-    else if (file->part_of)
-        set_link(file, file->last_part, CN_NEXT, address);
-    else if (file->last_channel)
-        set_link(file, file->last_channel, CN_NEXT, address);
-    else
-        set_link(file, file->channel_group, CG_FIRST_CN, address);
-    if (file->part_of)
-        file->last_part = address;
-    else
-        file->last_channel = address;
 }
 
 static void mdf4_channel(struct mdf4 *file, const struct mdf4_channel *channel)
@@ -284,23 +268,19 @@ static void mdf4_channel(struct mdf4 *file, const struct mdf4_channel *channel)
     put(data + 4, channel->offset, 4);
     put(data + 8, 8u * channel->bytes, 4);
     put(data + 12,
-        (channel->invalid_bit >= 0 ? CN_INVALIDATION : 0u) |
+        (channel->invalid ? CN_INVALIDATION : 0u) |
             (channel->has_parts || file->part_of ? CN_BUS_EVENT : 0u),
         4);
-    put(data + 16, channel->invalid_bit >= 0 ? (unsigned)channel->invalid_bit : 0u, 4);
+    put(data + 16, channel->invalid ? channel->invalid - 1 : 0u, 4);
     put(data + 22, channel->attachment ? 1u : 0u, 2);
     uint64_t address = block(file, "CN", links, CN_LINKS + (channel->attachment ? 1u : 0u), data,
                              sizeof data, NULL, 0);
-    hang_channel(file, address);
-    if (channel->has_parts) {
+    if (file->part_of)
+        chain(file, &file->last_part, file->part_of, CN_PARTS, address);
+    else
+        chain(file, &file->last_channel, file->channel_group, CG_FIRST_CN, address);
+    if (channel->has_parts)
         file->part_of = address;
-        file->last_part = 0;
-    }
-}
-
-static void mdf4_parts_end(struct mdf4 *file)
-{
-    file->part_of = 0;
 }
 
 static void mdf4_row(struct mdf4 *file, const uint8_t *row)
@@ -342,18 +322,7 @@ struct place {
     uint16_t base;   /* of the board on CAN */
     int64_t zero_us; /* board time of second 0 */
     long rows;
-    long without_time;
 };
-
-static void put_real(uint8_t *at, double value)
-{
-    memcpy(at, &value, sizeof value); /* x86 and ARM: IEEE 754, least byte first */
-}
-
-static void put_single(uint8_t *at, float value)
-{
-    memcpy(at, &value, sizeof value);
-}
 
 /* ---- readings ---- */
 
@@ -383,14 +352,13 @@ static void describe_reading(struct place *place, const struct measured_channel 
         snprintf(comment + n, sizeof comment - (size_t)n,
                  "; standard error of one reading at the peak %.4g %s", one * factor,
                  unit_of_channel(channel, si)->text);
-    mdf4_channel(place->file,
-                 &(struct mdf4_channel){.name = name,
-                                        .unit = unit_of_channel(channel, si)->text,
-                                        .comment = comment,
-                                        .type = MDF4_REAL,
-                                        .offset = 8 * COLUMNS_BEFORE + 4 * column,
-                                        .bytes = 4,
-                                        .invalid_bit = (int)(COLUMNS_BEFORE + column)});
+    mdf4_channel(place->file, &(struct mdf4_channel){.name = name,
+                                                     .unit = unit_of_channel(channel, si)->text,
+                                                     .comment = comment,
+                                                     .type = MDF4_REAL,
+                                                     .offset = 8 * COLUMNS_BEFORE + 4 * column,
+                                                     .bytes = 4,
+                                                     .invalid = COLUMNS_BEFORE + column + 1});
 }
 
 static void describe_readings(struct place *place, const struct measured_channel **channels,
@@ -405,18 +373,17 @@ static void describe_readings(struct place *place, const struct measured_channel
          .unit = "s",
          .comment = "middle of the 1 ms block",
          .type = MDF4_REAL,
-         .is_time = true,
-         .invalid_bit = -1},
-        {.name = since, .unit = "s", .type = MDF4_REAL, .invalid_bit = -1},
+         .is_time = true},
+        {.name = since, .unit = "s", .type = MDF4_REAL},
         {.name = "gear_station",
          .unit = unit_of(UNIT_STATION, si)->text,
          .comment = "lead wheel of the main bogie, by the fit",
          .type = MDF4_REAL,
-         .invalid_bit = 2},
+         .invalid = 3},
         {.name = "gear_speed",
          .unit = unit_of(UNIT_SPEED, si)->text,
          .type = MDF4_REAL,
-         .invalid_bit = 3}};
+         .invalid = 4}};
     char source[MEASURED_SOURCE_TEXT], torn[MEASURED_TORN_TEXT],
         comment[MEASURED_SOURCE_TEXT + MEASURED_TORN_TEXT + 100];
     measured_source_text(measured, source);
@@ -456,14 +423,16 @@ static void put_reading_row(struct place *place, const struct measured_channel *
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);
-        put_real(row + 8 * i, isnan(values[i]) ? 0.0 : values[i]);
+        else /* x86 and ARM: IEEE 754, least byte first */
+            memcpy(row + 8 * i, &values[i], 8);
     }
     for (unsigned c = 0; c < count; c++) {
-        double value = measured_value(channels[c], sample) *
-                       unit_of_channel(channels[c], si)->factor;
+        float value =
+            (float)(measured_value(channels[c], sample) * unit_of_channel(channels[c], si)->factor);
         if (isnan(value))
             mark_invalid(row, row_bytes, COLUMNS_BEFORE + c);
-        put_single(row + 8 * COLUMNS_BEFORE + 4 * c, isnan(value) ? 0.0f : (float)value);
+        else
+            memcpy(row + 8 * COLUMNS_BEFORE + 4 * c, &value, 4);
     }
     mdf4_row(place->file, row);
     place->rows++;
@@ -484,29 +453,17 @@ static void put_readings(struct place *place, bool si)
 
 /* ---- frames ---- */
 
-/* The catalogue as a DBC file, in memory; the caller frees. */
-static char *dbc_text(uint16_t base, size_t *length)
-{
-    char *text = NULL;
-    FILE *stream = xopen_memstream(&text, length);
-    dbc_write(stream, base);
-    fclose(stream);
-    return text;
-}
-
 static enum mr_status put_frame(void *context, const struct store_frame *frame)
 {
     struct place *place = context;
     uint8_t row[FRAME_ROW] = {0};
-    if (frame->board_us == STORE_NONE || frame->length > 8) {
-        place->without_time++;
+    if (frame->board_us == STORE_NONE || frame->length > 8)
         return MR_OK;
-    }
-    put_real(row, (double)(frame->board_us - place->zero_us) / 1e6);
+    double t_s = (double)(frame->board_us - place->zero_us) / 1e6;
+    memcpy(row, &t_s, 8);
     row[8] = 1; /* the bus */
     uint32_t id = link_id_to_bus(frame->id, place->base);
-    for (unsigned i = 0; i < 4; i++)
-        row[9 + i] = (uint8_t)(id >> 8 * i);
+    put(row + 9, id, 4);
     row[14] = row[15] = (uint8_t)frame->length;
     memcpy(row + 16, frame->data, frame->length);
     mdf4_row(place->file, row);
@@ -516,44 +473,33 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
 
 static void describe_frames(struct mdf4 *file, uint64_t dbc)
 {
-    static const struct {
-        const char *name;
-        unsigned offset, bytes;
-        enum mdf4_type type;
-    } parts[] = {{"CAN_DataFrame.BusChannel", 8, 1, MDF4_UNSIGNED},
-                 {"CAN_DataFrame.ID", 9, 4, MDF4_UNSIGNED},
-                 {"CAN_DataFrame.IDE", 13, 1, MDF4_UNSIGNED},
-                 {"CAN_DataFrame.DLC", 14, 1, MDF4_UNSIGNED},
-                 {"CAN_DataFrame.DataLength", 15, 1, MDF4_UNSIGNED},
-                 {"CAN_DataFrame.DataBytes", 16, 8, MDF4_BYTES}};
+    const struct mdf4_channel channels[] = {
+        {.name = "Timestamp", .unit = "s", .type = MDF4_REAL, .bytes = 8, .is_time = true},
+        {.name = "CAN_DataFrame",
+         .type = MDF4_BYTES,
+         .offset = 8,
+         .bytes = FRAME_ROW - 8,
+         .has_parts = true,
+         .attachment = dbc},
+        {.name = "CAN_DataFrame.BusChannel", .offset = 8, .bytes = 1},
+        {.name = "CAN_DataFrame.ID", .offset = 9, .bytes = 4},
+        {.name = "CAN_DataFrame.IDE", .offset = 13, .bytes = 1},
+        {.name = "CAN_DataFrame.DLC", .offset = 14, .bytes = 1},
+        {.name = "CAN_DataFrame.DataLength", .offset = 15, .bytes = 1},
+        {.name = "CAN_DataFrame.DataBytes", .type = MDF4_BYTES, .offset = 16, .bytes = 8}};
     mdf4_table(file, "CAN_DataFrame", "frames of the board's CAN bus as received", FRAME_ROW, 0, 1);
-    mdf4_channel(file, &(struct mdf4_channel){.name = "Timestamp",
-                                              .unit = "s",
-                                              .type = MDF4_REAL,
-                                              .bytes = 8,
-                                              .is_time = true,
-                                              .invalid_bit = -1});
-    mdf4_channel(file, &(struct mdf4_channel){.name = "CAN_DataFrame",
-                                              .type = MDF4_BYTES,
-                                              .offset = 8,
-                                              .bytes = FRAME_ROW - 8,
-                                              .invalid_bit = -1,
-                                              .has_parts = true,
-                                              .attachment = dbc});
-    for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; i++)
-        mdf4_channel(file, &(struct mdf4_channel){.name = parts[i].name,
-                                                  .type = parts[i].type,
-                                                  .offset = parts[i].offset,
-                                                  .bytes = parts[i].bytes,
-                                                  .invalid_bit = -1});
-    mdf4_parts_end(file);
+    for (unsigned i = 0; i < sizeof channels / sizeof channels[0]; i++)
+        mdf4_channel(file, &channels[i]);
 }
 
 static enum mr_status put_frames(struct place *place, struct store *store, int64_t run,
                                  struct error *error)
 {
     size_t length = 0;
-    char *dbc = dbc_text(place->base, &length);
+    char *dbc = NULL;
+    FILE *stream = xopen_memstream(&dbc, &length);
+    dbc_write(stream, place->base);
+    fclose(stream);
     describe_frames(place->file,
                     mdf4_attach(place->file, "matrig.dbc", "application/x-dbc", dbc, length));
     free(dbc);
