@@ -3,18 +3,11 @@
 #ifndef MATRIG_TESTS_HOST_MODS_CASE_H
 #define MATRIG_TESTS_HOST_MODS_CASE_H
 
-#include <math.h>
-#include <string.h>
-
 #include "host/sim/elements/mods.h"
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
 #include "tests/host/model_mat.h"
+#include "tests/host/sim_case.h"
 
-#define G  32.174
 #define PI 3.14159265358979323846
-
-static struct error error;
 
 /* N free mats far apart (joints never meet), 32.174 lb each: mass 1 slug; bands of A E = 1000
  * lb. */
@@ -49,21 +42,6 @@ static inline void rivet(struct sim_scene *scene, int every, int first, int last
 static inline void tension(struct sim_scene *scene, const double *values, size_t count)
 {
     sim_scene_set_list(&scene->mods.band[0].t0_lb, values, count);
-}
-
-static inline struct sim_result run(const struct sim_scene *scene, struct sim_options options)
-{
-    struct sim_result result;
-    memset(&error, 0, sizeof error);
-    if (sim_run(scene, &options, &result, &error) != MR_OK)
-        fail_msg("%s", error.text);
-    return result;
-}
-
-static inline void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
 }
 
 static inline struct sim_scene runway(void)

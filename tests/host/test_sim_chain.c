@@ -1,15 +1,9 @@
 /* The chain against closed forms. Units ft, lb, s. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 #include "tests/host/model_mat.h"
 
-#define G 32.174
-
-static struct error error;
+#define run_at(scene, step_s) run(scene, (struct sim_options){.dt_s = (step_s)})
 
 /* N mats of 160 lb, 2 ft, free, no friction, no damper, the aircraft standing on mat 1 without
  * thrust. */
@@ -26,32 +20,6 @@ static struct sim_scene plain(int mats)
     return scene;
 }
 
-static void set_list(struct sim_list *list, const double *values, size_t count)
-{
-    sim_scene_set_list(list, values, count);
-}
-
-static void set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count)
-{
-    sim_scene_set_path(scene, rows, count);
-}
-
-static struct sim_result run(const struct sim_scene *scene, double dt_s)
-{
-    struct sim_options options = {.dt_s = dt_s};
-    struct sim_result result;
-    memset(&error, 0, sizeof error);
-    if (sim_run(scene, &options, &result, &error) != MR_OK)
-        fail_msg("%s", error.text);
-    return result;
-}
-
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
-}
-
 TEST(below_its_friction_a_mat_stays)
 {
     struct sim_scene scene = plain(3);
@@ -59,20 +27,20 @@ TEST(below_its_friction_a_mat_stays)
     scene.kl_lb_ft = 1e3;
     scene.force_lb = 80.0; /* exactly f W */
     scene.t_end_s = 0.5;
-    struct sim_result result = run(&scene, 0.0);
+    struct sim_result result = run_at(&scene, 0.0);
     for (int n = 1; n <= 3; n++)
         assert_true(result.u_ft[n] == 0.0);
     assert_true(result.speed_end_ft_s == 0.0 && result.events == 0);
     sim_result_free(&result);
 
     scene.force_lb = 80.0001;
-    result = run(&scene, 0.0);
+    result = run_at(&scene, 0.0);
     assert_true(result.u_ft[1] > 0.0 && result.u_ft[2] == 0.0);
     sim_result_free(&result);
 
     scene.force_lb = 100.0; /* 20 lb too much, but 50 lb on the wheel hold it */
     scene.wheel_load_lb = 50.0;
-    result = run(&scene, 0.0);
+    result = run_at(&scene, 0.0);
     assert_true(result.u_ft[1] == 0.0);
     sim_result_free(&result);
 }
@@ -86,8 +54,8 @@ TEST(above_its_friction_a_mat_slides_and_rests)
     scene.force_lb = 160.0;
     scene.force_stop_s = 0.1;
     scene.t_end_s = 0.3;
-    set_list(&scene.t_out_s, times, 6);
-    struct sim_result result = run(&scene, 1e-4);
+    sim_scene_set_list(&scene.t_out_s, times, 6);
+    struct sim_result result = run_at(&scene, 1e-4);
     const double top = a * 0.1;
     near(result.outputs[0].u_ft[1], 0.5 * a * 0.05 * 0.05, 1e-8);
     near(result.outputs[1].u_ft[1], 0.5 * a * 0.01, 1e-7);
@@ -110,8 +78,8 @@ TEST(a_wave_runs_at_its_speed)
     const double jump = 12000.0 / sqrt(8e6 * 160.0 / G); /* F/sqrt(KL m), 1.9026 ft/s */
     scene.force_lb = 12000.0;
     scene.t_end_s = 0.07;
-    set_list(&scene.t_out_s, times, 2);
-    struct sim_result result = run(&scene, 0.0);
+    sim_scene_set_list(&scene.t_out_s, times, 2);
+    struct sim_result result = run_at(&scene, 0.0);
     const double *u = result.outputs[0].u_ft;
     double velocity = (result.outputs[1].u_ft[10] - u[10]) / 0.02;
     near(velocity, jump, 0.01 * jump);
@@ -135,9 +103,9 @@ TEST(an_impulse_is_all_there)
         struct sim_scene scene = plain(30);
         double sum = 0.0;
         scene.thrust = (enum sim_thrust)law;
-        set_path(&scene, rows, 4);
-        set_list(&scene.t_out_s, times, 2);
-        struct sim_result result = run(&scene, 0.0);
+        sim_scene_set_path(&scene, rows, 4);
+        sim_scene_set_list(&scene.t_out_s, times, 2);
+        struct sim_result result = run_at(&scene, 0.0);
         for (int n = 1; n <= 30; n++)
             sum += result.outputs[1].u_ft[n] - result.outputs[0].u_ft[n];
         near(sum * (160.0 / G) / 0.08, 25.0, 1e-8);
@@ -154,12 +122,12 @@ TEST(two_mats_swing)
     scene.kl_lb_ft = k;
     scene.v0_ft_s = v;
     scene.t_end_s = 0.04;
-    set_list(&scene.t_out_s, times, 3);
+    sim_scene_set_list(&scene.t_out_s, times, 3);
     for (int damped = 0; damped <= 1; damped++) {
         double c = damped ? 150.0 : 0.0;
         double d = c / m, w = sqrt(2.0 * k / m - d * d);
         scene.cl_lb_s_ft = c;
-        struct sim_result result = run(&scene, 1e-6);
+        struct sim_result result = run_at(&scene, 1e-6);
         for (size_t i = 0; i < 3; i++) {
             double t = times[i];
             double apart = -v / w * exp(-d * t) * sin(w * t); /* u2 - u1 */
@@ -187,9 +155,9 @@ TEST(slack_is_free_travel)
     scene.slack_ft = slack;
     scene.v0_ft_s = v;
     scene.t_end_s = towed + 0.005;
-    set_list(&scene.gap0_ft, &gap, 1);
-    set_list(&scene.t_out_s, times, 3);
-    struct sim_result result = run(&scene, 1e-6);
+    sim_scene_set_list(&scene.gap0_ft, &gap, 1);
+    sim_scene_set_list(&scene.t_out_s, times, 3);
+    struct sim_result result = run_at(&scene, 1e-6);
     const double moved = gap + 0.5 * v * contact; /* of mat 1 when they part */
     assert_true(result.outputs[0].u_ft[2] == 0.0);
     near(result.outputs[0].u_ft[1], v * times[0], 1e-12);
@@ -210,9 +178,9 @@ static struct sim_scene ploughed(int mats, double gap, double grit, const struct
     model_mat_chain(&scene);
     scene.friction_law = SIM_STICK;
     scene.right = SIM_FIXED;
-    set_list(&scene.gap0_ft, &gap, 1);
-    set_list(&scene.grit_lb, &grit, 1);
-    set_path(&scene, rows, count);
+    sim_scene_set_list(&scene.gap0_ft, &gap, 1);
+    sim_scene_set_list(&scene.grit_lb, &grit, 1);
+    sim_scene_set_path(&scene, rows, count);
     return scene;
 }
 
@@ -233,7 +201,7 @@ TEST(a_slow_push_closes_joints_one_by_one)
         const double force = 10.5 * fw + grits[i];
         const struct sim_path_row rows[] = {{0, 0.1, grits[i]}, {3, 0.1, force}, {3.5, 0.1, force}};
         struct sim_scene scene = ploughed(40, gap, grits[i], rows, 3);
-        struct sim_result result = run(&scene, 0.0);
+        struct sim_result result = run_at(&scene, 0.0);
         assert_int_equal(closed_joints(&result), 10);
         near(result.u_ft[1], 10.0 * gap, 0.5 * gap);
         assert_true(result.u_ft[10] > 0.9 * gap && result.u_ft[12] < 1e-4);
@@ -257,8 +225,8 @@ TEST(friction_turns_round_with_the_mat)
         scene.friction_law = SIM_STICK;
         scene.v0_ft_s = v;
         scene.t_end_s = end;
-        set_path(&scene, rows, 2);
-        struct sim_result result = run(&scene, dt);
+        sim_scene_set_path(&scene, rows, 2);
+        struct sim_result result = run_at(&scene, dt);
         near(result.u_ft[1], 0.5 * v * rest - 0.5 * away * (end - rest) * (end - rest),
              0.25 * away * dt * dt);
         assert_int_equal(result.events, 1);
@@ -275,7 +243,7 @@ TEST(grit_holds_an_open_joint)
         const double force = fw + grit + (above ? 0.01 : -0.01);
         const struct sim_path_row rows[] = {{0, 0.1, 0}, {1, 0.1, force}, {1.5, 0.1, force}};
         struct sim_scene scene = ploughed(5, gap, grit, rows, 3);
-        struct sim_result result = run(&scene, 0.0);
+        struct sim_result result = run_at(&scene, 0.0);
         if (above)
             assert_true(result.gap_ft[2] < 1e-4);
         else
@@ -297,8 +265,8 @@ TEST(grit_resists_a_closing_joint_with_its_threshold)
     const struct sim_path_row rows[] = {{0, 0.1, force}, {0.004, 0.1, force}};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 2);
     scene.cl_lb_s_ft = 0.0;
-    set_list(&scene.t_out_s, &t, 1);
-    struct sim_result result = run(&scene, 2e-7);
+    sim_scene_set_list(&scene.t_out_s, &t, 1);
+    struct sim_result result = run_at(&scene, 2e-7);
     near(result.outputs[0].u_ft[1], x1 + v1 * (t - t1) + 0.5 * a * (t - t1) * (t - t1), 1e-8);
     sim_result_free(&result);
     sim_scene_free(&scene);
@@ -322,10 +290,10 @@ TEST(grit_gives_way_and_springs_back)
     assert_true(t1 < t2 && t3 < 0.8 * scene.t_end_s && most < gap);
     for (int k = 0; k < 64; k++)
         times[k] = scene.t_end_s * (k + 1) / 64.0;
-    set_list(&scene.t_out_s, times, 64);
-    set_list(&scene.gap0_ft, &gap, 1);
-    set_list(&scene.grit_lb, &grit, 1);
-    struct sim_result result = run(&scene, 1e-7);
+    sim_scene_set_list(&scene.t_out_s, times, 64);
+    sim_scene_set_list(&scene.gap0_ft, &gap, 1);
+    sim_scene_set_list(&scene.grit_lb, &grit, 1);
+    struct sim_result result = run_at(&scene, 1e-7);
     for (int k = 0; k < 64; k++) {
         double t = times[k], u = t < t1 ? v0 / w * sin(w * t)
                                : t < t2
@@ -346,8 +314,8 @@ TEST(grit_is_all_an_open_joint_can_push)
     const struct sim_path_row rows[] = {{0, 0.1, 0}, {0.002, 0.1, 0}};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 2);
     scene.v0_ft_s = v;
-    set_list(&scene.t_out_s, &t, 1);
-    struct sim_result result = run(&scene, 1e-6);
+    sim_scene_set_list(&scene.t_out_s, &t, 1);
+    struct sim_result result = run_at(&scene, 1e-6);
     /* it bears from the first step on */
     near(result.outputs[0].u_ft[1], v * t - 0.5 * a * t * t, 2e-7);
     sim_result_free(&result);
@@ -379,8 +347,8 @@ TEST(an_opened_joint_needs_its_grit_again)
                                         {0.6, 0.1, 0}}; /* enough */
     const double times[] = {0.1, 0.2, 0.3, 0.6};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 16);
-    set_list(&scene.t_out_s, times, 4);
-    struct sim_result result = run(&scene, 2e-5);
+    sim_scene_set_list(&scene.t_out_s, times, 4);
+    struct sim_result result = run_at(&scene, 2e-5);
     const double closed = result.outputs[0].u_ft[1], opened = result.outputs[1].u_ft[1];
     assert_true(closed > 3e-4 && closed < 1.3e-3);
     /* pulled for 2 ms against friction alone, then slowing by f g */
@@ -400,8 +368,8 @@ TEST(a_fixed_end_holds_and_a_loaded_joint_pushes)
     struct sim_scene scene = plain(1);
     scene.left = scene.right = SIM_FIXED;
     scene.t_end_s = t; /* not yet half a period of sqrt(2 KL/m) */
-    set_list(&scene.gap0_ft, gaps, 2);
-    struct sim_result result = run(&scene, 1e-7);
+    sim_scene_set_list(&scene.gap0_ft, gaps, 2);
+    struct sim_result result = run_at(&scene, 1e-7);
     double w = sqrt(2.0 * 8e6 * G / 160.0);
     near(result.u_ft[1], 0.0005 * (1.0 - cos(w * t)), 1e-9);
     near(result.gap_ft[1], -0.001 + result.u_ft[1], 1e-15);

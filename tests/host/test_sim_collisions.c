@@ -1,20 +1,14 @@
 /* Collisions against what mechanics says of them: two equal mats on a joint with slack throw each
  * other to and fro without loss. Units ft, lb, s. */
-#include <math.h>
-#include <string.h>
 
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 
 #define OUTPUTS 16
-
-static struct error error;
 
 /* Mat 1 moves at v0 and finds mat 2 at rest; nothing rubs, nothing damps. */
 static void two_mats(struct sim_scene *scene)
 {
     double times_s[OUTPUTS];
-    memset(&error, 0, sizeof error);
     sim_scene_defaults(scene);
     scene->model = SIM_CONSISTENT;
     scene->mats = 2;
@@ -58,11 +52,8 @@ TEST(mats_that_collide_part_again)
     struct sim_scene scene;
     two_mats(&scene);
     for (size_t k = 0; k < sizeof runs / sizeof runs[0]; k++) {
-        struct sim_result result;
-        memset(&error, 0, sizeof error);
-        sim_run(&scene, &(struct sim_options){.solver = runs[k].solver, .rtol = runs[k].rtol},
-                &result, &error);
-        assert_string_equal(error.text, "");
+        struct sim_result result =
+            run(&scene, (struct sim_options){.solver = runs[k].solver, .rtol = runs[k].rtol});
         assert_true(result.error_u_ft < 0.01 * scene.slack_ft);
         for (int i = 0; i < OUTPUTS; i++) {
             double t_s = scene.t_out_s.values[i], gap_ft = opening_ft(&scene, t_s),

@@ -6,40 +6,18 @@
  * extreme must be beyond that comes from closed forms, or from what a wave cannot reach. Units ft,
  * lb, s. */
 
-#include <math.h>
-#include <string.h>
+#include "tests/host/sim_case.h"
 
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
-
-static struct error error;
 static const char *const bases[] = {"host/scenes/rstar_fig3_7.json",
                                     "host/scenes/consistent_fig3_7.json"};
 
 static struct sim_scene standard(size_t base)
 {
-    struct sim_scene scene;
-    memset(&error, 0, sizeof error);
-    if (sim_scene_load(&scene, bases[base], &error) != MR_OK)
-        fail_msg("%s", error.text);
+    struct sim_scene scene = load(bases[base]);
     scene.mats = 16;
     scene.mats_crossed = base == 0 ? 1.0 : 2.0;
     sim_scene_set_list(&scene.t_out_s, NULL, 0);
     return scene;
-}
-
-static enum mr_status run(const struct sim_scene *scene, const char *solver,
-                          struct sim_result *result)
-{
-    struct sim_options options = {.solver = solver};
-    memset(&error, 0, sizeof error);
-    return sim_run(scene, &options, result, &error);
-}
-
-static void near(const char *what, double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%s: %.12g is not %.12g to %g", what, value, expected, tolerance);
 }
 
 static void flatten(struct sim_scene *scene)
@@ -122,15 +100,15 @@ static const struct extreme extremes[] = {
     {"flat", flatten, {ALL, ALL}, {SIM_OK, SIM_OK}},
 };
 
-static void hold_against(const char *what, const struct sim_result *a, const struct sim_result *b)
+static void hold_against(const struct sim_result *a, const struct sim_result *b)
 {
     double u = 10.0 * (a->error_u_ft + b->error_u_ft) + 1e-9;
     double lift = 10.0 * (a->error_lift_ft + b->error_lift_ft) + 1e-9;
     assert_true(a->error_u_ft <= 0.01 * a->peak_u_ft);
     for (int n = 1; n <= a->mats; n++)
-        near(what, b->u_ft[n], a->u_ft[n], u);
-    near(what, b->max_lift_ft, a->max_lift_ft, lift);
-    near(what, b->outputs[0].lift_ft, a->outputs[0].lift_ft, lift);
+        near(b->u_ft[n], a->u_ft[n], u);
+    near(b->max_lift_ft, a->max_lift_ft, lift);
+    near(b->outputs[0].lift_ft, a->outputs[0].lift_ft, lift);
     assert_true(a->bow_wave == b->bow_wave);
 }
 
@@ -142,17 +120,17 @@ TEST(each_is_answered_and_confirmed_or_refused)
             struct sim_scene scene = standard(base);
             struct sim_result first, other;
             e->change(&scene);
-            run(&scene, NULL, &first);
+            attempt(&scene, NULL, 0.0, 0.0, &first);
             if (first.status != e->status[base])
                 fail_msg("%s: auto: %s", e->name, error.text);
             for (unsigned k = 0; k < 3; k++) {
                 if (!(e->solvers[base] & (1u << k)))
                     continue;
-                run(&scene, names[k], &other);
+                attempt(&scene, names[k], 0.0, 0.0, &other);
                 if (other.status != e->status[base])
                     fail_msg("%s: %s: %s", e->name, names[k], error.text);
                 if (other.status == SIM_OK)
-                    hold_against(e->name, &first, &other);
+                    hold_against(&first, &other);
                 sim_result_free(&other);
             }
             sim_result_free(&first);
@@ -174,9 +152,9 @@ TEST(a_held_foot_moves_like_one_that_bounces)
     sim_scene_set_list(&scene.t_out_s, times, 5);
     assert_int_equal(sim_run(&scene, &fine, &bounces, &error), MR_OK);
     for (size_t k = 0; k < 2; k++) {
-        assert_int_equal(run(&scene, names[k], &held), MR_OK);
+        assert_int_equal(attempt(&scene, names[k], 0.0, 0.0, &held), MR_OK);
         for (size_t i = 0; i < 5; i++)
-            near("held foot", held.outputs[i].lift_ft, bounces.outputs[i].lift_ft, 3e-7);
+            near(held.outputs[i].lift_ft, bounces.outputs[i].lift_ft, 3e-7);
         sim_result_free(&held);
     }
     sim_result_free(&bounces);
@@ -191,17 +169,17 @@ TEST(friction_sign_is_stick_or_refused_with_advice)
         struct sim_scene scene = standard(base);
         struct sim_options thrown = {.solver = "rk4", .dt_s = 2e-6, .single = true};
         struct sim_result stick, sign, sampled;
-        assert_int_equal(run(&scene, NULL, &stick), MR_OK);
+        assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &stick), MR_OK);
         scene.friction_law = SIM_SIGN;
-        assert_int_equal(run(&scene, NULL, &sign), MR_OK);
+        assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &sign), MR_OK);
         assert_int_equal(sim_run(&scene, &thrown, &sampled, &error), MR_OK);
         assert_memory_equal(sign.u_ft, stick.u_ft, 17 * sizeof *sign.u_ft);
         for (int n = 1; n <= 16; n++)
-            near("sign", sampled.u_ft[n], sign.u_ft[n], 1e-3 * sign.peak_u_ft);
+            near(sampled.u_ft[n], sign.u_ft[n], 1e-3 * sign.peak_u_ft);
         sim_result_free(&stick);
         sim_result_free(&sign);
         sim_result_free(&sampled);
-        assert_int_equal(run(&scene, "event", &sign), MR_NUMERICS);
+        assert_int_equal(attempt(&scene, "event", 0.0, 0.0, &sign), MR_NUMERICS);
         assert_int_equal(sign.status, SIM_STEP_UNDERFLOW);
         assert_true(sign.mat >= 1 && sign.t_s > 0.0 && !sign.outputs);
         assert_non_null(strstr(error.text, "mat 1 at"));

@@ -1,30 +1,13 @@
 /* Gear on elastic ground, against closed forms of a mat on a spring, balances of energy, and the
  * other engine. Scenes of one mat have mass 1 slug and ends that pull nothing. Units ft, lb, s. */
 #include <float.h>
-#include <math.h>
-#include <string.h>
 
 #include "host/sim/elements/gear.h"
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 #include "tests/host/model_mat.h"
 
-#define G        32.174
 #define MATS     110
 #define COUNT(a) (sizeof(a) / sizeof(a)[0])
-
-static struct error error;
-
-static void near_to(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
-}
-
-static void set(struct sim_list *list, const double *values, size_t count)
-{
-    sim_scene_set_list(list, values, count);
-}
 
 /* One mat of 1 slug, 100 ft long, with one axle of 100 lb on it; k 1000 lb/ft, f 0.5: it holds
  * 66.087 lb. */
@@ -49,12 +32,8 @@ static struct sim_scene one_mat(enum sim_model model, const struct sim_path_row 
 
 static struct sim_result good(const struct sim_scene *scene, struct sim_options options)
 {
-    struct sim_result result;
-    memset(&error, 0, sizeof error);
     options.solver = "staggered";
-    if (sim_run(scene, &options, &result, &error) != MR_OK)
-        fail_msg("%s", error.text);
-    return result;
+    return run(scene, options);
 }
 
 static const enum sim_model models[] = {SIM_CHAIN, SIM_CONSISTENT};
@@ -69,11 +48,11 @@ TEST(a_held_mat_gives_way_by_force_over_stiffness)
                 const double behind = 0.0;
                 struct sim_scene scene = one_mat(models[i], rows, 3);
                 scene.gear.axle_law = law;
-                set(&scene.gear.lines_ft, &behind, 1);
-                set(&scene.gear.axles, &axles, 1);
+                sim_scene_set_list(&scene.gear.lines_ft, &behind, 1);
+                sim_scene_set_list(&scene.gear.axles, &axles, 1);
                 struct sim_result result = good(&scene, (struct sim_options){0});
                 double expected = 40.0 * axles / (1000.0 * pow(axles, law));
-                near_to(result.u_ft[1], expected, 1e-3 * expected);
+                near(result.u_ft[1], expected, 1e-3 * expected);
                 sim_result_free(&result);
                 sim_scene_free(&scene);
             }
@@ -93,7 +72,7 @@ TEST(what_springs_back_is_rho_of_the_way)
             struct sim_scene scene = one_mat(models[i], rows, 5);
             scene.gear.unloading = rhos[k];
             struct sim_result result = good(&scene, (struct sim_options){0});
-            near_to(result.u_ft[1], (1.0 - rhos[k]) * 0.040, 0.040e-3 + 1e-9);
+            near(result.u_ft[1], (1.0 - rhos[k]) * 0.040, 0.040e-3 + 1e-9);
             sim_result_free(&result);
             sim_scene_free(&scene);
         }
@@ -114,12 +93,12 @@ TEST(beyond_its_load_it_slides)
         struct sim_scene scene = one_mat(models[i], rows, 5);
         struct sim_result result = good(&scene, (struct sim_options){.dt_s = 1e-4});
         double expected = limit / 1000.0 + 20.0 / c * (t - (1.0 - exp(-c * t)) / c);
-        near_to(result.u_ft[1], expected, 2e-3 * expected);
+        near(result.u_ft[1], expected, 2e-3 * expected);
         sim_result_free(&result);
         sim_scene_free(&scene);
         struct sim_scene held = one_mat(models[i], rows, 3); /* and at the limit it does not */
         result = good(&held, (struct sim_options){0});
-        near_to(result.u_ft[1], limit / 1000.0, 2e-3 * limit / 1000.0);
+        near(result.u_ft[1], limit / 1000.0, 2e-3 * limit / 1000.0);
         sim_result_free(&result);
         sim_scene_free(&held);
     }
@@ -136,11 +115,10 @@ TEST(it_swings_as_a_damped_spring)
     const double at_s[] = {3.0 + period_s, 3.0 + 2.0 * period_s};
     struct sim_scene scene = one_mat(SIM_CHAIN, rows, 5);
     scene.gear.damping = zeta;
-    set(&scene.t_out_s, at_s, 2);
+    sim_scene_set_list(&scene.t_out_s, at_s, 2);
     struct sim_result result = good(&scene, (struct sim_options){.dt_s = 1e-5});
     for (int k = 0; k < 2; k++)
-        near_to(result.outputs[k].u_ft[1], 0.040 * exp(-zeta * w * period_s * (k + 1)),
-                0.040 * 2e-3);
+        near(result.outputs[k].u_ft[1], 0.040 * exp(-zeta * w * period_s * (k + 1)), 0.040 * 2e-3);
     sim_result_free(&result);
     sim_scene_free(&scene);
 }
@@ -200,10 +178,10 @@ static struct sim_scene rig(enum sim_model model, double foot_mats)
     scene.wheel_load_lb = 108.3;
     scene.element[ELEMENT_gear_ground] = 7000.0;
     scene.gear.foot_ft = foot_mats * scene.length_ft;
-    set(&scene.gear.lines_ft, lines, 4);
-    set(&scene.gear.axles, axles, 4);
-    set(&scene.gap0_ft, &gap, 1);
-    set(&scene.grit_lb, &grit, 1);
+    sim_scene_set_list(&scene.gear.lines_ft, lines, 4);
+    sim_scene_set_list(&scene.gear.axles, axles, 4);
+    sim_scene_set_list(&scene.gap0_ft, &gap, 1);
+    sim_scene_set_list(&scene.grit_lb, &grit, 1);
     for (int i = 0; i <= 40; i++) {
         double t = v0 / a * i / 40.0, on = fmin(1.0, t / 0.1);
         rows[i] = (struct sim_path_row){t, 5.0 + v0 * t - 0.5 * a * t * t, thrust * on};
@@ -221,7 +199,7 @@ TEST(the_planar_engine_moves_as_the_chain)
     struct sim_options options = {.dt_s = 2e-5, .single = true};
     struct sim_result a = good(&chain, options), b = good(&planar, options);
     for (int n = 1; n <= MATS; n++)
-        near_to(b.u_ft[n], a.u_ft[n], 1e-9);
+        near(b.u_ft[n], a.u_ft[n], 1e-9);
     assert_true(a.peak_u_ft > 0.02 / 12.0); /* inches: it does move */
     assert_true(a.mats_max < MATS);
     sim_result_free(&a);
@@ -240,7 +218,7 @@ TEST(the_window_changes_nothing)
         options.no_prune = true;
         struct sim_result all = good(&scene, options);
         for (int n = 1; n <= MATS; n++)
-            near_to(few.u_ft[n], all.u_ft[n], models[i] == SIM_CHAIN ? 0.0 : 1e-9);
+            near(few.u_ft[n], all.u_ft[n], models[i] == SIM_CHAIN ? 0.0 : 1e-9);
         sim_result_free(&few);
         sim_result_free(&all);
         sim_scene_free(&scene);
@@ -358,33 +336,33 @@ TEST(lines_stand_behind_the_lead)
     struct sim_touch touch[SIM_TOUCH_MAX];
     sim_scene_defaults(&scene); /* mats of 2 ft */
     scene.element[ELEMENT_gear_ground] = 1.0;
-    set(&scene.gear.lines_ft, lines, 3);
-    set(&scene.gear.axles, axles, 3);
+    sim_scene_set_list(&scene.gear.lines_ft, lines, 3);
+    sim_scene_set_list(&scene.gear.axles, axles, 3);
     sim_scene_set_path(&scene, rows, 2);
     gear = gear_make(&scene);
     gear_start(gear, 0.01);
     /* 11.0 to 11.4 ft, 8.5 to 8.9 ft, and 1 ft before the runway */
     assert_int_equal(gear_span(gear, 0.1, 0.14, touch), 2);
     assert_true(touch[0].mat == 6 && touch[1].mat == 5 && gear->lead_mat == 6);
-    near_to(touch[0].thrust_lb, 60.0, 1e-9);
-    near_to(touch[1].thrust_lb, 120.0, 1e-9);
-    near_to(gear->share[5], 2.0, 1e-12);
+    near(touch[0].thrust_lb, 60.0, 1e-9);
+    near(touch[1].thrust_lb, 120.0, 1e-9);
+    near(gear->share[5], 2.0, 1e-12);
     /* 15.9 to 16.1 ft: over the joint; 13.4 to 13.6; 3.9 to 4.1: over a joint too */
     assert_int_equal(gear_span(gear, 0.59, 0.61, touch), 5);
-    near_to(gear->share[8], 0.5, 1e-9);
-    near_to(gear->share[9], 0.5, 1e-9);
-    near_to(gear->share[7], 2.0, 1e-9);
-    near_to(gear->share[2] + gear->share[3], 4.0, 1e-9);
-    near_to(gear->share[5] + gear->share[6], 0.0, 0.0);
+    near(gear->share[8], 0.5, 1e-9);
+    near(gear->share[9], 0.5, 1e-9);
+    near(gear->share[7], 2.0, 1e-9);
+    near(gear->share[2] + gear->share[3], 4.0, 1e-9);
+    near(gear->share[5] + gear->share[6], 0.0, 0.0);
     /* a foot of 3 ft in 11.0 to 11.4 ft: 9.7 to 12.7 ft, and 7.2 to 10.2 */
     scene.gear.foot_ft = 3.0;
     gear_start(gear, 0.01);
     gear_span(gear, 0.06, 0.1, touch);
     assert_int_equal(gear_span(gear, 0.1, 0.14, touch), 6);
-    near_to(gear->share[5], (0.3 + 2.0 * 2.0) / 3.0, 1e-9); /* 8 to 10 ft */
-    near_to(gear->touching[5], 3.0, 1e-12);
-    near_to(gear->share[7], 0.7 / 3.0, 1e-9);
-    near_to(gear->touching[7], 1.0, 1e-12);
+    near(gear->share[5], (0.3 + 2.0 * 2.0) / 3.0, 1e-9); /* 8 to 10 ft */
+    near(gear->touching[5], 3.0, 1e-12);
+    near(gear->share[7], 0.7 / 3.0, 1e-9);
+    near(gear->touching[7], 1.0, 1e-12);
     assert_int_equal(gear->lead_mat, 6);
     gear_free(gear);
     sim_scene_free(&scene);

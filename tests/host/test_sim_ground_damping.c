@@ -1,15 +1,10 @@
 /* Viscous damping by the ground, in every engine: against closed forms (a mat that slides, one on a
  * spring), against CVODE, when it is stiff, and when it is absent. Units ft, lb, s. */
-#include <math.h>
-#include <string.h>
 
 #include "host/sim/elements/element.h"
 #include "host/sim/elements/law.h"
 #include "host/sim/models/model.h"
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
-
-static struct error error;
+#include "tests/host/sim_case.h"
 
 /* Every engine, and how near it comes to a closed form, as a part of the largest value: of its own
  * order and default step. */
@@ -51,20 +46,9 @@ static void times(struct sim_scene *s, const double *at_s, size_t count)
     sim_scene_set_list(&s->t_out_s, at_s, count);
 }
 
-static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol,
-                          double dt_s, struct sim_result *result)
-{
-    const struct sim_options options = {.solver = solver, .rtol = rtol, .dt_s = dt_s};
-    memset(&error, 0, sizeof error);
-    return sim_run(scene, &options, result, &error);
-}
-
 static struct sim_result good(const struct sim_scene *scene, const char *solver)
 {
-    struct sim_result result;
-    if (run(scene, solver, 0.0, 0.0, &result) != MR_OK)
-        fail_msg("%s: %s", solver, error.text);
-    return result;
+    return run(scene, (struct sim_options){.solver = solver});
 }
 
 /* Run in every engine; u of mat 1 at the scene's times against `expected`. */
@@ -208,12 +192,12 @@ TEST(step_limits_hold)
     struct sim_result result;
     double m = mass(&scene);
     scene.model = SIM_REPORT;
-    assert_int_equal(run(&scene, "rk4", 0.0, 1e-5, &result), MR_NUMERICS);
+    assert_int_equal(attempt(&scene, "rk4", 0.0, 1e-5, &result), MR_NUMERICS);
     assert_non_null(strstr(error.text, "beyond the stability limit"));
     assert_near(result.dt_limit_s / (2.785 * m / 1e7), 1.0, 0.02);
     sim_result_free(&result);
     scene.t_end_s = 3600.0;
-    assert_int_equal(run(&scene, "rk4", 0.0, 0.0, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, "rk4", 0.0, 0.0, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "too many steps"));
     sim_result_free(&result);
     /* a joined chain with dampers: at 0.98 of the limit without ground damping, any ground damping
@@ -226,7 +210,7 @@ TEST(step_limits_hold)
         chain.friction = 0.05;
         chain.cl_lb_s_ft = 2000.0;
         chain.t_end_s = 0.05;
-        assert_int_equal(run(&chain, "staggered", 0.0, 1.0, &result), MR_NUMERICS);
+        assert_int_equal(attempt(&chain, "staggered", 0.0, 1.0, &result), MR_NUMERICS);
         double limit_s = result.dt_limit_s;
         sim_result_free(&result);
         chain.element[ELEMENT_ground_damping] = c;

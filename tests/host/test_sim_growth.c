@@ -1,25 +1,7 @@
 /* Waves and growth against closed forms: how fast a push runs along the joints, and how fast a
  * zigzag under compression rises. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
-
-static struct error error;
-
-static struct sim_result good(const struct sim_scene *scene, const char *solver,
-                              const struct sim_options *base)
-{
-    struct sim_result result;
-    struct sim_options options = base ? *base : (struct sim_options){0};
-    options.solver = solver;
-    memset(&error, 0, sizeof error);
-    sim_run(scene, &options, &result, &error);
-    assert_string_equal(error.text, "");
-    return result;
-}
+#include "tests/host/sim_case.h"
 
 /* A step of force on the first mat of a chain of masses and springs: the speed behind the front is
  * F/sqrt(KL m), and at the front (n = c t / L) a third of it, as the Airy integral has it. */
@@ -38,9 +20,12 @@ TEST(a_push_runs_at_L_sqrt_KL_over_m)
         scene.friction = 0.0;
         scene.vac_ft_s = 1e-3; /* the push stays on mat 1 */
         scene.t_end_s = 0.16;
-        struct sim_options options = {
-            .sample_dt_s = dt_s, .station_ft = station, .station_count = 2, .rtol = 1e-6};
-        struct sim_result result = good(&scene, solvers[variant / 2], &options);
+        struct sim_options options = {.solver = solvers[variant / 2],
+                                      .sample_dt_s = dt_s,
+                                      .station_ft = station,
+                                      .station_count = 2,
+                                      .rtol = 1e-6};
+        struct sim_result result = run(&scene, options);
         double mass = 160.0 / 32.174, behind = 12000.0 / sqrt(8e6 * mass),
                c_ft_s = length * sqrt(8e6 / mass);
         for (int s = 0; s < 2; s++) {
@@ -88,7 +73,8 @@ TEST(a_small_zigzag_grows_at_its_rate)
         double pressed_ft = -12000.0 / 8e6;
         sim_scene_set_list(&scene.bump_ft, heights, 5);
         sim_scene_set_list(&scene.gap0_ft, &pressed_ft, 1);
-        struct sim_result result = good(&scene, solvers[variant / 2], NULL);
+        struct sim_result result = run(&scene,
+                                       (struct sim_options){.solver = solvers[variant / 2]});
         /* of the highest node; the report model's nodes are a sum */
         double grown = (result.max_lift_ft - 0.1) / 1e-4;
         /* q1, the middle of mat 1, stays: node 1 rises by half of the first mat's slope */

@@ -1,14 +1,8 @@
 /* Whole landings with the consistent model: against the chain where nothing heaves, against the
  * solver that locates every switch where it does, and against itself with nothing left out. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 #include "tests/host/model_mat.h"
-
-static struct error error;
 
 static void fill(struct sim_list *list, const double *values, size_t count)
 {
@@ -44,15 +38,6 @@ static struct sim_scene short_runway(enum sim_model model)
     fill(&scene.grit_lb, grits, 81);
     sim_scene_set_path(&scene, rows, 5);
     return scene;
-}
-
-static struct sim_result run(const struct sim_scene *scene, struct sim_options options)
-{
-    struct sim_result result;
-    memset(&error, 0, sizeof error);
-    sim_run(scene, &options, &result, &error);
-    assert_string_equal(error.text, "");
-    return result;
 }
 
 /* Flat mats without a wheel load do not heave: the planar landing is the chain's. */

@@ -1,13 +1,9 @@
 /* How long a run may take and what it says on the way, on a clock that goes on by itself: nobody
  * waits here. Units s. */
 #include <stdio.h>
-#include <string.h>
 
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 #include "tests/host/beads.h"
-
-static struct error error;
 
 struct clock {
     double now_s, tick_s; /* what every look at it adds */
@@ -21,15 +17,6 @@ static double look(void *ctx)
     clock->now_s += clock->tick_s;
     clock->looks++;
     return now_s;
-}
-
-static struct sim_scene load(const char *path)
-{
-    struct sim_scene scene;
-    memset(&error, 0, sizeof error);
-    if (sim_scene_load(&scene, path, &error) != MR_OK)
-        fail_msg("%s", error.text);
-    return scene;
 }
 
 /* Every kind of solver asks: located, implicit, sampled, settled, chain, landing engine. */

@@ -1,29 +1,12 @@
 /* The planar models: Jacobians, conservation laws, closed forms. tests/sim_reference has their
  * accelerations a second time. Units ft, lb, s, slug, rad. */
 
-#include <math.h>
-#include <string.h>
-
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/pass.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 
 #define N    4
 #define SIZE (2 * N + 1)
-#define G    32.174
-
-static struct error error;
-
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.15g is not %.15g to %g", value, expected, tolerance);
-}
-
-static void set_list(struct sim_list *list, const double *values, size_t count)
-{
-    sim_scene_set_list(list, values, count);
-}
 
 static struct sim_scene scene_of(enum sim_model kind, int mats)
 {
@@ -117,7 +100,7 @@ TEST(the_linearisation_is_the_derivative)
     }
 }
 
-static struct pass_outcome run(struct model *model, double rtol, const struct stepper_kind *kind)
+static struct pass_outcome pass(struct model *model, double rtol, const struct stepper_kind *kind)
 {
     struct pass_outcome out;
     struct pass_request request = {kind, rtol, 0.0, 1000000, 0, 0.0};
@@ -172,12 +155,12 @@ TEST(energy_is_kept_through_every_switch)
     s.slack_ft = 0.001;
     s.tad_deg = 4.0;
     s.v0_ft_s = 6.0;
-    set_list(&s.bump_ft, bump, 3);
+    sim_scene_set_list(&s.bump_ft, bump, 3);
     struct model model;
     double z[2 * 41];
     make(&model, &s, z);
     double before = energy_lb_ft(&model, z), scale = 0.5 * 160.0 / G * 36.0;
-    struct pass_outcome out = run(&model, 1e-12, &stepper_event);
+    struct pass_outcome out = pass(&model, 1e-12, &stepper_event);
     double after = energy_lb_ft(&model, out.z);
     assert_true(out.events > 100);
     near((after - before) / scale, 0.0, 1e-9);
@@ -194,11 +177,11 @@ TEST(momentum_is_kept_between_free_ends)
         s.right = SIM_FREE;
         s.force_lb = 0.0;
         s.friction_law = SIM_NONE;
-        set_list(&s.bump_ft, bump, 1);
+        sim_scene_set_list(&s.bump_ft, bump, 1);
         struct model model;
         double z[2 * 25], sum = 0.0;
         make(&model, &s, z);
-        struct pass_outcome out = run(&model, 1e-9, &stepper_event);
+        struct pass_outcome out = pass(&model, 1e-9, &stepper_event);
         for (int n = 0; n < 12; n++)
             sum += out.z[25 + 2 * n + 1];
         near(sum, 2.0, 1e-11);
@@ -225,14 +208,14 @@ TEST(a_pushed_mat_comes_to_exact_rest)
             struct model model;
             double z[6];
             make(&model, &s, z);
-            struct pass_outcome out = run(&model, 1e-9, kinds[i]);
+            struct pass_outcome out = pass(&model, 1e-9, kinds[i]);
             near(out.z[1], 0.5 * G * 0.01, 1e-9);
             assert_true(out.z[3 + 1] == 0.0);
             pass_free(&out);
             model_free(&model);
             s.force_lb = 79.999; /* below the limit */
             make(&model, &s, z);
-            out = run(&model, 1e-9, kinds[i]);
+            out = pass(&model, 1e-9, kinds[i]);
             assert_true(out.z[1] == 0.0);
             pass_free(&out);
             model_free(&model);
@@ -249,11 +232,11 @@ TEST(a_thrown_mat_falls_freely)
     s.force_lb = s.v0_ft_s = 0.0;
     s.bump_first = 1;
     s.t_end_s = 0.1;
-    set_list(&s.bump_ft, heights, 2);
+    sim_scene_set_list(&s.bump_ft, heights, 2);
     struct model model;
     double z[6];
     make(&model, &s, z);
-    struct pass_outcome out = run(&model, 1e-10, &stepper_event);
+    struct pass_outcome out = pass(&model, 1e-10, &stepper_event);
     near(out.z[0] - z[0], 0.5 * G * 0.01, 1e-14);
     near(out.z[3], G * 0.1, 1e-13);
     pass_free(&out);

@@ -2,19 +2,7 @@
  * other), against event at 1e-11, and where a foot hovers. Each answer has to be within what it
  * states. Units ft, lb, s. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
-
-static struct error error;
-
-static void near(const char *what, double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%s: %.12g is not %.12g to %g", what, value, expected, tolerance);
-}
+#include "tests/host/sim_case.h"
 
 /* Mats of the consistent model with free ends on which nothing acts. */
 static struct sim_scene mats(int count, const double *times, size_t number)
@@ -59,7 +47,7 @@ TEST(a_block_and_a_rigid_chain_slide_to_rest)
         assert_string_equal(result.solver, "moreau");
         for (size_t i = 0; i < 3; i++) {
             for (int n = 1; n <= count; n++)
-                near("block", result.outputs[i].u_ft[n], expected[i], result.error_u_ft + 1e-6);
+                near(result.outputs[i].u_ft[n], expected[i], result.error_u_ft + 1e-6);
         }
         assert_true(result.error_u_ft < 1e-3 && result.speed_end_ft_s < 1e-9);
         sim_result_free(&result);
@@ -103,7 +91,7 @@ TEST(a_mat_bounces_as_the_closed_form_says)
         scene.bump_first = 1;
         sim_scene_set_list(&scene.bump_ft, bump, 2);
         solve(&scene, "moreau", 2e-6, &result);
-        near("bounce", result.outputs[0].lift_ft, lift, result.error_lift_ft + 1e-9);
+        near(result.outputs[0].lift_ft, lift, result.error_lift_ft + 1e-9);
         assert_true(lift > 1e-3 && result.error_lift_ft < 0.01 * lift);
         sim_result_free(&result);
         sim_scene_free(&scene);
@@ -127,7 +115,7 @@ TEST(mats_with_slack_catch_each_other)
     scene.v0_mat = 5;
     solve(&scene, "moreau", 1e-5, &result);
     for (size_t i = 0; i < 5; i++)
-        near("last mat", result.outputs[i].u_ft[5], expected[i], result.error_u_ft + 1e-6);
+        near(result.outputs[i].u_ft[5], expected[i], result.error_u_ft + 1e-6);
     assert_true(result.error_u_ft < 2e-4);
     sim_result_free(&result);
     sim_scene_free(&scene);
@@ -189,7 +177,7 @@ TEST(a_foot_hovers_as_where_it_is_held)
     scene.tad_deg = 0.0;
     solve(&scene, "event", 0.0, &held);
     solve(&scene, "moreau", 2e-6, &shared);
-    near("lift", shared.max_lift_ft, held.max_lift_ft, shared.error_lift_ft);
+    near(shared.max_lift_ft, held.max_lift_ft, shared.error_lift_ft);
     assert_true(apart_u_ft(&shared, &held) <= shared.error_u_ft + held.error_u_ft);
     assert_true(shared.error_lift_ft < 1e-3 * held.max_lift_ft);
     sim_result_free(&held);

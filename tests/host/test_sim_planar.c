@@ -5,14 +5,9 @@
  * profile low, left end free, right end fixed, stick, V 120 rising), agreed to six digits by two
  * programs; given here to three or four. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
 #include "tests/long.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 
-static struct error error;
 static const char *const solvers[] = {"event", "implicit", "cvode"};
 /* For verdicts and two digits. cvode costs most of this program's time; at 1e-6 it gives up on fig
  * 3.6. */
@@ -30,26 +25,9 @@ static struct sim_scene scene_with(const double *bump, size_t count)
     return scene;
 }
 
-static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol,
-                          double dt_s, struct sim_result *result)
-{
-    struct sim_options options = {.solver = solver, .rtol = rtol, .dt_s = dt_s};
-    memset(&error, 0, sizeof error);
-    return sim_run(scene, &options, result, &error);
-}
-
 static struct sim_result good(const struct sim_scene *scene, const char *solver, double rtol)
 {
-    struct sim_result result;
-    if (run(scene, solver, rtol, 0.0, &result) != MR_OK)
-        fail_msg("%s: %s", solver, error.text);
-    return result;
-}
-
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
+    return run(scene, (struct sim_options){.solver = solver, .rtol = rtol});
 }
 
 struct figure {
@@ -201,14 +179,14 @@ TEST(a_step_too_long_is_unstable)
     struct sim_result result;
     scene.mats = 30;
     for (size_t i = 0; i < 4; i++) {
-        assert_int_equal(run(&scene, "rk4", 0.0, steps[i], &result), MR_NUMERICS);
+        assert_int_equal(attempt(&scene, "rk4", 0.0, steps[i], &result), MR_NUMERICS);
         assert_int_equal(result.status, SIM_UNSTABLE);
         near(result.dt_limit_s, 1.429e-4, 2e-7);
         assert_non_null(strstr(error.text, "mat 1"));
         assert_null(result.outputs);
         sim_result_free(&result);
     }
-    assert_int_equal(run(&scene, "rk4", 0.0, 2e-5, &result), MR_OK);
+    assert_int_equal(attempt(&scene, "rk4", 0.0, 2e-5, &result), MR_OK);
     near(result.outputs[0].lift_ft, 0.193, 0.001);
     assert_true(result.bow_wave);
     sim_result_free(&result);
@@ -227,7 +205,7 @@ TEST(estimates_follow_the_error)
     fine = good(&scene, "event", 1e-12);
     double errors[3];
     for (int i = 0; i < 3; i++) {
-        assert_int_equal(run(&scene, "rk4", 0.0, 1e-4 / (1 << i), &result), MR_OK);
+        assert_int_equal(attempt(&scene, "rk4", 0.0, 1e-4 / (1 << i), &result), MR_OK);
         errors[i] = fabs(result.u_ft[3] - fine.u_ft[3]);
         assert_true(result.error_u_ft > 0.5 * errors[i]);
         sim_result_free(&result);
@@ -272,7 +250,7 @@ TEST(a_fold_is_refused)
     struct sim_result result;
     scene.force_lb = 120000.0;
     for (size_t s = 0; s < 3; s++) {
-        assert_int_equal(run(&scene, solvers[s], 0.0, 0.0, &result), MR_NUMERICS);
+        assert_int_equal(attempt(&scene, solvers[s], 0.0, 0.0, &result), MR_NUMERICS);
         assert_int_equal(result.status, SIM_FOLDED);
         assert_true(result.t_s > 0.0 && result.mat >= 1);
         assert_non_null(strstr(error.text, "folded"));
@@ -285,17 +263,17 @@ TEST(what_does_not_fit_is_refused)
 {
     struct sim_scene scene = scene_with(bump_20, 3);
     struct sim_result result;
-    assert_int_equal(run(&scene, "rk8", 0.0, 0.0, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, "rk8", 0.0, 0.0, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "rk8"));
-    assert_int_equal(run(&scene, "staggered", 0.0, 1e-5, &result), MR_USAGE);
-    assert_int_equal(run(&scene, "event", 0.0, 1e-5, &result), MR_USAGE);
-    assert_int_equal(run(&scene, "rk4", 1e-6, 0.0, &result), MR_USAGE);
-    assert_int_equal(run(&scene, "event", 1e-14, 0.0, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, "staggered", 0.0, 1e-5, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, "event", 0.0, 1e-5, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, "rk4", 1e-6, 0.0, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, "event", 1e-14, 0.0, &result), MR_USAGE);
     scene.friction_normal = SIM_SOIL;
-    assert_int_equal(run(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
     scene.friction_normal = SIM_WEIGHT;
     const double steep[] = {2.5};
     sim_scene_set_list(&scene.bump_ft, steep, 1);
-    assert_int_equal(run(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
+    assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
     sim_scene_free(&scene);
 }

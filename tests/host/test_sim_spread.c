@@ -1,15 +1,10 @@
 /* What an answer is worth where switches decide it: runs that part, mats in the air, lifts that are
  * largest when a run ends, sampled stops. Units ft, lb, s. */
-#include <math.h>
-#include <string.h>
 
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 #include "tests/host/beads.h"
 
 #define OUTPUTS 16
-
-static struct error error;
 
 static void ask(struct sim_scene *scene)
 {
@@ -20,11 +15,10 @@ static void ask(struct sim_scene *scene)
     sim_scene_set_list(&scene->t_out_s, times_s, OUTPUTS);
 }
 
-static struct sim_result run(const struct sim_scene *scene, const char *solver, double rtol)
+static struct sim_result answer(const struct sim_scene *scene, const char *solver, double rtol)
 {
     struct sim_result result;
-    memset(&error, 0, sizeof error);
-    sim_run(scene, &(struct sim_options){.solver = solver, .rtol = rtol}, &result, &error);
+    attempt(scene, solver, rtol, 0.0, &result);
     return result;
 }
 
@@ -43,7 +37,7 @@ TEST(runs_that_part_say_when_and_how_far)
 {
     struct sim_scene scene = beads();
     ask(&scene);
-    struct sim_result result = run(&scene, NULL, 0.0);
+    struct sim_result result = answer(&scene, NULL, 0.0);
     assert_int_equal(error.status, MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNPREDICTABLE);
     assert_non_null(strstr(error.text, "unpredictable"));
@@ -52,7 +46,7 @@ TEST(runs_that_part_say_when_and_how_far)
     assert_true(result.error_u_ft > 0.2 * result.peak_u_ft && isfinite(result.error_u_ft));
     assert_int_equal(result.output_count, OUTPUTS);
     /* another run parts from it too, not before that time, and not further than the spread */
-    struct sim_result other = run(&scene, "event", 1e-9);
+    struct sim_result other = answer(&scene, "event", 1e-9);
     if (other.status == SIM_OK) {
         assert_true(apart_u_ft(&scene, &result, &other, 0.99 * result.t_s) <
                     0.2 * result.peak_u_ft);
@@ -63,7 +57,7 @@ TEST(runs_that_part_say_when_and_how_far)
     scene.t_end_s = 0.5 * result.t_s;
     sim_result_free(&result);
     ask(&scene);
-    result = run(&scene, NULL, 0.0);
+    result = answer(&scene, NULL, 0.0);
     assert_int_equal(result.status, SIM_OK);
     assert_true(result.error_u_ft < 0.2 * result.peak_u_ft);
     sim_result_free(&result);
@@ -101,10 +95,10 @@ TEST(mats_in_the_air_pass_through_rest)
     scene.t_end_s = 0.005;
     sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
     ask(&scene);
-    struct sim_result located = run(&scene, NULL, 0.0);
+    struct sim_result located = answer(&scene, NULL, 0.0);
     assert_string_equal(error.text, "");
     assert_string_equal(located.solver, "event");
-    struct sim_result stepped = run(&scene, "staggered", 0.0);
+    struct sim_result stepped = answer(&scene, "staggered", 0.0);
     assert_string_equal(error.text, "");
     assert_true(apart_u_ft(&scene, &located, &stepped, scene.t_end_s) <=
                 located.error_u_ft + stepped.error_u_ft);
@@ -132,7 +126,8 @@ TEST(a_lift_that_rises_to_the_end_is_the_largest)
     scene.right = SIM_FIXED;
     sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
     ask(&scene);
-    struct sim_result fixed = run(&scene, "staggered", 0.0), truth = run(&scene, "event", 1e-11);
+    struct sim_result fixed = answer(&scene, "staggered", 0.0),
+                      truth = answer(&scene, "event", 1e-11);
     assert_true(truth.max_lift_ft == truth.outputs[OUTPUTS - 1].lift_ft);
     assert_true(fixed.max_lift_ft >= fixed.outputs[OUTPUTS - 1].lift_ft);
     assert_true(fabs(fixed.max_lift_ft - truth.max_lift_ft) <= fixed.error_lift_ft);
@@ -174,7 +169,7 @@ TEST(a_sampled_stop_is_within_the_stated_error)
     scene.t_end_s = 0.02;
     sim_scene_set_list(&scene.bump_ft, bump_ft, 1);
     ask(&scene);
-    struct sim_result sampled = run(&scene, "rk4", 0.0), truth = run(&scene, "event", 1e-11);
+    struct sim_result sampled = answer(&scene, "rk4", 0.0), truth = answer(&scene, "event", 1e-11);
     double off_ft = apart_u_ft(&scene, &sampled, &truth, scene.t_end_s);
     if (!(off_ft <= sampled.error_u_ft && off_ft > 1e-6))
         fail_msg("off by %g ft, stated %g", off_ft, sampled.error_u_ft);
@@ -226,7 +221,8 @@ TEST(sampled_switches_are_within_the_stated_error)
         scene.t_end_s = k ? 0.005 : 0.01;
         sim_scene_set_list(&scene.bump_ft, k ? high_ft : low_ft, k ? 3 : 1);
         ask(&scene);
-        struct sim_result sampled = run(&scene, "rk4", 0.0), truth = run(&scene, "event", 1e-11);
+        struct sim_result sampled = answer(&scene, "rk4", 0.0),
+                          truth = answer(&scene, "event", 1e-11);
         double off_ft = fabs(sampled.max_lift_ft - truth.max_lift_ft);
         for (size_t i = 0; i < OUTPUTS; i++)
             off_ft = fmax(off_ft, fabs(sampled.outputs[i].lift_ft - truth.outputs[i].lift_ft));

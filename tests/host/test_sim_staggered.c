@@ -1,23 +1,10 @@
 /* The fixed step: that it checks itself, that leaving mats out changes nothing, and that another
  * method agrees. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/wheel.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 #include "tests/host/model_mat.h"
-
-#define G 32.174
-
-static struct error error;
-
-static void fill(struct sim_list *list, const double *values, size_t count)
-{
-    sim_scene_set_list(list, values, count);
-}
 
 /* Numbers between 0 and 1 that look random. */
 static double spread(int i)
@@ -44,13 +31,13 @@ static struct sim_scene short_runway(void)
         gaps[j] = 0.0025 * spread(j);
         grits[j] = 20.0 * spread(j + 500);
     }
-    fill(&scene.gap0_ft, gaps, 81);
-    fill(&scene.grit_lb, grits, 81);
+    sim_scene_set_list(&scene.gap0_ft, gaps, 81);
+    sim_scene_set_list(&scene.grit_lb, grits, 81);
     sim_scene_set_path(&scene, rows, 5);
     return scene;
 }
 
-static enum mr_status run(const struct sim_scene *scene, const struct sim_options *options,
+static enum mr_status try(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result)
 {
     memset(&error, 0, sizeof error);
@@ -64,7 +51,7 @@ TEST(leaving_mats_out_changes_nothing)
         struct sim_result pruned, whole;
         const double none = 0.0;
         if (variant == 1)
-            fill(&scene.grit_lb, &none, 1);
+            sim_scene_set_list(&scene.grit_lb, &none, 1);
         if (variant == 2) {
             scene.thrust = SIM_LINEAR;
             scene.wheel_load_lb = 3.0;
@@ -79,8 +66,8 @@ TEST(leaving_mats_out_changes_nothing)
             scene.v0_ft_s = 0.5;
             scene.v0_mat = 60;
         }
-        assert_int_equal(run(&scene, &(struct sim_options){0}, &pruned), MR_OK);
-        assert_int_equal(run(&scene, &(struct sim_options){.no_prune = true}, &whole), MR_OK);
+        assert_int_equal(try(&scene, &(struct sim_options){0}, &pruned), MR_OK);
+        assert_int_equal(try(&scene, &(struct sim_options){.no_prune = true}, &whole), MR_OK);
         assert_true(whole.mats_mean == 80.0);
         if (scene.friction_law == SIM_STICK) /* the other laws let mats creep for ever */
             assert_true(pruned.mats_mean < 60.0);
@@ -101,7 +88,7 @@ TEST(a_step_beyond_the_limit_is_unstable)
     /* undamped 2/w = sqrt(m/KL); with CL it is shorter by sqrt(1 + z^2) - z, z = 2 CL/(m w) */
     const double m = 0.466 / G, w = 2.0 * sqrt(2.9e5 / m), z = 10.0 / (m * w);
     const double limit = 2.0 / w * (sqrt(1.0 + z * z) - z);
-    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1.001 * limit}, &result),
+    assert_int_equal(try(&scene, &(struct sim_options){.dt_s = 1.001 * limit}, &result),
                      MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNSTABLE);
     assert_null(result.u_ft);
@@ -111,7 +98,7 @@ TEST(a_step_beyond_the_limit_is_unstable)
     assert_int_equal(mr_status_exit_code(error.status), 5);
     sim_result_free(&result);
 
-    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 0.8 * limit}, &result), MR_OK);
+    assert_int_equal(try(&scene, &(struct sim_options){.dt_s = 0.8 * limit}, &result), MR_OK);
     assert_true(result.dt_limit_s > 0.999 * limit && result.dt_limit_s < 1.001 * limit);
     assert_true(result.checked_dt_s < 0.41 * limit); /* double the step would be beyond the limit */
     sim_result_free(&result);
@@ -131,7 +118,7 @@ TEST(energy_from_nowhere_is_unstable)
     scene.right = SIM_FREE;
     scene.force_lb = 1e-3;
     scene.v0_ft_s = 0.0;
-    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_NUMERICS);
+    assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNSTABLE);
     assert_int_equal(result.mat, 1);
     assert_true(result.t_s > 0.0 && result.t_s < result.t_end_s);
@@ -153,12 +140,12 @@ TEST(a_wrong_answer_that_looks_right_is_refused)
     scene.mats = 1;
     scene.cl_lb_s_ft = scene.force_lb = 0.0;
     scene.t_end_s = 300.0 / w;
-    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 0.6 / w}, &result), MR_NUMERICS);
+    assert_int_equal(try(&scene, &(struct sim_options){.dt_s = 0.6 / w}, &result), MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNSTABLE);
     assert_true(result.mat == 1 && result.t_s > 0.0 && result.error_u_ft > 0.2 * 2.0 / w);
     sim_result_free(&result);
     /* left to itself it finds a step that is good enough */
-    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_OK);
+    assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_OK);
     assert_true(fabs(result.u_ft[1] - 2.0 / w * sin(300.0)) <= result.error_u_ft);
     assert_true(result.error_u_ft <= 0.2 * 2.0 / w && result.rejected > result.steps / 2);
     sim_result_free(&result);
@@ -181,7 +168,7 @@ TEST(halving_the_step_quarters_the_error)
     for (int i = 0; i < 4; i++) {
         struct sim_options options = {.dt_s = 1e-4 / (1 << i)};
         struct sim_result result;
-        assert_int_equal(run(&scene, &options, &result), MR_OK);
+        assert_int_equal(try(&scene, &options, &result), MR_OK);
         double wrong = fabs(result.u_ft[1] - exact);
         assert_true(wrong <= result.error_u_ft && result.error_u_ft < 1e-4);
         if (i > 0)
@@ -204,7 +191,7 @@ TEST(a_check_at_the_limit_is_made_again_with_half_the_step)
     scene.mats = 1;
     scene.cl_lb_s_ft = scene.force_lb = 0.0;
     scene.t_end_s = 1500.0 / w; /* more than 1000 of the longest steps */
-    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_OK);
+    assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_OK);
     assert_true(fabs(result.u_ft[1] - 2.0 / w * sin(1500.0)) <= result.error_u_ft);
     assert_true(result.error_u_ft <= 0.1 * 2.0 / w);
     sim_result_free(&result);
@@ -235,7 +222,7 @@ TEST(a_chain_of_any_length_is_complete)
         scene.force_lb = force;
         scene.vac_ft_s = scene.v0_ft_s = 0.0;
         scene.t_end_s = 3000 * h;
-        assert_int_equal(run(&scene, &(struct sim_options){.dt_s = h}, &result), MR_OK);
+        assert_int_equal(try(&scene, &(struct sim_options){.dt_s = h}, &result), MR_OK);
         for (int n = 1; n <= mats; n++) {
             if (!(fabs(result.u_ft[n] - u[n]) < 1e-9 * fabs(u[1])))
                 fail_msg("%d mats, mat %d: %.12g, plain loops %.12g", mats, n, result.u_ft[n],
@@ -250,13 +237,13 @@ TEST(rtol_is_reached_or_refused)
 {
     struct sim_scene scene = short_runway();
     struct sim_result result;
-    assert_int_equal(run(&scene, &(struct sim_options){.rtol = 0.01}, &result), MR_OK);
+    assert_int_equal(try(&scene, &(struct sim_options){.rtol = 0.01}, &result), MR_OK);
     assert_true(result.error_u_ft > 0.0 && result.error_u_ft <= 0.01 * result.peak_u_ft);
     assert_true(result.rhs == result.steps + result.rejected);
     sim_result_free(&result);
     scene.t_dwell_s = -1.0;
     scene.t_end_s = 0.05;
-    assert_int_equal(run(&scene, &(struct sim_options){.rtol = 1e-9}, &result), MR_NUMERICS);
+    assert_int_equal(try(&scene, &(struct sim_options){.rtol = 1e-9}, &result), MR_NUMERICS);
     assert_int_equal(result.status, SIM_STEP_UNDERFLOW);
     assert_null(result.u_ft);
     sim_result_free(&result);
@@ -337,9 +324,9 @@ TEST(another_method_agrees)
         scene.t_end_s = 0.03;
         scene.friction_law = variant == 2 ? SIM_STICK : SIM_TANH;
         scene.veps_ft_s = p.veps;
-        fill(&scene.gap0_ft, p.gap, 6);
+        sim_scene_set_list(&scene.gap0_ft, p.gap, 6);
         five_run(&p, y, 0.03, variant == 2 ? 60000 : 20000);
-        assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1e-6}, &result), MR_OK);
+        assert_int_equal(try(&scene, &(struct sim_options){.dt_s = 1e-6}, &result), MR_OK);
         for (int n = 1; n <= 5; n++) {
             if (!(fabs(result.u_ft[n] - y[n - 1]) < tolerance[variant] * fabs(y[0])))
                 fail_msg("variant %d mat %d: %.9g, Runge-Kutta %.9g", variant, n, result.u_ft[n],
@@ -359,8 +346,8 @@ TEST(samples_are_the_mats_over_their_stations)
     const double times[] = {0.8, 0.1, 0.25};
     struct sim_options options = {.sample_dt_s = 0.05, .station_ft = stations, .station_count = 4};
     struct sim_result result;
-    fill(&scene.t_out_s, times, 3);
-    assert_int_equal(run(&scene, &options, &result), MR_OK);
+    sim_scene_set_list(&scene.t_out_s, times, 3);
+    assert_int_equal(try(&scene, &options, &result), MR_OK);
     assert_int_equal(result.sample_count, 17);
     assert_int_equal(result.station_count, 4);
     assert_true(result.t_end_s == 0.8);
@@ -380,7 +367,7 @@ TEST(samples_are_the_mats_over_their_stations)
 
     options.station_ft = (const double[]){23.0};
     options.station_count = 1;
-    assert_int_equal(run(&scene, &options, &result), MR_USAGE);
+    assert_int_equal(try(&scene, &options, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "23 ft"));
     sim_result_free(&result);
     sim_scene_free(&scene);
@@ -390,14 +377,14 @@ TEST(what_is_not_built_is_refused)
 {
     struct sim_scene scene = short_runway();
     struct sim_result result;
-    assert_int_equal(run(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
+    assert_int_equal(try(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "rk8 for model chain; give staggered"));
     scene.friction_normal = SIM_SOIL;
-    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_USAGE);
+    assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_USAGE);
     scene.friction_normal = SIM_WEIGHT;
-    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = -1.0}, &result), MR_USAGE);
-    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1e-12}, &result), MR_USAGE);
-    assert_int_equal(run(&scene, &(struct sim_options){.rtol = 2.0}, &result), MR_USAGE);
+    assert_int_equal(try(&scene, &(struct sim_options){.dt_s = -1.0}, &result), MR_USAGE);
+    assert_int_equal(try(&scene, &(struct sim_options){.dt_s = 1e-12}, &result), MR_USAGE);
+    assert_int_equal(try(&scene, &(struct sim_options){.rtol = 2.0}, &result), MR_USAGE);
     sim_scene_free(&scene);
 }
 
@@ -462,8 +449,8 @@ TEST(a_joint_that_tears_by_the_step_is_within_the_stated_error)
     scene.model = SIM_CHAIN;
     scene.mats = 8;
     model_mat_chain(&scene);
-    fill(&scene.gap0_ft, gaps, 9);
-    fill(&scene.grit_lb, grits, 9);
+    sim_scene_set_list(&scene.gap0_ft, gaps, 9);
+    sim_scene_set_list(&scene.grit_lb, grits, 9);
     scene.left = SIM_FIXED;
     scene.right = SIM_FREE;
     scene.friction = 0.5;

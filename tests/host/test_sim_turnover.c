@@ -4,17 +4,11 @@
  * Expected steps: by hand, from a speed and a rate. Expected answers: solver implicit, another
  * method, which is not cut, at 1e-11. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
 #include "host/sim/solvers/stepper.h"
-#include "tests/cmocka_all.h"
+#include "tests/host/sim_case.h"
 
 #define MATS 2
 #define SIZE (2 * MATS + 1)
-
-static struct error error;
 
 /* Two mats of which the second moves at v with rate a; veps 0.01, edge at 4 veps, a step of 1 ms.
  * Returns how long the step may be. */
@@ -30,12 +24,6 @@ static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, dou
     bool cut = stepper_turns(&stepper, rate, &h_s);
     assert_int_equal(cut, h_s < before_s);
     return h_s;
-}
-
-static void near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
 }
 
 TEST(a_step_ends_before_and_within)

@@ -1,17 +1,6 @@
 /* What is left out of a planar scene: that it changes nothing, and that it is left out. */
 
-#include <math.h>
-#include <string.h>
-
-#include "host/sim/sim.h"
-#include "tests/cmocka_all.h"
-
-static struct error error;
-
-static void fill(struct sim_list *list, const double *values, size_t count)
-{
-    sim_scene_set_list(list, values, count);
-}
+#include "tests/host/sim_case.h"
 
 /* Fig 3.7 with more mats than the wave reaches; outputs on the way. */
 static struct sim_scene long_strip(enum sim_model model, int mats)
@@ -22,18 +11,14 @@ static struct sim_scene long_strip(enum sim_model model, int mats)
     scene.model = model;
     scene.mats = mats;
     scene.mats_crossed = 2.0;
-    fill(&scene.bump_ft, bump, 3);
-    fill(&scene.t_out_s, times, 4);
+    sim_scene_set_list(&scene.bump_ft, bump, 3);
+    sim_scene_set_list(&scene.t_out_s, times, 4);
     return scene;
 }
 
 static struct sim_result good(const struct sim_scene *scene, const char *solver, bool no_prune)
 {
-    struct sim_result result;
-    memset(&error, 0, sizeof error);
-    sim_run(scene, &(struct sim_options){.solver = solver, .no_prune = no_prune}, &result, &error);
-    assert_string_equal(error.text, "");
-    return result;
+    return run(scene, (struct sim_options){.solver = solver, .no_prune = no_prune});
 }
 
 static void same(const struct sim_result *a, const struct sim_result *b, double apart_ft)
@@ -77,7 +62,7 @@ TEST(leaving_mats_out_changes_nothing)
         if (variant == 7) { /* slack, and a joint far away that starts under load */
             scene.slack_ft = 0.02;
             prestress[120] = -1e-4;
-            fill(&scene.gap0_ft, prestress, 161);
+            sim_scene_set_list(&scene.gap0_ft, prestress, 161);
             scene.bump_first = 40;
         }
         if (variant == 8) { /* the bump is far from the wheel, both start moving */
@@ -164,16 +149,16 @@ TEST(the_window_grows_with_the_motion)
 TEST(mats_beyond_the_reach_cost_nothing)
 {
     struct sim_scene a = long_strip(SIM_REPORT, 200), b = long_strip(SIM_REPORT, 4096);
-    struct sim_result near = good(&a, "event", false), far = good(&b, "event", false);
-    assert_int_equal(near.mats_max, far.mats_max);
-    assert_true(near.mats_max < 90);
-    assert_int_equal(near.steps, far.steps);
+    struct sim_result few = good(&a, "event", false), many = good(&b, "event", false);
+    assert_int_equal(few.mats_max, many.mats_max);
+    assert_true(few.mats_max < 90);
+    assert_int_equal(few.steps, many.steps);
     for (int n = 1; n <= 200; n++)
-        assert_true(near.u_ft[n] == far.u_ft[n]);
+        assert_true(few.u_ft[n] == many.u_ft[n]);
     for (int n = 201; n <= 4096; n++)
-        assert_true(far.u_ft[n] == 0.0);
-    sim_result_free(&near);
-    sim_result_free(&far);
+        assert_true(many.u_ft[n] == 0.0);
+    sim_result_free(&few);
+    sim_result_free(&many);
     sim_scene_free(&a);
     sim_scene_free(&b);
 }
