@@ -536,7 +536,6 @@ void compare_figures(const struct measured *measured, const struct zones_closure
                      const struct store_simulation *rows, size_t count,
                      struct compare_figures *figures)
 {
-    struct compare_clock clock;
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
     measured_torn_text(measured, figures->torn);
@@ -545,7 +544,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     figures->error_in = head->error_in;
     figures->seeds = head->seeds;
     figures->surveyed = survey->surveyed;
-    compare_clock_make(measured, &clock);
+    compare_clock_make(measured, &figures->clock);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
         const struct store_simulation *row = NULL;
@@ -556,7 +555,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
         double solver_error_in = !isnan(head->error_in) ? head->error_in
                                : row                    ? row->peak_simulated_error_in
                                                         : 0.0;
-        add_channel(measured, &clock, &measured->channel[c], row, solver_error_in,
+        add_channel(measured, &figures->clock, &measured->channel[c], row, solver_error_in,
                     &figures->channel[figures->channels++]);
     }
     const struct compare_segments segments = {head->segments_in, head->segment_rows,

@@ -64,7 +64,7 @@ double signal_en(double measured, double measured_error, double simulated, doubl
  * over its speed, at most that of the stop. This is what the timing of edges and the places of
  * switches leave uncertain when two movements are laid over each other. Times in seconds since
  * touchdown. */
-#define COMPARE_CLOCK_POINTS 512
+#define COMPARE_CLOCK_POINTS 128
 struct compare_clock {
     double stop_s, stop_error_s;
     double error_s[COMPARE_CLOCK_POINTS + 1]; /* evenly from touchdown to the stop */
@@ -170,6 +170,7 @@ struct compare_figures {
     size_t channels; /* fitted */
     struct compare_channel channel[MR_TRANSDUCERS];
     struct compare_zones zones;
+    struct compare_clock clock;
 };
 
 /* Rows of channels that measured lacks are left out; a channel that is measured without a row is

@@ -382,15 +382,13 @@ struct sides {
 static void sides_make(const struct compare_landing *landing, struct sides *sides)
 {
     const struct measured *measured = &landing->measured;
-    struct compare_clock clock;
     sides->count = 0;
-    compare_clock_make(measured, &clock);
     for (size_t i = 0; i < landing->rows; i++) {
         const struct store_simulation *row = &landing->row[i];
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_curves(measured, &clock, &measured->channel[c], row,
+        compare_curves(measured, &landing->figures.clock, &measured->channel[c], row,
                        isnan(landing->head.error_in) ? row->peak_simulated_error_in
                                                      : landing->head.error_in,
                        &sides->curves[sides->count]);

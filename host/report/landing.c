@@ -571,8 +571,6 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
     const struct unit *station = unit_of(UNIT_STATION, si);
     struct figure figure = figure_begin(out, "movement of the mat, measured and simulated", 2,
                                         FIGURE_EACH);
-    struct compare_clock clock;
-    compare_clock_make(measured, &clock);
     for (size_t i = 0; i < landing->simulations; i++) {
         const struct store_simulation *row = &landing->simulation[i];
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
@@ -582,7 +580,8 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_curves(measured, &clock, &measured->channel[c], row, error_in, &curves);
+        compare_curves(measured, &landing->compared->clock, &measured->channel[c], row, error_in,
+                       &curves);
         snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);
         figure_plot(&figure,
