@@ -70,14 +70,6 @@ struct measured_channel {
     size_t missing_from, missing_to;
 };
 
-/* CAN messages against the block records they were computed from. */
-struct measured_check {
-    size_t compared; /* values */
-    /* by more than one digit of the wire, or valid in one and missing in the other */
-    size_t different;
-    double worst_digits;
-};
-
 /* What is set aside because its time lies far from the landing's: a group of seconds, beyond a
  * pause of half a minute, that is small beside the largest. */
 struct measured_aside {
@@ -123,7 +115,6 @@ struct measured {
     struct mr_gates_fit fit; /* the curve behind it */
 
     struct measured_channel channel[MR_CHANNELS];
-    struct measured_check check;
     int64_t first_edge; /* count of the first edge that came; 0: none came */
     bool torn;          /* those before it did not, and what they would tell is not stated */
 };

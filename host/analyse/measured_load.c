@@ -264,9 +264,14 @@ static void pass_hole(struct mr_watch *watch)
     }
 }
 
+static void set_stuck(struct measured_channel *channel, size_t sample)
+{
+    channel->validity[sample] = MR_INVALID_STUCK;
+    channel->raw[sample] = MR_NAN;
+}
+
 /* As the board does it. A channel that turns out to be stuck has been so since its anchor: those
- * readings lose their validity here and, when they have been held against the board's messages,
- * their value (blank_stuck). */
+ * readings are not valid then, and have no value. */
 static void read_block(struct measured *measured, struct mr_watch *watch,
                        const struct mr_block *block, enum measured_source source)
 {
@@ -282,21 +287,12 @@ static void read_block(struct measured *measured, struct mr_watch *watch,
         channel->source[i] = (uint8_t)source;
         if (reading.validity != MR_INVALID_STUCK)
             continue;
+        set_stuck(channel, i);
         for (size_t k = i; k-- > 0 &&
                            (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
                            channel->validity[k] != MR_INVALID_STUCK;) {
             if (channel->validity[k] == MR_VALID)
-                channel->validity[k] = MR_INVALID_STUCK;
-        }
-    }
-}
-
-static void blank_stuck(struct measured *measured)
-{
-    for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        for (size_t i = 0; i < measured->samples; i++) {
-            if (measured->channel[c].validity[i] == MR_INVALID_STUCK)
-                measured->channel[c].raw[i] = MR_NAN;
+                set_stuck(channel, k);
         }
     }
 }
@@ -320,7 +316,7 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
             int64_t i = block - measured->first_block;
             struct measured_channel *channel = &measured->channel[event[e].detail];
             if (i >= 0 && i < (int64_t)measured->samples && channel->source[i] == MEASURED_CAN)
-                channel->validity[i] = MR_INVALID_STUCK;
+                set_stuck(channel, (size_t)i);
         }
     }
     free(event);
@@ -339,36 +335,6 @@ static void fill_sample(struct measured_channel *channel, size_t i, float value,
     channel->phase = (blocks - end % blocks) % blocks;
     channel->raw[i] = value;
     channel->validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
-}
-
-/* A message against the block records it was computed from. */
-static void check_message(struct measured *measured, const struct message *message)
-{
-    const struct mr_series *series = mr_series_at(message->pack->series);
-    float values[MR_PACK_READINGS];
-    int64_t newest = message->newest - measured->first_block;
-    unsigned count = mr_series_pack_get(message->pack, message->data, values);
-    for (unsigned k = 0; k < count; k++) {
-        int c = measured_find(measured, series->kind, message->pack->first + k);
-        if (c < 0 || newest - series->blocks + 1 < 0 || newest >= (int64_t)measured->samples)
-            continue;
-        float sum = 0.0f;
-        bool all = true;
-        for (unsigned age = 0; age < series->blocks; age++) {
-            size_t i = (size_t)newest - age;
-            sum += measured->channel[c].raw[i];
-            all = all && measured->channel[c].validity[i] != MEASURED_LOST;
-        }
-        if (!all)
-            continue;
-        float mean = sum / (float)series->blocks;
-        double digits = fabs((double)(values[k] - mean) * (double)series->per_unit);
-        measured->check.compared++;
-        if (isnan(values[k]) != isnan(mean) || digits > 1.0)
-            measured->check.different++;
-        if (digits > measured->check.worst_digits)
-            measured->check.worst_digits = digits;
-    }
 }
 
 static void fill_from_message(struct measured *measured, const struct message *message)
@@ -471,8 +437,6 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
     measured->source = MEASURED_CAN;
     if (record->blocks)
         read_blocks(measured, record);
-    for (size_t i = 0; i < record->messages && record->blocks && !recalibrated; i++)
-        check_message(measured, &record->message[i]);
     for (size_t i = 0; i < record->messages; i++)
         fill_from_message(measured, &record->message[i]);
     return messages ? take_stuck_from_events(store, measured, error) : MR_OK;
@@ -518,8 +482,8 @@ static enum mr_status series_from_import(struct store *store, struct record *rec
     return status;
 }
 
-/* Source, first_block, samples, the raw series and validities, and, with both links, the check of
- * one against the other. Needs landing and channel configuration. */
+/* Source, first_block, samples, the raw series and validities. Needs landing and channel
+ * configuration. */
 static enum mr_status load_series(struct store *store, struct measured *measured,
                                   struct error *error)
 {
@@ -527,10 +491,8 @@ static enum mr_status load_series(struct store *store, struct measured *measured
     enum mr_status status = series_from_board(store, &record, error);
     if (status == MR_OK && record.last < record.first)
         status = series_from_import(store, &record, error);
-    if (status == MR_OK && measured->source != MEASURED_NOTHING) {
-        blank_stuck(measured);
+    if (status == MR_OK && measured->source != MEASURED_NOTHING)
         measured_find_stretches(measured);
-    }
     free(record.moments.group);
     free(record.block);
     free(record.source);

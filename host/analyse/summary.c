@@ -568,19 +568,9 @@ static void link_answer(const struct summary_link *link, int kind, struct answer
 
 void summary_links_answer(const struct summary *summary, struct answer *answer)
 {
-    const struct measured_check *check = &summary->measured.check;
     answer_open(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++)
         link_answer(&summary->link[kind], kind, answer);
-    answer_close(answer);
-    if (check->compared)
-        answer_words(
-            answer, NULL, "cross-check",
-            "%zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)",
-            check->compared, check->different, check->worst_digits);
-    answer_open(answer, "cross_check", NULL);
-    answer_count(answer, "compared", NULL, (int64_t)check->compared);
-    answer_count(answer, "different", NULL, (int64_t)check->different);
     answer_close(answer);
     if (summary->gaps == 0)
         answer_words(answer, NULL, "gaps", "none");

@@ -115,7 +115,7 @@ void summary_troubles(const int64_t *trouble, char *out, size_t size);
 json_t *summary_troubles_json(const int64_t *trouble);
 
 /* The part of a landing's summary that is about its links: frames received, lost and doubted,
- * troubles, gaps, CAN against serial. */
+ * troubles, gaps. */
 
 enum mr_status summary_links_load(struct store *store, struct summary *summary,
                                   struct error *error);

@@ -82,9 +82,6 @@ TEST(from_block_records)
     check_gear(&m);
     /* codes are 0.0016 in; sums of 4 of each polarity resolve a quarter of it, 0.16 lb an eighth */
     check_channels(&m, 0.0004, 0.02);
-    assert_true(m.check.compared > 40000);
-    assert_int_equal(m.check.different, 0);
-    assert_true(m.check.worst_digits <= 0.51);
     measured_free(&m);
     session_end(&s);
 }
@@ -101,27 +98,6 @@ TEST(from_can_alone)
         assert_near(m.channel[i].peak, moved_in(i), 0.0005);
     for (unsigned i = 0; i < MR_GAGES; i++)
         assert_near(m.channel[MR_TRANSDUCERS + i].baseline, 101.0 + i, 0.03);
-    assert_int_equal(m.check.compared, 0);
-    measured_free(&m);
-    session_end(&s);
-}
-
-/* One CAN value is changed in the database: the cross-check has to see exactly that one. */
-TEST(a_wrong_can_value_is_found)
-{
-    struct session s;
-    struct measured m;
-    log_one(&s, true, true);
-    store_close(s.store);
-    s.store = NULL;
-    assert_int_equal(system("sqlite3 build/test-tmp/measured.db \"UPDATE frames SET data = X'FF7F' "
-                            "|| substr(data, 3)"
-                            " WHERE id = (SELECT id FROM frames WHERE can_id = 256 AND landing = 1 "
-                            "LIMIT 1 OFFSET 500)\""),
-                     0);
-    store_open("build/test-tmp/measured.db", STORE_OPEN, &s.store, &s.error);
-    assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
-    assert_int_equal(m.check.different, 1);
     measured_free(&m);
     session_end(&s);
 }
