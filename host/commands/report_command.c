@@ -5,7 +5,7 @@
 
 #include "host/commands/commands.h"
 #include "host/base/output.h"
-#include "host/report/page.h"
+#include "host/report/report.h"
 
 /* demo/campaign.db -> demo/campaign.html */
 static void default_path(const char *db, char *out, size_t size)

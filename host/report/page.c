@@ -1,4 +1,4 @@
-#include "host/report/page.h"
+#include "host/report/report.h"
 
 #include <math.h>
 #include <sha2.h>

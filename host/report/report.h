@@ -128,20 +128,21 @@ extern const struct report_part { /* of each landing */
                             FILE *out, struct error *error);
 } report_parts[];
 
-/* Those of files of their own (between.c, zones.c): */
-enum mr_status report_surveys(const struct report *report, FILE *out, struct error *error);
-enum mr_status report_slow(const struct report *report, FILE *out, struct error *error);
-enum mr_status report_zone_map(const struct report *report, const struct report_landing *landing,
-                               FILE *out, struct error *error);
-enum mr_status report_predictions(const struct report *report, const struct report_landing *landing,
-                                  FILE *out, struct error *error);
-/* The gear's motion is known, and there are readings. */
-bool report_is_fitted(const struct report_landing *landing);
-
 /* An answer on the page; frees the answer. */
 void report_answer(struct answer *answer, FILE *out);
 
 /* Calibrations of a landing, as a table under a heading. */
 void provenance_calibration(const struct report_landing *landing, struct answer *answer);
+
+/* ---- the page ---- */
+
+/* A page up to and with <body>: style and colours that every page here has. */
+void page_head(FILE *out, const char *title);
+/* Its end; `plots`: with the script that draws them (chart.h). */
+void page_foot(FILE *out, bool plots);
+
+/* All of a report that report_begin has begun. Reads one landing after the other; nothing is
+ * written when one cannot be read. Fails with a section's error. */
+enum mr_status page_write(struct report *report, FILE *out, struct error *error);
 
 #endif

@@ -7,7 +7,7 @@
 #include "common/framing.h"
 #include "host/collect/collect.h"
 #include "host/base/xmalloc.h"
-#include "host/report/page.h"
+#include "host/report/report.h"
 #include "tests/fuzz/fuzz.h"
 
 #define LANDINGS_MAX 3u /* damage can make any number of them */
