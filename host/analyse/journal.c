@@ -59,19 +59,37 @@ void journal_change_answer(const struct store_change *c, struct answer *answer)
     answer_count(answer, "made_us", NULL, c->made_us);
 }
 
-void journal_tables_answer(const struct store_observation *observation, size_t observations,
-                           const struct store_change *change, size_t changes, struct answer *answer)
+enum mr_status journal_load(struct store *store, const struct store_landing *landing,
+                            struct journal *j, struct error *error)
+{
+    memset(j, 0, sizeof *j);
+    enum mr_status status = store_series_of(store, landing, &j->series, error);
+    if (status == MR_OK)
+        status = store_changes(store, landing->id, &j->change, &j->changes, error);
+    if (status == MR_OK)
+        status = store_observations(store, landing->id, &j->observation, &j->observations, error);
+    return status == MR_OK ? store_is_void(store, landing->id, &j->is_void, j->void_reason, error)
+                           : status;
+}
+
+void journal_free(struct journal *j)
+{
+    free(j->change);
+    free(j->observation);
+}
+
+void journal_tables_answer(const struct journal *j, struct answer *answer)
 {
     answer_table(answer, "observations", "waves and breaks");
-    for (size_t i = 0; i < observations; i++) {
+    for (size_t i = 0; i < j->observations; i++) {
         answer_row(answer);
-        journal_observation_answer(&observation[i], answer);
+        journal_observation_answer(&j->observation[i], answer);
     }
     answer_close(answer);
     answer_table(answer, "changes", "notes and corrections");
-    for (size_t i = 0; i < changes; i++) {
+    for (size_t i = 0; i < j->changes; i++) {
         answer_row(answer);
-        journal_change_answer(&change[i], answer);
+        journal_change_answer(&j->change[i], answer);
     }
     answer_close(answer);
 }

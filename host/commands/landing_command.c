@@ -235,54 +235,25 @@ static enum mr_status add(const struct request *r, struct store *store, struct e
 
 /* ---- showing ---- */
 
-struct journal {
-    struct store_landing landing;
-    struct store_series series;
-    struct store_change *change;
-    size_t changes;
-    struct store_observation *observation;
-    size_t observations;
-    bool is_void;
-};
-
-static enum mr_status journal_get(struct store *store, int64_t run, struct journal *j,
-                                  struct error *error)
-{
-    memset(j, 0, sizeof *j);
-    enum mr_status status = store_landing_get(store, run, &j->landing, error);
-    if (status == MR_OK)
-        status = store_series_of(store, &j->landing, &j->series, error);
-    if (status == MR_OK)
-        status = store_changes(store, run, &j->change, &j->changes, error);
-    if (status == MR_OK)
-        status = store_observations(store, run, &j->observation, &j->observations, error);
-    return status == MR_OK ? store_is_void(store, run, &j->is_void, NULL, error) : status;
-}
-
-static void journal_free(struct journal *j)
-{
-    free(j->change);
-    free(j->observation);
-}
-
-static void journal_answer(const struct journal *j, struct answer *answer)
+static void journal_answer(const struct store_landing *landing, const struct journal *j,
+                           struct answer *answer)
 {
     char heading[6 * STORE_JOURNAL_TEXT];
     snprintf(heading, sizeof heading,
              "RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s",
-             (long long)j->landing.id, (long long)j->landing.board_landing,
-             mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
+             (long long)landing->id, (long long)landing->board_landing,
+             mr_landing_state_text((unsigned)landing->state), j->is_void ? ", VOID" : "",
              text_or_dash(j->series.name), text_or_dash(j->series.runway),
              text_or_dash(j->series.pattern), text_or_dash(j->series.modification));
     answer_open(answer, NULL, heading);
-    answer_count(answer, "run", NULL, j->landing.id);
-    answer_count(answer, "landing", NULL, j->landing.board_landing);
+    answer_count(answer, "run", NULL, landing->id);
+    answer_count(answer, "landing", NULL, landing->board_landing);
     answer_flag(answer, "void", NULL, j->is_void);
     answer_words_or_none(answer, "series", NULL, j->series.name, NULL);
     answer_words_or_none(answer, "runway", NULL, j->series.runway, NULL);
     answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
     answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
-    journal_tables_answer(j->observation, j->observations, j->change, j->changes, answer);
+    journal_tables_answer(j, answer);
     answer_close(answer);
 }
 
@@ -303,9 +274,9 @@ static enum mr_status show(const struct request *r, struct store *store, struct 
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (r->run && rows[i].id != r->run)
             continue;
-        status = journal_get(store, rows[i].id, &j, error);
+        status = journal_load(store, &rows[i], &j, error);
         if (status == MR_OK)
-            journal_answer(&j, answer);
+            journal_answer(&rows[i], &j, answer);
         journal_free(&j);
     }
     free(rows);

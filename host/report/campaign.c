@@ -637,89 +637,66 @@ static enum mr_status advice(const struct report *report, FILE *out, struct erro
 
 /* ---- observations and notes ---- */
 
-static enum mr_status series_answer(struct store *store, const struct store_landing *landing,
-                                    struct answer *answer, struct error *error)
+static void series_row(const struct store_landing *landing, const struct journal *journal,
+                       bool recalibrated, struct answer *answer)
 {
-    struct store_series series;
-    char reason[STORE_JOURNAL_TEXT];
-    bool is_void, recalibrated = false;
-    enum mr_status status = store_series_of(store, landing, &series, error);
-    if (status == MR_OK)
-        status = store_is_void(store, landing->id, &is_void, reason, error);
-    if (status == MR_OK)
-        status = store_is_recalibrated(store, landing->id, &recalibrated, error);
-    if (status != MR_OK || (!series.name[0] && !series.pattern[0] && !series.runway[0] &&
-                            !series.modification[0] && !is_void && !recalibrated))
-        return status;
+    const struct store_series *series = &journal->series;
+    if (!series->name[0] && !series->pattern[0] && !series->runway[0] && !series->modification[0] &&
+        !journal->is_void && !recalibrated)
+        return;
     answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->id);
     answer_count(answer, NULL, "landing", landing->board_landing);
-    answer_words(answer, NULL, "series", "%s", series.name);
-    answer_words(answer, NULL, "runway", "%s", series.runway);
-    answer_words(answer, NULL, "pattern", "%s", series.pattern);
-    answer_words(answer, NULL, "modification", "%s", series.modification);
-    if (is_void)
-        answer_words(answer, NULL, "counts", "void: %s", reason)->warn = true;
+    answer_words(answer, NULL, "series", "%s", series->name);
+    answer_words(answer, NULL, "runway", "%s", series->runway);
+    answer_words(answer, NULL, "pattern", "%s", series->pattern);
+    answer_words(answer, NULL, "modification", "%s", series->modification);
+    if (journal->is_void)
+        answer_words(answer, NULL, "counts", "void: %s", journal->void_reason)->warn = true;
     else
         answer_words(answer, NULL, "counts",
                      recalibrated ? "yes; with a corrected calibration" : "yes");
-    return status;
-}
-
-static enum mr_status observations_answer(struct store *store, const struct store_landing *landing,
-                                          struct answer *answer, struct error *error)
-{
-    struct store_observation *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_observations(store, landing->id, &rows, &count, error);
-    for (size_t i = 0; i < count; i++) {
-        if (rows[i].withdrawn)
-            continue;
-        answer_row(answer);
-        answer_count(answer, NULL, "RUN", landing->id);
-        journal_observation_answer(&rows[i], answer);
-    }
-    free(rows);
-    return status;
-}
-
-static enum mr_status changes_answer(struct store *store, const struct store_landing *landing,
-                                     struct answer *answer, struct error *error)
-{
-    struct store_change *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_changes(store, landing->id, &rows, &count, error);
-    for (size_t i = 0; i < count; i++) {
-        answer_row(answer);
-        answer_count(answer, NULL, "RUN", landing->id);
-        journal_change_answer(&rows[i], answer);
-    }
-    free(rows);
-    return status;
 }
 
 static enum mr_status journal(const struct report *report, FILE *out, struct error *error)
 {
-    static const struct {
-        const char *title;
-        enum mr_status (*rows)(struct store *store, const struct store_landing *landing,
-                               struct answer *answer, struct error *error);
-    } tables[] = {{"Series and validity", series_answer},
-                  {"Waves and breaks", observations_answer},
-                  {"Notes and corrections", changes_answer}};
     struct store_landing *landing = NULL;
     size_t count = 0;
-    struct answer *answer = answer_new(report->si);
-    enum mr_status status = store_landings(report->store, &landing, &count, error);
-    for (size_t t = 0; t < sizeof tables / sizeof *tables; t++) {
-        answer_table(answer, NULL, tables[t].title);
-        for (size_t i = 0; i < count && status == MR_OK; i++) {
-            if (!report->run || landing[i].id == report->run)
-                status = tables[t].rows(report->store, &landing[i], answer, error);
-        }
-        answer_close(answer);
+    struct answer *tables[3];
+    static const char *const titles[] = {"Series and validity", "Waves and breaks",
+                                         "Notes and corrections"};
+    for (size_t t = 0; t < 3; t++) {
+        tables[t] = answer_new(report->si);
+        answer_table(tables[t], NULL, titles[t]);
     }
-    report_answer(answer, out);
+    enum mr_status status = store_landings(report->store, &landing, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        struct journal said;
+        bool recalibrated = false;
+        if (report->run && landing[i].id != report->run)
+            continue;
+        status = journal_load(report->store, &landing[i], &said, error);
+        if (status == MR_OK)
+            status = store_is_recalibrated(report->store, landing[i].id, &recalibrated, error);
+        series_row(&landing[i], &said, recalibrated, tables[0]);
+        for (size_t k = 0; k < said.observations; k++) {
+            if (said.observation[k].withdrawn)
+                continue;
+            answer_row(tables[1]);
+            answer_count(tables[1], NULL, "RUN", landing[i].id);
+            journal_observation_answer(&said.observation[k], tables[1]);
+        }
+        for (size_t k = 0; k < said.changes; k++) {
+            answer_row(tables[2]);
+            answer_count(tables[2], NULL, "RUN", landing[i].id);
+            journal_change_answer(&said.change[k], tables[2]);
+        }
+        journal_free(&said);
+    }
+    for (size_t t = 0; t < 3; t++) {
+        answer_close(tables[t]);
+        report_answer(tables[t], out);
+    }
     free(landing);
     return status;
 }
