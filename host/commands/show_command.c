@@ -253,7 +253,7 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
     if (series + surveys > 0)
         answer_sentence(answer, NULL,
                         "%zu series (matrig landing %s), %zu surveys (matrig survey "
-                        "%s --list)",
+                        "%s --show)",
                         series, db, surveys, db);
 }
 
