@@ -114,7 +114,7 @@ $(B)/tests/host/test_series: $(B)/tests/scoreboard/facts.o
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(call link,-lcmocka $(if $(filter $(study_lib),$^),$(STUDY_LIBS),$(HOST_LIBS)))
 # Of the host, with what matrig-study has.
-$(patsubst %,$(B)/tests/host/test_%,error_study fit fit_beside fit_misfit fit_surveyed fit_verdict sim_collisions sim_extremes sim_ground_damping sim_growth sim_model sim_planar): $(study_parts)
+$(patsubst %,$(B)/tests/host/test_%,error_study fit fit_beside fit_misfit fit_surveyed fit_verdict sim_extremes sim_ground_damping sim_model sim_planar): $(study_parts)
 
 # Images of other rigs, for tests: the one source of the firmware that a variant is about, compiled after a header that includes what it changes
 # and defines some of it anew (tests/variant, one file each, which says why).

@@ -2,6 +2,8 @@
 #ifndef MATRIG_TESTS_HOST_MODEL_MAT_H
 #define MATRIG_TESTS_HOST_MODEL_MAT_H
 
+#include <math.h>
+
 #include "host/sim/sim.h"
 
 /* As a chain: along the runway alone. */
@@ -23,6 +25,38 @@ static inline void model_mat_planar(struct sim_scene *scene)
     scene->kt_lb_ft_rad = 41.6;
     scene->ct_lb_ft_s_rad = 1.6e-4;
     scene->tad_deg = 7.0;
+}
+
+/* Numbers between 0 and 1 that look random. */
+static inline double uneven(int i)
+{
+    double x = 0.6180339887498949 * i + 0.31 * i * i / 97.0;
+    return x - floor(x);
+}
+
+/* 80 mats of the model runway with uneven gaps and grit; the aircraft brakes across them and is
+ * pulled off. */
+static inline struct sim_scene short_runway(enum sim_model model)
+{
+    struct sim_scene scene;
+    double gaps[81], grits[81];
+    const struct sim_path_row rows[] = {
+        {0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
+    sim_scene_defaults(&scene);
+    scene.model = model;
+    scene.mats = 80;
+    model_mat_planar(&scene);
+    scene.left = SIM_FIXED;
+    scene.v0_ft_s = 0.0;
+    scene.t_dwell_s = 0.2;
+    for (int j = 0; j <= 80; j++) {
+        gaps[j] = 0.0025 * uneven(j);
+        grits[j] = 20.0 * uneven(j + 500);
+    }
+    sim_scene_set_list(&scene.gap0_ft, gaps, 81);
+    sim_scene_set_list(&scene.grit_lb, grits, 81);
+    sim_scene_set_path(&scene, rows, 5);
+    return scene;
 }
 
 #endif

@@ -6,6 +6,7 @@
  * programs; given here to three or four. */
 
 #include "tests/long.h"
+#include "host/sim/solvers/stepper.h"
 #include "tests/host/sim_case.h"
 
 static const char *const solvers[] = {"event", "implicit", "cvode"};
@@ -275,5 +276,236 @@ TEST(what_does_not_fit_is_refused)
     const double steep[] = {2.5};
     sim_scene_set_list(&scene.bump_ft, steep, 1);
     assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
+    sim_scene_free(&scene);
+}
+
+/* --- Waves and growth against closed forms: how fast a push runs along the joints, and how fast
+ * a zigzag under compression rises. --- */
+
+/* A step of force on the first mat of a chain of masses and springs: the speed behind the front is
+ * F/sqrt(KL m), and at the front (n = c t / L) a third of it, as the Airy integral has it. */
+TEST(a_push_runs_at_L_sqrt_KL_over_m)
+{
+    const double dt_s = 2e-5, length = 2.0, station[] = {100.0, 300.0};
+    for (int variant = 0; variant < 6; variant++) {
+        struct sim_scene scene;
+        double arrival_s[2] = {0.0, 0.0};
+        sim_scene_defaults(&scene);
+        scene.model = variant % 2 ? SIM_CONSISTENT : SIM_REPORT;
+        scene.mats = 250;
+        scene.v0_ft_s = 0.0;
+        scene.cl_lb_s_ft = 0.0;
+        scene.friction = 0.0;
+        scene.vac_ft_s = 1e-3; /* the push stays on mat 1 */
+        scene.t_end_s = 0.16;
+        struct sim_options options = {.solver = solvers[variant / 2],
+                                      .sample_dt_s = dt_s,
+                                      .station_ft = station,
+                                      .station_count = 2,
+                                      .rtol = 1e-6};
+        struct sim_result result = run(&scene, options);
+        double mass = 160.0 / 32.174, behind = 12000.0 / sqrt(8e6 * mass),
+               c_ft_s = length * sqrt(8e6 / mass);
+        for (int s = 0; s < 2; s++) {
+            for (size_t k = 1; k + 1 < result.sample_count && arrival_s[s] == 0.0; k++) {
+                double v = (result.sample_u_ft[(k + 1) * 2 + (size_t)s] -
+                            result.sample_u_ft[(k - 1) * 2 + (size_t)s]) /
+                           (2.0 * dt_s);
+                if (v > behind / 3.0)
+                    arrival_s[s] = (double)k * dt_s;
+            }
+            assert_true(arrival_s[s] > 0.0);
+        }
+        assert_true(fabs((station[1] - station[0]) / (arrival_s[1] - arrival_s[0]) / c_ft_s - 1.0) <
+                    0.01);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* Four mats well above the ground, without weight, in the shape of the chain's own third mode
+ * (heights as the cosine of 3 pi/4 per node), under 12,000 lb from joints that start pressed: the
+ * shape keeps and grows as cosh r t. */
+TEST(a_small_zigzag_grows_at_its_rate)
+{
+    const double rate_s[2] = {109.5, 91.7}; /* report model, consistent model */
+    for (int variant = 0; variant < 6; variant++) {
+        struct sim_scene scene;
+        double heights[5];
+        int model = variant % 2;
+        for (int j = 0; j < 5; j++)
+            heights[j] = 0.1 + 1e-4 * cos(0.75 * 3.14159265358979 * j);
+        sim_scene_defaults(&scene);
+        scene.model = model ? SIM_CONSISTENT : SIM_REPORT;
+        scene.mats = 4;
+        scene.g_ft_s2 = 32.174e-6; /* the mass stays, the weight goes */
+        scene.weight_lb = 160e-6;
+        scene.friction = 0.0;
+        scene.force_lb = 0.0;
+        scene.v0_ft_s = 0.0;
+        scene.left = SIM_FIXED;
+        scene.lift_shear = SIM_NO_SHEAR;
+        scene.bump_first = 1;
+        scene.t_end_s = 0.02;
+        double pressed_ft = -12000.0 / 8e6;
+        sim_scene_set_list(&scene.bump_ft, heights, 5);
+        sim_scene_set_list(&scene.gap0_ft, &pressed_ft, 1);
+        struct sim_result result = run(&scene,
+                                       (struct sim_options){.solver = solvers[variant / 2]});
+        /* of the highest node; the report model's nodes are a sum */
+        double grown = (result.max_lift_ft - 0.1) / 1e-4;
+        /* q1, the middle of mat 1, stays: node 1 rises by half of the first mat's slope */
+        if (!model)
+            grown =
+                (result.outputs[0].lift_ft - 0.1 - 0.5e-4 * (1.0 + cos(0.75 * 3.14159265358979))) /
+                (0.5e-4 * (1.0 - cos(0.75 * 3.14159265358979)));
+        double rate = acosh(grown) / 0.02;
+        assert_true(fabs(rate / rate_s[model] - 1.0) < 0.01);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* --- Collisions against what mechanics says of them: two equal mats on a joint with slack throw
+ * each other to and fro without loss. Units ft, lb, s. --- */
+
+#define OUTPUTS 16
+
+/* Mat 1 moves at v0 and finds mat 2 at rest; nothing rubs, nothing damps. */
+static void two_mats(struct sim_scene *scene)
+{
+    double times_s[OUTPUTS];
+    sim_scene_defaults(scene);
+    scene->model = SIM_CONSISTENT;
+    scene->mats = 2;
+    scene->left = scene->right = scene->left_torsion = scene->right_torsion = SIM_FREE;
+    scene->profile = SIM_LOW;
+    scene->friction_law = SIM_NONE;
+    scene->friction = 0.0;
+    scene->force_lb = 0.0;
+    scene->v0_mat = 1;
+    scene->v0_ft_s = 2.0;
+    scene->slack_ft = 0.005;
+    scene->kl_lb_ft = 5e12;
+    scene->cl_lb_s_ft = 0.0;
+    scene->t_end_s = 0.02;
+    for (int i = 0; i < OUTPUTS; i++)
+        times_s[i] = scene->t_end_s * (i + 1) / OUTPUTS;
+    sim_scene_set_list(&scene->t_out_s, times_s, OUTPUTS);
+}
+
+/* Opening of the joint: half a swing pressed, the slack at v0, half a swing hooked, back. */
+static double opening_ft(const struct sim_scene *scene, double t_s)
+{
+    double mass_slug = scene->weight_lb / scene->g_ft_s2,
+           swing = sqrt(2.0 * scene->kl_lb_ft / mass_slug), hit_s = M_PI / swing,
+           flight_s = scene->slack_ft / scene->v0_ft_s, half_s = hit_s + flight_s;
+    double halves = floor(t_s / half_s), in_s = t_s - halves * half_s;
+    double out_ft = in_s < hit_s ? -scene->v0_ft_s / swing * sin(swing * in_s)
+                                 : scene->v0_ft_s * (in_s - hit_s);
+    return fmod(halves, 2.0) < 0.5 ? out_ft : scene->slack_ft - out_ft;
+}
+
+/* A step many swings long took the joint's push for a thing of the past, and the mats stayed
+ * together: at one tolerance and at another alike, and each said that it was right. */
+TEST(mats_that_collide_part_again)
+{
+    static const struct {
+        const char *solver;
+        double rtol;
+    } runs[] = {{"implicit", 0.0},  {"implicit", 1e-5}, {"implicit", 1e-6}, {"implicit", 1e-8},
+                {"implicit", 1e-9}, {"event", 0.0},     {NULL, 0.0}};
+    struct sim_scene scene;
+    two_mats(&scene);
+    for (size_t k = 0; k < sizeof runs / sizeof runs[0]; k++) {
+        struct sim_result result =
+            run(&scene, (struct sim_options){.solver = runs[k].solver, .rtol = runs[k].rtol});
+        assert_true(result.error_u_ft < 0.01 * scene.slack_ft);
+        for (int i = 0; i < OUTPUTS; i++) {
+            double t_s = scene.t_out_s.values[i], gap_ft = opening_ft(&scene, t_s),
+                   middle_ft = 0.5 * scene.v0_ft_s * t_s;
+            const double *u_ft = result.outputs[i].u_ft;
+            assert_true(fabs(u_ft[1] - (middle_ft - 0.5 * gap_ft)) <= result.error_u_ft + 1e-12);
+            assert_true(fabs(u_ft[2] - (middle_ft + 0.5 * gap_ft)) <= result.error_u_ft + 1e-12);
+        }
+        sim_result_free(&result);
+    }
+    sim_scene_free(&scene);
+}
+
+/* --- Where friction tanh turns over: the steps of solver event are cut so that none goes over
+ * it from far on one side to far on the other. Units ft, lb, s. * Expected steps: by hand, from a
+ * speed and a rate. Expected answers: solver implicit, another method, which is not cut, at 1e-11.
+ * --- */
+
+#define MATS 2
+#define SIZE (2 * MATS + 1)
+
+/* Two mats of which the second moves at v with rate a; veps 0.01, edge at 4 veps, a step of 1 ms.
+ * Returns how long the step may be. */
+static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, double a_ft_s2)
+{
+    const struct stepper_kind kind = {.turn_veps = turn_veps};
+    struct model model = {.law = law, .veps_ft_s = 0.01, .mats = MATS, .size = SIZE, .last = 1};
+    double z[2 * SIZE] = {0.0}, rate[2 * SIZE] = {0.0};
+    z[SIZE + 3] = v_ft_s;
+    rate[SIZE + 3] = a_ft_s2;
+    struct stepper stepper = {.kind = &kind, .model = &model, .least_s = 1e-14, .z = z};
+    double h_s = 1e-3, before_s = h_s;
+    bool cut = stepper_turns(&stepper, rate, &h_s);
+    assert_int_equal(cut, h_s < before_s);
+    return h_s;
+}
+
+TEST(a_step_ends_before_and_within)
+{
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        /* at 0.1 ft/s, slowed by 400 ft/s^2: 0.04 ft/s is reached after 0.15 ms */
+        near(step_s(SIM_TANH, 4.0, way * 0.1, way * -400.0), 1.5e-4, 1e-15);
+        /* from there to rest, and from rest to the other edge: 0.1 ms each */
+        near(step_s(SIM_TANH, 4.0, way * 0.04, way * -400.0), 1e-4, 1e-15);
+        near(step_s(SIM_TANH, 4.0, 0.0, way * -400.0), 1e-4, 1e-15);
+        /* twice as narrow: 0.02 ft/s after 0.2 ms */
+        near(step_s(SIM_TANH, 2.0, way * 0.1, way * -400.0), 2e-4, 1e-15);
+    }
+}
+
+TEST(other_steps_are_left_alone)
+{
+    assert_true(step_s(SIM_TANH, 4.0, 0.1, 400.0) == 1e-3);    /* it goes faster */
+    assert_true(step_s(SIM_TANH, 4.0, 0.5, -400.0) == 1e-3);   /* it slows down to 0.1 ft/s */
+    assert_true(step_s(SIM_TANH, 4.0, -0.05, -400.0) == 1e-3); /* it has turned */
+    assert_true(step_s(SIM_TANH, 4.0, 0.005, -9.0) == 1e-3);   /* less than veps: it is smooth */
+    assert_true(step_s(SIM_TANH, 4.0, 0.1, -(double)INFINITY) == 1e-3); /* the step will fail */
+    assert_true(step_s(SIM_STICK, 4.0, 0.1, -400.0) == 1e-3); /* it stops there, located */
+    assert_true(step_s(SIM_TANH, 4.0, 0.0, 0.0) == 1e-3);
+}
+
+/* Not cut, tolerances from 1e-3 to 1e-5 end 9e-6 to 6e-5 ft from the truth: the jump is within the
+ * tolerance of each step, and finer steps meet it by chance. */
+TEST(loose_tolerances_do_not_lie)
+{
+    const double bump[] = {0.0099, 0.02, 0.0099};
+    struct sim_scene scene;
+    sim_scene_defaults(&scene);
+    sim_scene_set_list(&scene.bump_ft, bump, 3);
+    scene.mats = 30;
+    scene.mats_crossed = 3.0;
+    scene.friction_law = SIM_TANH;
+    scene.veps_ft_s = 1e-2;
+    struct sim_result truth, result;
+    struct sim_options fine = {.solver = "implicit", .rtol = 1e-11};
+    if (sim_run(&scene, &fine, &truth, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    for (double rtol = 1e-3; rtol > 5e-6; rtol *= sqrt(0.1)) {
+        struct sim_options options = {.solver = "event", .rtol = rtol};
+        if (sim_run(&scene, &options, &result, &error) != MR_OK)
+            fail_msg("%s", error.text);
+        near(result.max_lift_ft, truth.max_lift_ft, 3e-6);
+        for (int n = 1; n <= scene.mats; n++)
+            near(result.u_ft[n], truth.u_ft[n], 3e-6);
+        sim_result_free(&result);
+    }
+    sim_result_free(&truth);
     sim_scene_free(&scene);
 }

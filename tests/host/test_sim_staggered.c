@@ -6,37 +6,6 @@
 #include "tests/host/sim_case.h"
 #include "tests/host/model_mat.h"
 
-/* Numbers between 0 and 1 that look random. */
-static double spread(int i)
-{
-    double x = 0.6180339887498949 * i + 0.31 * i * i / 97.0;
-    return x - floor(x);
-}
-
-/* 80 mats of the model runway with uneven gaps and grit; the aircraft brakes across them. */
-static struct sim_scene short_runway(void)
-{
-    struct sim_scene scene;
-    double gaps[81], grits[81];
-    const struct sim_path_row rows[] = {
-        {0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
-    sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
-    scene.mats = 80;
-    model_mat_chain(&scene);
-    scene.left = SIM_FIXED;
-    scene.v0_ft_s = 0.0;
-    scene.t_dwell_s = 0.2;
-    for (int j = 0; j <= 80; j++) {
-        gaps[j] = 0.0025 * spread(j);
-        grits[j] = 20.0 * spread(j + 500);
-    }
-    sim_scene_set_list(&scene.gap0_ft, gaps, 81);
-    sim_scene_set_list(&scene.grit_lb, grits, 81);
-    sim_scene_set_path(&scene, rows, 5);
-    return scene;
-}
-
 static enum mr_status try(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result)
 {
@@ -47,7 +16,7 @@ static enum mr_status try(const struct sim_scene *scene, const struct sim_option
 TEST(leaving_mats_out_changes_nothing)
 {
     for (int variant = 0; variant < 6; variant++) {
-        struct sim_scene scene = short_runway();
+        struct sim_scene scene = short_runway(SIM_CHAIN);
         struct sim_result pruned, whole;
         const double none = 0.0;
         if (variant == 1)
@@ -83,7 +52,7 @@ TEST(leaving_mats_out_changes_nothing)
 
 TEST(a_step_beyond_the_limit_is_unstable)
 {
-    struct sim_scene scene = short_runway();
+    struct sim_scene scene = short_runway(SIM_CHAIN);
     struct sim_result result;
     /* undamped 2/w = sqrt(m/KL); with CL it is shorter by sqrt(1 + z^2) - z, z = 2 CL/(m w) */
     const double m = 0.466 / G, w = 2.0 * sqrt(2.9e5 / m), z = 10.0 / (m * w);
@@ -235,7 +204,7 @@ TEST(a_chain_of_any_length_is_complete)
 
 TEST(rtol_is_reached_or_refused)
 {
-    struct sim_scene scene = short_runway();
+    struct sim_scene scene = short_runway(SIM_CHAIN);
     struct sim_result result;
     assert_int_equal(try(&scene, &(struct sim_options){.rtol = 0.01}, &result), MR_OK);
     assert_true(result.error_u_ft > 0.0 && result.error_u_ft <= 0.01 * result.peak_u_ft);
@@ -311,7 +280,7 @@ TEST(another_method_agrees)
         if (variant >= 1) {
             p.s = 0.004;
             for (int j = 0; j < 6; j++)
-                p.gap[j] = 0.004 * spread(j);
+                p.gap[j] = 0.004 * uneven(j);
         }
         if (variant == 2)
             p.veps = 1e-5;
@@ -340,7 +309,7 @@ TEST(another_method_agrees)
 
 TEST(samples_are_the_mats_over_their_stations)
 {
-    struct sim_scene scene = short_runway();
+    struct sim_scene scene = short_runway(SIM_CHAIN);
     const double stations[] = {0.0, 5.0 * 2.0 / 7.0, 6.0, 80.0 * 2.0 / 7.0};
     const int mats[] = {1, 6, 22, 80};
     const double times[] = {0.8, 0.1, 0.25};
@@ -375,7 +344,7 @@ TEST(samples_are_the_mats_over_their_stations)
 
 TEST(what_is_not_built_is_refused)
 {
-    struct sim_scene scene = short_runway();
+    struct sim_scene scene = short_runway(SIM_CHAIN);
     struct sim_result result;
     assert_int_equal(try(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "rk8 for model chain; give staggered"));
