@@ -9,6 +9,7 @@
 #include "host/base/command.h"
 #include "host/base/xmalloc.h"
 #include "host/commands/commands.h"
+#include "host/exchange/import.h"
 #include "host/board/imagefile.h"
 #include "host/replay/board.h"
 #include "host/store/store.h"
@@ -19,32 +20,10 @@ struct request {
     int64_t run;
 };
 
-struct bytes {
-    uint8_t *bytes;
-    size_t length;
-};
-
-static enum mr_status read_file(const char *path, struct bytes *file, struct error *error)
-{
-    size_t room = 1u << 20, got;
-    FILE *in = fopen(path, "rb");
-    file->bytes = xmalloc(room);
-    while (in && (got = fread(file->bytes + file->length, 1, room - file->length, in)) > 0) {
-        file->length += got;
-        if (file->length == room)
-            file->bytes = xrealloc(file->bytes, room *= 2);
-    }
-    bool good = in && !ferror(in);
-    if (in)
-        fclose(in);
-    return good ? MR_OK
-                : error_set(error, MR_IO, "cannot be read: %s; check path and rights", path);
-}
-
 /* The image that recorded the landing: the one of --elf, which must be it, or the one that came
  * with matrig, if it is. */
 static enum mr_status find_image(const struct request *r, struct store *store,
-                                 const struct cli *cli, struct bytes *file, struct error *error)
+                                 const struct cli *cli, struct textfile *file, struct error *error)
 {
     char path[PATH_MAX];
     struct store_landing landing;
@@ -59,7 +38,7 @@ static enum mr_status find_image(const struct request *r, struct store *store,
                 landing.image_crc == (int64_t)image.header.program_crc;
     imagefile_free(&image);
     if (same)
-        return read_file(elf, file, error);
+        return textfile_open(elf, file, error);
     if (r->elf && error->status == MR_OK)
         return error_set(error, MR_USAGE,
                          "not the image that recorded it (image %08x, commit %s): %s; give that "
@@ -87,7 +66,7 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
                            struct error *error)
 {
     struct store *store = NULL;
-    struct bytes image = {0};
+    struct textfile image = {0};
     /* of this process: the draft that another one left is not touched */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
     enum mr_status status = MR_OK;
@@ -98,7 +77,8 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
     if (status == MR_OK)
         status = find_image(r, store, cli, &image, error);
     if (status == MR_OK)
-        status = store_bundle_make(store, r->run, draft, image.bytes, image.length, error);
+        status = store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length,
+                                   error);
     if (status == MR_OK)
         status = rename(draft, r->path) == 0
                    ? MR_OK
@@ -107,8 +87,8 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
     store_close(store);
     remove_draft(draft);
     free(draft);
-    free(image.bytes);
     *image_bytes = image.length;
+    textfile_close(&image);
     return status;
 }
 

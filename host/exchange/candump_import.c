@@ -8,18 +8,6 @@
 #define COMMIT_US     200000u
 #define FRAMES_A_LOOK 4096u
 
-/* On a terminal; `last`: its line ends. */
-static void progress(const struct import_request *request, size_t done, size_t all, bool last)
-{
-    static uint64_t shown_us;
-    uint64_t now_us = link_now_us();
-    if (request->cli->quiet || !cli_terminal() || (!last && now_us - shown_us < 200000u))
-        return;
-    shown_us = now_us;
-    fprintf(stderr, "\r%s %3.0f %%\033[K%s", request->path,
-            all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
-}
-
 /* Its first frame's interface is the one that is meant. */
 enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
@@ -62,8 +50,8 @@ static enum mr_status commit_and_go_on(struct store *store, struct collector *co
 }
 
 static enum mr_status take_frames(struct store *store, struct collector *collector,
-                                  struct candump_log *log, const struct import_request *request,
-                                  struct import_result *result, struct error *error)
+                                  struct candump_log *log, struct import_result *result,
+                                  struct error *error)
 {
     struct candump_line line;
     uint64_t begun_us = link_now_us();
@@ -73,11 +61,9 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
         if (++result->rows % FRAMES_A_LOOK != 0 || status != MR_OK)
             continue;
         take_finished(collector, result);
-        progress(request, (size_t)(log->at - log->text), (size_t)(log->end - log->text), false);
         if (link_now_us() - begun_us >= COMMIT_US)
             status = commit_and_go_on(store, collector, &begun_us, error);
     }
-    progress(request, 1, 1, true);
     return status;
 }
 
@@ -111,7 +97,7 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
         return status;
     result->session = collector_session(collector);
     candump_log_start(&log, file->text, file->length, interface);
-    status = take_frames(store, collector, &log, request, result, error);
+    status = take_frames(store, collector, &log, result, error);
     status = end(store, collector, &log, result, status, error);
     result->verdict = log.verdict;
     result->elsewhere = log.elsewhere;

@@ -22,20 +22,24 @@
 #define BYTES_PER_TURN  65536
 #define FRAMES_PER_TURN 1024
 
+enum { REPLAY, CAN, SERIAL, TOLD, FLASH, FILES };
+
+/* LINKs of the files in the directory: behind "file:" the path. */
 struct paths {
-    char replay[300], can[300], serial[300], told[300], flash[300];
-    char can_spec[320], serial_spec[320];
+    char link[FILES][320];
 };
 
 static void name_paths(struct paths *paths, const char *directory)
 {
-    snprintf(paths->replay, sizeof paths->replay, "%s/replay.txt", directory);
-    snprintf(paths->can, sizeof paths->can, "%s/can.log", directory);
-    snprintf(paths->serial, sizeof paths->serial, "%s/serial.bin", directory);
-    snprintf(paths->told, sizeof paths->told, "%s/board.txt", directory);
-    snprintf(paths->flash, sizeof paths->flash, "%s/flash.bin", directory);
-    snprintf(paths->can_spec, sizeof paths->can_spec, "file:%s", paths->can);
-    snprintf(paths->serial_spec, sizeof paths->serial_spec, "file:%s", paths->serial);
+    static const char *const names[FILES] = {"replay.txt", "can.log", "serial.bin", "board.txt",
+                                             "flash.bin"};
+    for (unsigned i = 0; i < FILES; i++)
+        snprintf(paths->link[i], sizeof paths->link[i], "file:%s/%s", directory, names[i]);
+}
+
+static const char *path_of(const struct paths *paths, unsigned file)
+{
+    return paths->link[file] + 5;
 }
 
 static enum mr_status start(const struct replay_board *board, const struct paths *paths,
@@ -43,16 +47,25 @@ static enum mr_status start(const struct replay_board *board, const struct paths
 {
     char can_base[20];
     snprintf(can_base, sizeof can_base, "%u", board->can_base);
-    const char *const words[] = {
-        board->program,  "--elf",      board->elf,         "--can",
-        paths->can_spec, "--serial",   paths->serial_spec, "--replay",
-        paths->replay,   "--can-base", can_base,           board->flash ? "--flash" : NULL,
-        paths->flash,    NULL};
-    int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    const char *const words[] = {board->program,
+                                 "--elf",
+                                 board->elf,
+                                 "--can",
+                                 paths->link[CAN],
+                                 "--serial",
+                                 paths->link[SERIAL],
+                                 "--replay",
+                                 path_of(paths, REPLAY),
+                                 "--can-base",
+                                 can_base,
+                                 board->flash ? "--flash" : NULL,
+                                 path_of(paths, FLASH),
+                                 NULL};
+    int told = open(path_of(paths, TOLD), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
     if (told < 0 || nothing < 0)
         error_set(error, MR_IO, "cannot write (%s): %s; free some room", strerror(errno),
-                  paths->told);
+                  path_of(paths, TOLD));
     else
         process_start(words, (const int[]){nothing, nothing, told}, child, error);
     if (told >= 0)
@@ -104,7 +117,7 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
             error, MR_TIMEOUT,
             "the emulated board did not end within %.0f s: %s; is the machine overloaded?", limit_s,
             board->program);
-    last_line(paths->told, told, sizeof told);
+    last_line(path_of(paths, TOLD), told, sizeof told);
     if (WIFSIGNALED(status))
         return error_set(error, MR_IO, "the emulated board was ended by signal %d: %s; try again",
                          WTERMSIG(status), board->program);
@@ -112,7 +125,7 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
         return error_set(error, MR_IO,
                          "the emulated board gave up with exit code %d: %s; it said: %s",
                          WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
-    if (access(paths->can, R_OK) != 0 || access(paths->serial, R_OK) != 0)
+    if (access(path_of(paths, CAN), R_OK) != 0 || access(path_of(paths, SERIAL), R_OK) != 0)
         return error_set(error, MR_IO,
                          "the emulated board wrote no answers: %s; is it matrig-board?",
                          board->program);
@@ -164,20 +177,14 @@ static enum mr_status take_answers(const struct paths *paths, uint16_t can_base,
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
     struct collector *collector = NULL;
-    enum mr_status status = link_open(paths->can_spec, LINK_CAN, &link[LINK_CAN], error);
-    if (status == MR_OK)
-        status = link_open(paths->serial_spec, LINK_SERIAL, &link[LINK_SERIAL], error);
-    if (status == MR_OK)
-        status = store_begin(store, error);
-    if (status == MR_OK)
-        status = collector_open(store, paths->can_spec, can_base, paths->serial_spec, &collector,
-                                error);
-    if (status == MR_OK)
-        status = collect(collector, link, error);
-    if (status == MR_OK)
-        status = collector_end(collector, "end", error);
-    if (status == MR_OK)
-        status = store_commit(store, error);
+    bool good = link_open(paths->link[CAN], LINK_CAN, &link[LINK_CAN], error) == MR_OK &&
+                link_open(paths->link[SERIAL], LINK_SERIAL, &link[LINK_SERIAL], error) == MR_OK &&
+                store_begin(store, error) == MR_OK &&
+                collector_open(store, paths->link[CAN], can_base, paths->link[SERIAL], &collector,
+                               error) == MR_OK &&
+                collect(collector, link, error) == MR_OK &&
+                collector_end(collector, "end", error) == MR_OK;
+    enum mr_status status = good ? store_commit(store, error) : error->status;
     collector_close(collector);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         link_close(link[kind]);

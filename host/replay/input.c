@@ -318,36 +318,28 @@ static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_bloc
     return (uint64_t)(origin + ticks); /* TIM2 is at the origin when block 0 begins */
 }
 
-static enum mr_status put_edges(struct writer *writer, struct store *store,
-                                const struct answers *recorded, struct replay_input *input,
-                                struct error *error)
+/* Edges, and film frames: these are numbered from arming on, so their times rise; what was refused
+ * as noise is not among them. */
+static enum mr_status put_captures(struct writer *writer, struct store *store,
+                                   const struct answers *recorded, struct replay_input *input,
+                                   struct error *error)
 {
-    struct store_edge *edge;
-    enum mr_status status = store_edges(store, recorded->landing.id, &edge, &input->edges, error);
-    for (size_t i = 0; status == MR_OK && i < input->edges; i++)
-        put(writer, "edge %" PRIu64 "\n",
-            capture_tick(edge[i].board_us, edge[i].tick, &recorded->block[0], input->shift_blocks));
-    if (status == MR_OK)
-        free(edge);
-    return status;
-}
-
-/* Film frames are numbered from arming on, so their times rise; what was refused as noise is not
- * among them. */
-static enum mr_status put_frames(struct writer *writer, struct store *store,
-                                 const struct answers *recorded, struct replay_input *input,
-                                 struct error *error)
-{
-    struct store_film_frame *frame;
-    enum mr_status status = store_film_frames(store, recorded->landing.id, &frame, &input->frames,
-                                              error);
-    for (size_t i = 0; status == MR_OK && i < input->frames; i++)
-        put(writer, "frame %" PRIu64 "\n",
-            capture_tick(frame[i].board_us, frame[i].tick, &recorded->block[0],
-                         input->shift_blocks));
-    if (status == MR_OK)
-        free(frame);
-    return status;
+    struct store_edge *edge = NULL;
+    struct store_film_frame *frame = NULL;
+    const struct mr_block *first = &recorded->block[0];
+    int64_t run = recorded->landing.id, shift = input->shift_blocks;
+    if (store_edges(store, run, &edge, &input->edges, error) == MR_OK &&
+        store_film_frames(store, run, &frame, &input->frames, error) == MR_OK) {
+        for (size_t i = 0; i < input->edges; i++)
+            put(writer, "edge %" PRIu64 "\n",
+                capture_tick(edge[i].board_us, edge[i].tick, first, shift));
+        for (size_t i = 0; i < input->frames; i++)
+            put(writer, "frame %" PRIu64 "\n",
+                capture_tick(frame[i].board_us, frame[i].tick, first, shift));
+    }
+    free(edge);
+    free(frame);
+    return error->status;
 }
 
 /* ---- the file ---- */
@@ -385,9 +377,7 @@ static enum mr_status put_all(struct writer *writer, struct store *store,
     put(writer, "crystal %d\n", input->crystal);
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
-        status = put_edges(writer, store, recorded, input, error);
-    if (status == MR_OK)
-        status = put_frames(writer, store, recorded, input, error);
+        status = put_captures(writer, store, recorded, input, error);
     for (size_t i = 0; status == MR_OK && i < recorded->blocks; i++)
         put_block(writer, recorded->block[i], input->shift_blocks);
     fprintf(writer->file, "end %08x\n", (unsigned)writer->crc);

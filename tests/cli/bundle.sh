@@ -13,7 +13,7 @@ record() { # the session of a day: series, survey, landing, what people say of i
     campaign_of "$db" 5 || return 1
     # a session later than the landings below: the slice must take this board's rows and no others'
     sqlite3 "$db" "insert into series(made_us, name) values(1, 'before'), (4e15, 'after');
-        insert into gage_surveys(made_us, pattern, edges, error_in) values(1, 'standard', 'left', 0.005), (2, 'standard', 'left', 0.005), (3, 'standard', 'left', 0.005), (4e15, 'standard', 'left', 0.005), (5e15, 'standard', 'left', 0.005);
+        insert into gage_surveys(made_us, edges, error_in) values(1, 'left', 0.005), (2, 'left', 0.005), (3, 'left', 0.005), (4e15, 'left', 0.005), (5e15, 'left', 0.005);
         insert into gage_readings(survey, kind, line, place, value_in, skipped, confirmed, taken_us, source) select id, 'line', 1, 0, 33, 0, 0, 1, 'typed' from gage_surveys;
         insert into slow_log(board_uid, block, time_us) select board_uid, 1, armed_us - 60000000 from landings union all select board_uid, 2, armed_us - 90000000000 from landings union all select 'other', 1, armed_us from landings"
     $matrig --quiet compare "$db" 1 >/dev/null && $matrig --quiet landing "$db" 1 --note 'gusts from the left' >/dev/null

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Reads an MDF 4.10 file by the published layout and checks it block by block. Knows nothing of matrig's writer.
 
-    mdf4_read.py FILE.mf4 blocks            every byte in a block, every link at a block of the right kind; a count of each kind
-    mdf4_read.py FILE.mf4 table NAME        the table as CSV, an empty cell where a value is marked invalid
-    mdf4_read.py FILE.mf4 units NAME        name,unit of each channel
-    mdf4_read.py FILE.mf4 candump EPOCH     its CAN frames as candump -L writes them
-    mdf4_read.py FILE.mf4 attachment NAME   an attached file, its MD5 checked
-    mdf4_read.py FILE.mf4 start             Unix time of second 0, ns
+    mdf4_read.py FILE.mf4 blocks         every byte in a block, every link at a block of the right kind, attachments by their MD5
+    mdf4_read.py FILE.mf4 readings CSV   each cell is the CSV export's, empty where a value is marked invalid here
+    mdf4_read.py FILE.mf4 units SI.mf4   units of both
+    mdf4_read.py FILE.mf4 frames LOG     its CAN frames are the candump export's; the DBC belongs to them
+    mdf4_read.py FILE.mf4 dbc DBC        the attached file
+    mdf4_read.py FILE.mf4 start LOG      second 0 is a time of day: the first frame was received at most 2 ms after its own
 """
+import csv
 import hashlib
 import struct
 import sys
@@ -163,59 +164,79 @@ class Group:
         return next(c for c in self.channels if c["name"] == name)
 
 
-def show_table(group):
-    if sum(c["master"] for c in group.channels) != 1:
-        refuse("not one master channel")
-    print(",".join(c["name"] for c in group.channels))
-    last = None
-    for n in range(group.cycles):
-        row = [group.value(n, c) for c in group.channels]
-        master = row[[c["master"] for c in group.channels].index(True)]
-        if last is not None and not master > last:
-            refuse(f"time does not grow in row {n}")
-        last = master
-        print(",".join("" if v is None else repr(v) for v in row))
+def check_blocks(mdf):
+    assert len(list(mdf.groups())) == 2 and [name for name, _ in mdf.attachments()] == ["matrig.dbc"]
 
 
-def show_candump(mdf, epoch):
+def check_readings(mdf, path):
+    """Displacements to the CSV's 5 digits, tensions to 3; times grow by a millisecond."""
+    group = mdf.group("readings")
+    names = {"t_s": "since_touchdown", "gear_ft": "gear_station", "speed_ft_s": "gear_speed"}
+    names |= {f"d{i}_in": f"displacement_{i}" for i in range(1, 9)} | {f"t{i}_lb": f"tension_{i}" for i in range(1, 15)}
+    with open(path) as table:
+        ours = list(csv.DictReader(line for line in table if not line.startswith("#")))
+    assert len(ours) == group.cycles > 7000, (len(ours), group.cycles)
+    filled = empty = 0
+    for name, column in names.items():
+        channel = group.find(column)
+        for n, row in enumerate(ours):
+            value, cell = group.value(n, channel), row[name]
+            assert (cell == "") == (value is None), (name, n, cell, value)
+            filled, empty = filled + (cell != ""), empty + (cell == "")
+            assert cell == "" or abs(float(cell) - value) <= 0.5001 * 10 ** -len(cell.split(".")[1]) + 1e-6 * abs(float(cell)), (name, cell, value)
+    time = [c for c in group.channels if c["master"]]
+    assert len(time) == 1 and {round(group.value(n, time[0]) - group.value(n - 1, time[0]), 9) for n in range(1, group.cycles)} == {0.001}
+    print(filled, "cells equal,", empty, "empty in both")
+    assert filled > 100000 and empty > 0
+
+
+def check_units(mdf, path):
+    ours, theirs = ({c["name"]: c["unit"] for c in m.group("readings").channels} for m in (mdf, Mdf(path)))
+    print(ours, theirs)
+    assert ours.items() >= {"time": "s", "displacement_8": "in", "tension_14": "lb", "gear_speed": "ft/s"}.items()
+    assert theirs.items() >= {"time": "s", "displacement_8": "mm", "tension_14": "N"}.items()
+
+
+def frames(mdf):
+    """(second, text as candump has it) of each."""
     group = mdf.group("CAN_DataFrame")
-    source_type, bus_type = group.source.data[:2]
     frame = group.find("CAN_DataFrame")
     names = [mdf.text(mdf.blocks[a].links[1]) for a in frame["references"]]
-    if group.flags != 6 or source_type != 2 or bus_type != 2 or not frame["flags"] & 0x400 or names != ["matrig.dbc"]:
-        refuse(f"not logging of a CAN bus with its DBC: {group.flags} {source_type} {bus_type} {frame['flags']} {names}")
+    if group.flags != 6 or group.source.data[:2] != b"\x02\x02" or not frame["flags"] & 0x400 or names != ["matrig.dbc"]:
+        refuse(f"not logging of a CAN bus with its DBC: {group.flags} {group.source.data[:2]} {frame['flags']} {names}")
     part = {name: group.find("CAN_DataFrame." + name) for name in ("BusChannel", "ID", "IDE", "DLC", "DataLength", "DataBytes")}
     time = group.find("Timestamp")
     for n in range(group.cycles):
         got = {name: group.value(n, channel) for name, channel in part.items()}
         if got["IDE"] or got["BusChannel"] != 1 or got["DLC"] != got["DataLength"]:
             refuse(f"frame {n}: {got}")
-        print(f"({epoch + group.value(n, time):.6f}) can0 {got['ID']:03X}#{got['DataBytes'][:got['DataLength']].hex().upper()}")
+        yield group.value(n, time), f"{got['ID']:03X}#{got['DataBytes'][:got['DataLength']].hex().upper()}"
 
 
-def main():
-    mdf = Mdf(sys.argv[1])
-    what = sys.argv[2]
-    if what == "blocks":
-        for kind in KINDS:
-            print(kind, sum(b.kind == kind for b in mdf.blocks.values()))
-        for _ in mdf.attachments():
-            pass
-        for _ in mdf.groups():
-            pass
-    elif what == "table":
-        show_table(mdf.group(sys.argv[3]))
-    elif what == "units":
-        for channel in mdf.group(sys.argv[3]).channels:
-            print(f"{channel['name']},{channel['unit']}")
-    elif what == "candump":
-        show_candump(mdf, float(sys.argv[3]))
-    elif what == "attachment":
-        sys.stdout.buffer.write(dict(mdf.attachments())[sys.argv[3]])
-    elif what == "start":
-        print(struct.unpack_from("<Q", mdf.blocks[64].data)[0])
-    else:
-        sys.exit(__doc__)
+def logged(path):
+    for line in open(path):
+        time, _, frame = line.split()
+        yield float(time[1:-1]), frame
 
 
-main()
+def check_frames(mdf, path):
+    """Frame by frame; times as candump has them but for where they begin."""
+    ours, theirs = list(logged(path)), list(frames(mdf))
+    assert len(ours) > 20000 and [f for _, f in ours] == [f for _, f in theirs]
+    off = [a - b for (a, _), (b, _) in zip(ours, theirs)]
+    print(f"worst time difference {max(off) - min(off):.6f} s")
+    assert max(off) - min(off) < 2.1e-6
+
+
+def check_dbc(mdf, path):
+    assert dict(mdf.attachments())["matrig.dbc"] == open(path, "rb").read()
+
+
+def check_start(mdf, path):
+    begins, (at, first) = struct.unpack_from("<Q", mdf.blocks[64].data)[0] / 1e9, next(frames(mdf))
+    late = next(t for t, frame in logged(path) if frame == first) - begins - at
+    print(f"received {late:.6f} s after its time of day")
+    assert abs(late) < 0.002
+
+
+globals()["check_" + sys.argv[2]](Mdf(sys.argv[1]), *sys.argv[3:])
