@@ -52,7 +52,7 @@ static void unmap_zero(struct hil_core *core)
 /* While an erase runs beside code in RAM, reads of flash must be caught, for they wait. Mapping
  * anew is the one way that empties the core's address cache; it takes too long (a millisecond) to
  * do it for single words. */
-void hil_map_guard_flash(struct hil_core *core, bool guarded)
+static void guard_flash(struct hil_core *core, bool guarded)
 {
     if (core->engine.flash_guarded == guarded)
         return;
@@ -72,7 +72,7 @@ void hil_map_follow_boot_pin(struct hil_core *core)
     map_zero(core, core->state.bank.boot_rom, !core->engine.flash_guarded);
 }
 
-bool hil_map_is_flash(const struct hil_core *core, uint32_t address)
+static bool is_flash(const struct hil_core *core, uint32_t address)
 {
     return address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
            (address < HIL_FLASH_SIZE && !core->engine.rom_at_zero);
@@ -83,7 +83,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
 {
     struct hil_core *core = user;
     (void)uc;
-    if (type == UC_MEM_WRITE_PROT && hil_map_is_flash(core, (uint32_t)address)) {
+    if (type == UC_MEM_WRITE_PROT && is_flash(core, (uint32_t)address)) {
         /* the memory itself does not change now */
         if (core->engine.split_bytes) {
             core->engine.split_bytes--;
@@ -95,7 +95,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
         return true;
     }
     if (type == UC_MEM_READ_PROT && core->engine.flash_guarded &&
-        hil_map_is_flash(core, (uint32_t)address)) {
+        is_flash(core, (uint32_t)address)) {
         core->bank.wait(core->bank.who);
         return true;
     }
@@ -123,7 +123,8 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
         lookers->tracer->sample(lookers->tracer_who, hil_now(region->core));
 }
 
-void hil_map_create(struct hil_core *core)
+/* Map everything. Aborts when Unicorn cannot. */
+static void map_create(struct hil_core *core)
 {
     /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M
      * B3.1). What lies between the option bytes and SRAM is reserved: a bus fault, which is what a
@@ -253,7 +254,7 @@ static bool must_stop(struct hil_core *core, uint32_t address)
             return true;
         core->limit_cycle = 0;
     }
-    hil_map_guard_flash(core, core->state.bank.erases);
+    guard_flash(core, core->state.bank.erases);
     const struct hil_nvic *nvic = &core->state.nvic;
     if (nvic->best && nvic->best_group < nvic->active_group) {
         if (hil_exception_due(core))
@@ -356,7 +357,7 @@ void hil_cpu_create(struct hil_core *core)
     hil_stores_start(&core->engine.stores);
     hil_must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
     hil_must(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
-    hil_map_create(core);
+    map_create(core);
     uc_hook hook;
     hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, core, 1, 0),
              "block hook");
@@ -399,7 +400,7 @@ void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n)
             UINT32_MAX;
     hil_whatif_destroy(core);
     uc_ctl_remove_cache(core->uc, address, address + n);
-    if (hil_map_is_flash(core, address) && !core->engine.rom_at_zero) {
+    if (is_flash(core, address) && !core->engine.rom_at_zero) {
         uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE
                                                   : address - HIL_FLASH_BASE;
         uc_ctl_remove_cache(core->uc, alias, alias + n);
@@ -594,7 +595,7 @@ void hil_cpu_leave_block(struct hil_core *core)
 
 void hil_cpu_run(struct hil_core *core)
 {
-    hil_map_guard_flash(core, core->state.bank.erases);
+    guard_flash(core, core->state.bank.erases);
     if (core->state.cpu.walking) {
         walk(core);
         return;

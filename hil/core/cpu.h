@@ -42,13 +42,8 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
 
 /* ---- address space ---- */
 
-/* Map everything. Aborts when Unicorn cannot. */
-void hil_map_create(struct hil_core *core);
-/* While an erase runs beside code in RAM, reads of flash are caught, for they wait. */
-void hil_map_guard_flash(struct hil_core *core, bool guarded);
 /* Make address 0 what the state says: flash, or after BOOT0 the ROM. */
 void hil_map_follow_boot_pin(struct hil_core *core);
-bool hil_map_is_flash(const struct hil_core *core, uint32_t address);
 
 /* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the
  * core; DMA still sees what was written. A board with one is slower, for every load is looked

@@ -85,7 +85,8 @@ void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t 
     set(core, slot, hil_clock_cycle(&core->state.clock, t_ps), t_ps);
 }
 
-void hil_event_rebase(struct hil_core *core)
+/* Convert the slots that are in picoseconds again, after a change of HCLK. */
+static void rebase(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
@@ -121,7 +122,7 @@ void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz)
     if (hclk_hz == clock->hclk_hz)
         return;
     hil_clock_turn(clock, hclk_hz);
-    hil_event_rebase(core);
+    rebase(core);
     hil_trace(core, "HCLK %u Hz", (unsigned)hclk_hz);
 }
 
@@ -137,5 +138,5 @@ void hil_hclk_stand_still(struct hil_core *core)
     uint64_t now_ps = hil_clock_ps(clock, clock->now_cycle);
     clock->anchor_ps = next_ps > now_ps ? next_ps : now_ps;
     clock->anchor_cycle = clock->now_cycle;
-    hil_event_rebase(core);
+    rebase(core);
 }

@@ -19,8 +19,6 @@ void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
 /* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
 void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
 void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);
-/* Convert the slots that are in picoseconds again, after a change of HCLK. */
-void hil_event_rebase(struct hil_core *core);
 /* Treat everything due up to the present cycle, in order of time. */
 void hil_event_run(struct hil_core *core);
 

@@ -72,13 +72,13 @@ void hil_nvic_update(struct hil_core *core)
         hil_core_attend(core);
 }
 
-void hil_nvic_pend(struct hil_core *core, unsigned exception)
+static void nvic_pend(struct hil_core *core, unsigned exception)
 {
     put(core->state.nvic.pending, exception, true);
     hil_nvic_update(core);
 }
 
-void hil_nvic_unpend(struct hil_core *core, unsigned exception)
+static void nvic_unpend(struct hil_core *core, unsigned exception)
 {
     put(core->state.nvic.pending, exception, false);
     hil_nvic_update(core);
@@ -97,7 +97,7 @@ void hil_nvic_line(struct hil_core *core, unsigned exception, bool level)
         return;
     put(nvic->line, exception, level);
     if (level)
-        hil_nvic_pend(core, exception);
+        nvic_pend(core, exception);
 }
 
 void hil_nvic_activate(struct hil_core *core, unsigned exception)
@@ -139,7 +139,9 @@ static void window_put(uint32_t *set, unsigned n, uint32_t bits, bool on)
     }
 }
 
-uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count)
+/* Priorities of `count` exceptions, 1 to 4, from this one on: a byte each, as the registers of
+ * priorities have them. */
+static uint32_t priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count)
 {
     uint32_t value = 0;
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
@@ -147,8 +149,8 @@ uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, un
     return value;
 }
 
-void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count,
-                             uint32_t value)
+static void set_priorities(struct hil_core *core, unsigned exception, unsigned count,
+                           uint32_t value)
 {
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
         core->state.nvic.priority[exception + i] = (int16_t)(value >> (8u * i) & 0xf0u);
@@ -161,20 +163,22 @@ static uint32_t *set_at(struct hil_nvic *nvic, uint32_t offset)
     return offset < ISPR ? nvic->enabled : offset < IABR ? nvic->pending : nvic->active;
 }
 
-bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
+/* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no
+ * such register. */
+static bool nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
     if (offset >= IPR)
-        *value = hil_nvic_priorities(&core->state.nvic, 16u + offset - IPR, size);
+        *value = priorities(&core->state.nvic, 16u + offset - IPR, size);
     else
         *value = window(set_at(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
     return offset >= IPR ? offset + size <= IPR_END : size == 4 && offset % 4u == 0;
 }
 
-bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
+static bool nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
 {
     struct hil_nvic *nvic = &core->state.nvic;
     if (offset >= IPR && offset + size <= IPR_END) {
-        hil_nvic_set_priorities(core, 16u + offset - IPR, size, value);
+        set_priorities(core, 16u + offset - IPR, size, value);
         return true;
     }
     if (size != 4 || offset % 4u)
@@ -229,7 +233,7 @@ static void on_zero(void *device, uint64_t at)
     struct hil_systick *s = &core->state.systick;
     s->ctrl |= COUNTFLAG;
     if (s->ctrl & TICKINT)
-        hil_nvic_pend(core, HIL_EXC_SYSTICK);
+        nvic_pend(core, HIL_EXC_SYSTICK);
     s->value = 0;
     s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * divider(s) : HIL_NEVER;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
@@ -246,7 +250,7 @@ void hil_systick_reset(struct hil_core *core)
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, HIL_NEVER);
 }
 
-uint32_t hil_systick_read(struct hil_core *core, uint32_t offset)
+static uint32_t systick_read(struct hil_core *core, uint32_t offset)
 {
     struct hil_systick *s = &core->state.systick;
     uint32_t value;
@@ -261,7 +265,7 @@ uint32_t hil_systick_read(struct hil_core *core, uint32_t offset)
     }
 }
 
-void hil_systick_write(struct hil_core *core, uint32_t offset, uint32_t value)
+static void systick_write(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
     uint32_t count = current(core);
@@ -335,15 +339,15 @@ static uint32_t icsr(const struct hil_core *core)
 static void icsr_write(struct hil_core *core, uint32_t value)
 {
     if (value >> 31 & 1u)
-        hil_nvic_pend(core, HIL_EXC_NMI);
+        nvic_pend(core, HIL_EXC_NMI);
     if (value >> 28 & 1u)
-        hil_nvic_pend(core, HIL_EXC_PENDSV);
+        nvic_pend(core, HIL_EXC_PENDSV);
     else if (value >> 27 & 1u)
-        hil_nvic_unpend(core, HIL_EXC_PENDSV);
+        nvic_unpend(core, HIL_EXC_PENDSV);
     if (value >> 26 & 1u)
-        hil_nvic_pend(core, HIL_EXC_SYSTICK);
+        nvic_pend(core, HIL_EXC_SYSTICK);
     else if (value >> 25 & 1u)
-        hil_nvic_unpend(core, HIL_EXC_SYSTICK);
+        nvic_unpend(core, HIL_EXC_SYSTICK);
 }
 
 static uint32_t shcsr(const struct hil_nvic *nvic)
@@ -376,12 +380,12 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     struct hil_scb *scb = &core->state.scb;
     uint32_t value = 0;
     if (offset >= 0x10u && offset < 0x20u && size == 4)
-        return hil_systick_read(core, offset);
+        return systick_read(core, offset);
     if (offset >= 0x100u && offset < 0x500u)
-        return hil_nvic_read(core, offset, size, &value) ? value : hil_bus_no_register(core);
+        return nvic_read(core, offset, size, &value) ? value : hil_bus_no_register(core);
     if (offset >= SHPR && offset + size <= SHCSR)
         /* of exceptions 4 to 15 */
-        return hil_nvic_priorities(&core->state.nvic, 4u + offset - SHPR, size);
+        return priorities(&core->state.nvic, 4u + offset - SHPR, size);
     if (offset >= CFSR && offset < HFSR) /* CFSR and its byte parts */
         return scb->cfsr >> (8u * (offset & 3u)) &
                (size == 4 ? 0xffffffffu : (1u << (8u * size)) - 1u);
@@ -412,7 +416,7 @@ static void system_write(struct hil_core *core, uint32_t offset, uint32_t value)
     case HFSR: /* flags are cleared by writing 1 */ scb->word[(offset - SCB) / 4u] &= ~value; break;
     case STIR:
         if ((value & 0x1ffu) < HIL_INTERRUPTS)
-            hil_nvic_pend(core, 16u + (value & 0x1ffu));
+            nvic_pend(core, 16u + (value & 0x1ffu));
         break;
     case FPCCR: scb->fpccr = value & 0xc0000000u; break;
     default: /* CCR.DIV_0_TRP is kept, but a division by zero gives 0 either way */
@@ -425,11 +429,11 @@ static void scs_write(struct hil_core *core, uint32_t offset, unsigned size, uin
 {
     bool known = true;
     if (offset >= 0x10u && offset < 0x20u && size == 4)
-        hil_systick_write(core, offset, value);
+        systick_write(core, offset, value);
     else if (offset >= 0x100u && offset < 0x500u)
-        known = hil_nvic_write(core, offset, size, value);
+        known = nvic_write(core, offset, size, value);
     else if (offset >= SHPR && offset + size <= SHCSR)
-        hil_nvic_set_priorities(core, 4u + offset - SHPR, size, value);
+        set_priorities(core, 4u + offset - SHPR, size, value);
     else if (size == 4 && offset % 4u == 0)
         system_write(core, offset, value);
     else

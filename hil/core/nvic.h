@@ -48,8 +48,6 @@ enum hil_irq {
 void hil_nvic_reset(struct hil_nvic *nvic);
 /* Recompute what is best and what runs; to be called after any change of the sets or priorities. */
 void hil_nvic_update(struct hil_core *core);
-void hil_nvic_pend(struct hil_core *core, unsigned exception);
-void hil_nvic_unpend(struct hil_core *core, unsigned exception);
 /* A peripheral drives its interrupt line; a line that is high when its handler returns pends
  * again. */
 void hil_irq_line(struct hil_core *core, unsigned irq, bool level);
@@ -62,23 +60,10 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 /* Group priority of a priority value under PRIGROUP. */
 int hil_nvic_group(const struct hil_nvic *nvic, int priority);
 
-/* Priorities of `count` exceptions, 1 to 4, from this one on: a byte each, as the registers of
- * priorities have them. */
-uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count);
-void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count,
-                             uint32_t value);
-
-/* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no
- * such register. */
-bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value);
-bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value);
-
 /* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when somebody looks; only
  * its zero is an event. */
 void hil_systick_create(struct hil_core *core);
 void hil_systick_reset(struct hil_core *core);
-uint32_t hil_systick_read(struct hil_core *core, uint32_t offset);
-void hil_systick_write(struct hil_core *core, uint32_t offset, uint32_t value);
 
 /* System control block and the rest of the private peripheral bus: CPUID to CPACR, FPU control, DWT
  * cycle counter, debug identification (ARMv7-M B3.2, RM0090 38). */

@@ -1,36 +1,20 @@
 #include "hil/core/registers.h"
 
 /* clang-format off */
-#define REG_ROW(access, offset, count, stride, loose, name, reset, plain, action, status,        \
-    partly, refused, what)                                                                       \
+#define ROW(loose, access, offset, count, stride, name, reset, plain, action, status, partly, \
+    refused, what)                                                                            \
     {offset, count, stride, access, loose, #name, reset, plain, action, status, partly, refused, \
      what},
 #define REG(access, offset, count, stride, name, ...) \
-    REG_ROW(access, offset, count, stride, false, name, __VA_ARGS__)
+    ROW(false, access, offset, count, stride, name, __VA_ARGS__)
 #define LOOSE(access, offset, count, stride, name, ...) \
-    REG_ROW(access, offset, count, stride, true, name, __VA_ARGS__)
-#define SET(name, peripheral, base) static const struct hil_register name##_registers[] = {
-#define END(name) };
-/* clang-format on */
-#include "hil/core/registers.def"
-#undef REG
-#undef LOOSE
-#undef SET
-#undef END
-
+    ROW(true, access, offset, count, stride, name, __VA_ARGS__)
+#define SET(name, peripheral, base) {peripheral, base, (const struct hil_register[]){
+#define END(set)                    {.name = NULL}}},
 static const struct hil_register_set sets[] = {
-#define REG(...)
-#define LOOSE(...)
-#define SET(name, peripheral, base) \
-    {peripheral, base, name##_registers, sizeof name##_registers / sizeof name##_registers[0]},
-#define END(name)
 #include "hil/core/registers.def"
-#undef REG
-#undef LOOSE
-#undef SET
-#undef END
 };
-
+/* clang-format on */
 #define SETS (sizeof sets / sizeof sets[0])
 
 const struct hil_register_set *hil_registers_all(size_t *count)
@@ -50,8 +34,7 @@ const struct hil_register_set *hil_registers_of(uint32_t base)
 
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset)
 {
-    for (size_t i = 0; i < set->count; i++) {
-        const struct hil_register *r = &set->all[i];
+    for (const struct hil_register *r = set->all; r->name; r++) {
         uint32_t from = offset - r->offset;
         if (offset >= r->offset && from % r->stride == 0 && from / r->stride < r->count)
             return r;

@@ -30,8 +30,7 @@ struct hil_register {
 struct hil_register_set {
     const char *peripheral;
     uint32_t base;
-    const struct hil_register *all;
-    size_t count;
+    const struct hil_register *all; /* the one behind the last has no name */
 };
 
 /* The table of a peripheral by its base address; NULL: it has none. */

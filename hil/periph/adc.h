@@ -73,8 +73,7 @@ struct hil_adc_device {
 /* Of both converters: they have one reset line. `unit` is not used. For the bus and the event
  * queue, `device` is a struct hil_adc_device. */
 void hil_adc_reset(void *device, unsigned unit);
-uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset);
-void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(adc)
 /* An edge of an external trigger, by its EXTSEL code. */
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
 /* Work out everything that was sampled or finished up to `at`. */

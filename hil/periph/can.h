@@ -75,8 +75,7 @@ void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
 
 /* For the bus and the event queue; `device` is a struct hil_can_device. */
 void hil_can_reset(void *device, unsigned unit);
-uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset);
-void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(can)
 void hil_can_event(void *device, uint64_t at);
 void hil_can_other_event(void *device, uint64_t at);
 

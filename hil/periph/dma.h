@@ -51,8 +51,7 @@ struct hil_dma_device {
 
 /* For the bus; `device` is a struct hil_dma_device. */
 void hil_dma_reset(void *device, unsigned unit);
-uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset);
-void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(dma)
 
 /* Flash can be read again; `device` is a struct hil_dma_device. */
 void hil_dma_flash_ready(void *device);

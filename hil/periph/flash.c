@@ -244,7 +244,7 @@ void hil_flash_create(struct hil_flash_device *dev)
 }
 
 /* "If a device reset occurs during an operation, the contents are not guaranteed" (RM0090 3.6). */
-bool hil_flash_boots_rom(const struct hil_flash_device *dev)
+static bool boots_rom(const struct hil_flash_device *dev)
 {
     return dev->options->boot0 && level_of(dev->state->options) != 2;
 }
@@ -257,7 +257,7 @@ void hil_flash_reset(struct hil_flash_device *dev)
     flash->cr = CR_LOCK;
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
-    dev->core->state.bank.boot_rom = hil_flash_boots_rom(dev);
+    dev->core->state.bank.boot_rom = boots_rom(dev);
     if ((flash->options & OPTIONS_FIXED) != OPTIONS_FIXED)
         hil_core_stop(dev->core, MR_UNMODELLED,
                       "unmodelled option bytes 0x%08x: hardware watchdog or write protection",
@@ -433,7 +433,7 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
 void hil_syscfg_reset(void *device, unsigned unit)
 {
     const struct hil_flash_device *dev = device;
-    hil_syscfg_write(device, unit, 0, hil_flash_boots_rom(dev));
+    hil_syscfg_write(device, unit, 0, boots_rom(dev));
 }
 
 uint32_t hil_syscfg_read(void *device, unsigned unit, uint32_t offset)

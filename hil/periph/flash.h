@@ -66,14 +66,10 @@ void hil_flash_create(struct hil_flash_device *dev);
 void hil_flash_reset(struct hil_flash_device *dev);
 /* For the bus, the event queue and the core (hil_bank_calls); `device` is a struct
  * hil_flash_device. */
-/* By BOOT0 and the level of protection: does the boot ROM start after a reset? */
-bool hil_flash_boots_rom(const struct hil_flash_device *dev);
 /* What is at address 0: `device` is the flash's. */
-uint32_t hil_syscfg_read(void *device, unsigned unit, uint32_t offset);
-void hil_syscfg_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(syscfg)
 void hil_syscfg_reset(void *device, unsigned unit);
-uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset);
-void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(flash_if)
 void hil_flash_event(void *device, uint64_t at);
 void hil_flash_cut_event(void *device, uint64_t at);
 /* The core stores `size` bytes (1, 2, 4, 8) to a flash address. */

@@ -91,8 +91,7 @@ void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at);
 /* The same of the pins that TIM4 can drive. */
 void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at);
 
-uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset);
-void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(gpio)
 /* What a narrow write leaves in the rest of a register (hil_peripheral.rest). */
 uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset);
 

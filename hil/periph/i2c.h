@@ -76,8 +76,7 @@ struct hil_i2c_device {
 /* Reset of the chip, of the peripheral, or SWRST. For the bus and the event queue, `device` is a
  * struct hil_i2c_device. */
 void hil_i2c_reset(void *device, unsigned unit);
-uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset);
-void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(i2c)
 void hil_i2c_event(void *device, uint64_t at);
 /* A pin of port B, or what the slave does to it, may have changed; `device` is a struct
  * hil_i2c_device. */

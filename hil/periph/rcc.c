@@ -267,7 +267,8 @@ static void start_lsi(struct hil_rcc_device *dev)
         hil_event_set_ps(dev->core, HIL_EVENT_LSI, hil_now_ps(dev->core) + LSI_START_PS);
 }
 
-void hil_rcc_watchdog_starts(struct hil_rcc_device *dev)
+/* The watchdog runs from now on; it starts the LSI by itself. */
+static void watchdog_starts(struct hil_rcc_device *dev)
 {
     dev->state->watchdog_runs = true;
     start_lsi(dev);
@@ -561,7 +562,7 @@ static void key_write(struct hil_iwdg_device *dev, uint32_t key)
     w->unlocked = key == KEY_UNLOCK;
     if (key == KEY_START && !w->running) {
         w->running = true;
-        hil_rcc_watchdog_starts(dev->rcc);
+        watchdog_starts(dev->rcc);
     }
     if (key == KEY_START || key == KEY_RELOAD)
         reload(dev);

@@ -61,18 +61,14 @@ uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
 /* The crystal stops, or can oscillate again. With CSSON: NMI, HSI in its place, PLL off (7.2.7). */
 void hil_rcc_crystal(struct hil_rcc_device *dev, bool on);
-/* The watchdog runs from now on; it starts the LSI by itself. */
-void hil_rcc_watchdog_starts(struct hil_rcc_device *dev);
 
 /* For the bus and the event queue; `device` is a struct hil_rcc_device. */
-uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset);
-void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(rcc)
 void hil_rcc_hse_event(void *device, uint64_t at);
 void hil_rcc_pll_event(void *device, uint64_t at);
 void hil_rcc_lsi_event(void *device, uint64_t at);
 
-uint32_t hil_pwr_read(void *device, unsigned unit, uint32_t offset);
-void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(pwr)
 /* HCLK that flash wait states and voltage scale allow, Hz. */
 uint32_t hil_power_limit_hz(const struct hil_rcc *rcc);
 
@@ -94,8 +90,7 @@ struct hil_iwdg_device {
 
 void hil_iwdg_reset(struct hil_iwdg_device *dev);
 /* For the bus and the event queue; `device` is a struct hil_iwdg_device. */
-uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset);
-void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(iwdg)
 void hil_iwdg_event(void *device, uint64_t at);
 
 #endif

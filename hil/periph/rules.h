@@ -23,7 +23,6 @@
 #include "hil/periph/wire.h"
 
 enum hil_rule {
-#define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
 #define PIN(NAME, port, pin, words)
 #define RULE(NAME, kind, least_ns, what, source) HIL_RULE_##NAME,
 #include "hil/periph/rules.def"
@@ -31,7 +30,6 @@ enum hil_rule {
 };
 
 enum hil_rules_pin {
-#define SPEED(ospeedr, slew_ns, most_mhz, load_pf)
 #define PIN(NAME, port, pin, words) HIL_RULES_##NAME,
 #define RULE(NAME, kind, least_ns, what, source)
 #include "hil/periph/rules.def"
@@ -98,8 +96,6 @@ void hil_rules_kept(struct hil_rules_device *dev, enum hil_rule rule);
 __attribute__((format(printf, 4, 5))) void hil_rules_broken(struct hil_rules_device *dev,
                                                             enum hil_rule rule, uint32_t pc,
                                                             const char *format, ...);
-/* What OSPEEDR allows a pin: its slew, and its shortest period. */
-double hil_rules_slew_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 
 /* The rule of that name, or HIL_RULES. */

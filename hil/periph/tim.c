@@ -452,10 +452,6 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 
 /* ---- tim11 ---- */
 
-#define SR         0x10u
-#define CNT        0x24u
-#define CCR1       0x34u
-#define CR1_CEN    1u
 #define CCER_CC1E  1u
 #define SR11_CC1IF (1u << 1)
 #define SR11_CC1OF (1u << 9)

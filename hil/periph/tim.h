@@ -40,8 +40,7 @@ struct hil_tim_device {
 
 /* For the bus and the event queue; `device` is a struct hil_tim_device. */
 void hil_tim_reset(void *device, unsigned unit);
-uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset);
-void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(tim)
 void hil_tim2_event(void *device, uint64_t at);
 void hil_tim4_event(void *device, uint64_t at);
 
@@ -71,7 +70,6 @@ struct hil_tim11_device {
 
 /* `device` is a struct hil_tim11_device, `unit` is not used. */
 void hil_tim11_reset(void *device, unsigned unit);
-uint32_t hil_tim11_read(void *device, unsigned unit, uint32_t offset);
-void hil_tim11_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+HIL_ON_BUS(tim11)
 
 #endif

@@ -27,6 +27,11 @@ struct hil_rules_device;
     struct hil_gpio_device *gpio; \
     struct hil_rules_device *rules
 
+/* The two calls of a peripheral for the bus: struct hil_peripheral. */
+#define HIL_ON_BUS(name)                                                      \
+    uint32_t hil_##name##_read(void *device, unsigned unit, uint32_t offset); \
+    void hil_##name##_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+
 enum hil_parity { HIL_PARITY_NONE, HIL_PARITY_EVEN, HIL_PARITY_ODD };
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
 enum hil_line_fault {

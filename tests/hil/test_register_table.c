@@ -176,7 +176,7 @@ TEST(every_bit_does_as_the_table_says)
     prepare(NULL);
     for (size_t i = 0; i < sets; i++) {
         prepare_for(&set[i]);
-        for (size_t k = 0; k < set[i].count; k++) {
+        for (size_t k = 0; set[i].all[k].name; k++) {
             const struct hil_register *r = &set[i].all[k];
             for (unsigned n = 0; n < r->count; n++) {
                 for (unsigned bit = 0; bit < 32; bit++, pokes++) {
@@ -216,7 +216,7 @@ TEST(masks_do_not_overlap)
     size_t sets;
     const struct hil_register_set *set = hil_registers_all(&sets);
     for (size_t i = 0; i < sets; i++) {
-        for (size_t k = 0; k < set[i].count; k++) {
+        for (size_t k = 0; set[i].all[k].name; k++) {
             const struct hil_register *r = &set[i].all[k];
             uint32_t masks[5] = {r->plain, r->action, r->status, r->partly, r->refused};
             for (unsigned a = 0; a < 5; a++) {
