@@ -66,11 +66,9 @@ static bool parse_uncertainty(const char *text, struct store_certificate *row)
 static bool parse_coverage(const char *text, struct store_certificate *row)
 {
     char *end;
-    double value = strtod(text, &end);
-    bool percent = end != text && strcmp(end, "%") == 0;
-    row->coverage_factor = percent ? certificates_factor(value) : value;
-    return end != text && (percent ? value >= 50.0 && value <= 99.99
-                                   : *end == '\0' && value >= 0.5 && value <= 5.0);
+    row->coverage_factor = strtod(text, &end);
+    return end != text && *end == '\0' && row->coverage_factor >= 0.5 &&
+           row->coverage_factor <= 5.0;
 }
 
 static bool parse_text(const char *text, char *into, size_t size)
@@ -119,7 +117,7 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
             error_set(error, MR_USAGE,
                       "not understood: '%s%s%s' for --certificate; number=N, calibrated=DATE, "
                       "due=DATE (never; not before calibrated), uncertainty=U (0.05mm, 0.4%%), "
-                      "coverage=K (2, 95%%), laboratory=L",
+                      "coverage=K (2), laboratory=L",
                       part, equals ? "=" : "", equals ? equals + 1 : "");
     }
     free(copy);
@@ -161,16 +159,6 @@ void certificates_text(const struct store_certificate *certificate, enum certifi
                  : date[0]                    ? "valid until "
                                               : "valid, no due date",
                  date);
-}
-
-double certificates_factor(double percent)
-{
-    double low = 0.0, high = 10.0;
-    for (int i = 0; i < 60; i++) {
-        double middle = 0.5 * (low + high);
-        *(100.0 * erf(middle / sqrt(2.0)) < percent ? &low : &high) = middle;
-    }
-    return 0.5 * (low + high);
 }
 
 double certificates_standard(const struct store_certificate *certificate, double value)

@@ -23,7 +23,7 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
 /* What a person writes: "number=2026-4711, laboratory=Metrology Lab, calibrated=2026-03-02,
  * due=2027-03-01, uncertainty=0.4%, coverage=2". `laboratory` may be absent; `due` may be "never";
  * `uncertainty` is expanded: in in or lb, with a unit, or in percent of the reading; `coverage` is
- * a factor or a probability (95%). Sets all of `row` but board, sensor and time; row->index is the
+ * its factor. Sets all of `row` but board, sensor and time; row->index is the
  * caller's. MR_USAGE. */
 enum mr_status certificates_parse(const char *text, struct store_certificate *row,
                                   struct error *error);
@@ -35,9 +35,6 @@ enum certificate_state certificates_state(const struct store_certificate *certif
 void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
                        const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT]);
 
-/* The factor by which an interval that holds with this probability, in percent, is wider than a
- * standard uncertainty of a normal distribution. */
-double certificates_factor(double percent);
 /* Standard uncertainty where the reading is `value`, in or lb. */
 double certificates_standard(const struct store_certificate *certificate, double value);
 

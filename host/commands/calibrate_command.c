@@ -561,8 +561,8 @@ static const struct command_part parts[] = {
         "without points: 'number=2026-4711,\n"
         "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, "
         "coverage=2'. The expanded uncertainty is in in or\n"
-        "lb, with a unit (0.05mm), or of the reading (0.4%); the coverage is its factor or "
-        "probability (95%); due may be never.\n"
+        "lb, with a unit (0.05mm), or of the reading (0.4%); the coverage is its factor; "
+        "due may be never.\n"
         "The one entered last holds; after its due day matrig ready says no-go. --sensor S: "
         "its serial number, which ready compares with the configuration's"),
     OPTION_TEXT("--recompute", "C", recompute,

@@ -53,44 +53,13 @@ stale() { # made from revision 1, and 2 is in force
     cat "$tmp/stale.err"
     [ $status = 1 ] && grep -q 'made from revision 1, but revision 2 is in force.*stale.cfg; get it again' "$tmp/stale.err"
 }
-# relay: holds the board's serial link until the log of its CAN says armed, then gives it to whoever connects to $sockets/relay
-relay() {
-    timeout 600 python3 - "$sockets/serial" "$sockets/relay" "$tmp/can.log" <<'P'
-import os, select, socket, sys, time
-def connect(path):
-    for _ in range(100):
-        try:
-            s = socket.socket(socket.AF_UNIX)
-            s.connect(path)
-            return s
-        except OSError:
-            time.sleep(0.05)
-    sys.exit("no board")
-board = connect(sys.argv[1])
-def armed():
-    return os.path.exists(sys.argv[3]) and b" 0A0#01" in open(sys.argv[3], "rb").read()
-while not armed():
-    if select.select([board], [], [], 0.05)[0]:
-        board.recv(65536)
-door = socket.socket(socket.AF_UNIX)
-door.bind(sys.argv[2])
-door.listen(1)
-host = door.accept()[0]
-while True:
-    for s in select.select([board, host], [], [])[0]:
-        data = s.recv(65536)
-        if not data:
-            sys.exit(0)
-        (host if s is board else board).sendall(data)
-P
-}
 locked() { # a landing is armed: neither got nor set
     local board helper status
     rm -f "$tmp/can.log"
     timeout 600 build/matrig-board --elf $elf --flash "$tmp/flash" --can "file:$tmp/can.log" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
         --speed real --for 60 2>"$tmp/board.err" &
     board=$!
-    relay &
+    timeout 600 python3 tests/board/relay.py "$sockets/serial" "$sockets/relay" "$tmp/can.log" " 0A0#01" &
     helper=$!
     await test -S "$sockets/relay"
     timeout 600 $matrig --quiet board --serial "unix:$sockets/relay" config set "$tmp/third.cfg" 2>"$tmp/locked.err"

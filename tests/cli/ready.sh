@@ -159,29 +159,7 @@ from_state() {
     printf 'end %s\n' "$(gzip -c "$tmp/undisarmed.run" | tail -c 8 | head -c 4 | od -An -tx4 | tr -d ' ')" >>"$tmp/undisarmed.run"
     timeout 600 build/matrig-board --elf $elf --can "file:$tmp/state.log" --serial "unix:$sockets/serial" --rig "$tmp/undisarmed.run" --for 60 2>"$tmp/board.err" &
     board=$!
-    timeout 600 python3 - "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" <<'P' &
-import os, select, socket, sys, time
-for _ in range(100):
-    try:
-        board = socket.socket(socket.AF_UNIX)
-        board.connect(sys.argv[1])
-        break
-    except OSError:
-        time.sleep(0.05)
-while not (os.path.exists(sys.argv[3]) and sys.argv[4].encode() in open(sys.argv[3], "rb").read()):
-    if select.select([board], [], [], 0.05)[0]:
-        board.recv(1 << 20)
-door = socket.socket(socket.AF_UNIX)
-door.bind(sys.argv[2])
-door.listen(1)
-host = door.accept()[0]
-while True:
-    for s in select.select([board, host], [], [])[0]:
-        data = s.recv(65536)
-        if not data:
-            sys.exit(0)
-        (host if s is board else board).sendall(data)
-P
+    timeout 600 python3 tests/board/relay.py "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" &
     relay=$!
     await test -S "$sockets/relay"
     timeout 600 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1

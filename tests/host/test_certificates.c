@@ -1,5 +1,5 @@
 /* Certificates: which one holds, until when, and the verdict of matrig ready. Days are compared
- * with GNU date (date -u -d 2026-03-02 +%s), factors with tables of the normal distribution. */
+ * with GNU date (date -u -d 2026-03-02 +%s). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,12 +51,8 @@ TEST(a_certificate_is_of_its_sensor)
     assert_int_equal(certificates_state(&c, &channel, 1772409599), CERTIFICATE_VALID);
 }
 
-TEST(a_probability_is_a_factor)
+TEST(an_uncertainty_is_absolute_or_relative)
 {
-    assert_near(certificates_factor(95.0), 1.959964, 1e-6);
-    assert_near(certificates_factor(68.27), 1.0, 1e-3);
-    assert_near(certificates_factor(95.45), 2.0, 1e-3); /* GUM, table G.1 */
-    assert_near(certificates_factor(99.0), 2.575829, 1e-6);
     struct store_certificate c = sound();
     assert_near(certificates_standard(&c, -1.5), 0.003, 1e-12); /* 0.4 % of 1.5 over 2 */
     c.expanded = 0.01;
@@ -115,13 +111,13 @@ TEST(what_a_person_writes_is_read_or_refused)
     assert_int_equal(row.due_day, MARCH_1);
     assert_near(row.expanded, 0.05 / 25.4, 1e-9);
     assert_true(isnan(row.expanded_rel));
-    row.index = 9; /* a gage: 4.448 N are a pound; 95 % of a normal distribution within 1.96 */
+    row.index = 9; /* a gage: 4.448 N are a pound */
     certificates_parse("number=C-2,calibrated=2026-01-01,due=never,uncertainty=4.4482216 N,"
-                       "coverage=95%",
+                       "coverage=1.96",
                        &row, &error);
     assert_no_error(&error);
     assert_near(row.expanded, 1.0, 1e-6);
-    assert_near(row.coverage_factor, 1.959964, 1e-6);
+    assert_near(row.coverage_factor, 1.96, 1e-12);
     assert_true(row.due_day == STORE_NONE);
     static const char *const wrong[][2] = {
         {"calibrated=2026-01-01", "calibrated=2026-13-01"},

@@ -122,18 +122,6 @@ static void assert_took(double begun_s, double s)
         fail_msg("it took %.3f s, not %.3f", scripted_now_s - begun_s, s);
 }
 
-TEST_IN(an_order_is_answered, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    board.board = obedient;
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
-    assert_int_equal(answer.status, MR_OK);
-    assert_int_equal(board.newest.code, MR_COMMAND_ARM);
-    assert_int_equal(board.newest.argument, 5);
-    assert_int_equal(board.newest.tag, dialogue_tag(&dialogue));
-}
-
 TEST_IN(over_can_too, begin_can, end)
 {
     struct mr_ack answer;
@@ -141,30 +129,6 @@ TEST_IN(over_can_too, begin_can, end)
     can_end.board = obedient;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
     assert_int_equal(can_end.newest.argument, 5);
-}
-
-TEST_IN(a_lost_order_that_repeats_is_sent_again, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    double begun_s = scripted_now_s;
-    board.board = loses_first;
-    assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_OK);
-    assert_int_equal(board.commands, 2);
-    assert_int_equal(board.newest.tag, board.first.tag); /* an answer to either is its answer */
-    assert_took(begun_s, ANSWER_S);
-}
-
-TEST_IN(a_lost_order_that_does_not_repeat_is_sent_once, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    double begun_s = scripted_now_s;
-    board.board = loses_first;
-    assert_int_equal(order(MR_COMMAND_ARM, 3, &answer, &error), MR_TIMEOUT);
-    assert_int_equal(board.commands, 1);
-    assert_int_equal(error.status, MR_OK); /* the caller's to say */
-    assert_took(begun_s, ANSWER_S);
 }
 
 static enum mr_status take_landing(void *context, const struct dialogue_message *message,
@@ -194,57 +158,10 @@ TEST_IN(a_lost_answer_is_read_from_the_state, begin, end)
     assert_int_equal(board.commands, 2);
 }
 
-TEST_IN(of_two_answers_the_first_counts, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    board.board = answers_twice;
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
-    assert_int_equal(answer.status, MR_OK);
-    board.board = NULL; /* nor does what is left of it answer the next */
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-}
-
-TEST_IN(a_late_answer_is_not_the_next_orders, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    board.board = answers_late;
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-    /* hears that of the first */
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-    assert_int_equal(board.commands, 2);
-}
-
-TEST_IN(a_late_answer_is_that_of_the_order_sent_again, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    board.board = answers_late;
-    assert_int_equal(order(MR_COMMAND_SURVEY, 3, &answer, &error), MR_OK);
-    assert_int_equal(answer.status, MR_LIMIT);
-    assert_int_equal(board.commands, 2);
-}
-
-TEST_IN(another_tag_is_another_programs, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    board.board = answers_another_tag;
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-    board.board = answers_another_order;
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-}
-
 TEST_IN(a_silent_board_is_given_up_in_time, begin, end)
 {
-    struct mr_ack answer;
     struct error error = {0};
     double begun_s = scripted_now_s;
-    assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_TIMEOUT);
-    assert_int_equal(board.commands, 3);
-    assert_took(begun_s, 3 * ANSWER_S);
-    begun_s = scripted_now_s;
     assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "no hello from a board: scripted; no byte received");
     assert_took(begun_s, DIALOGUE_HELLO_S);
@@ -351,28 +268,70 @@ static void stands_still(struct scripted *s)
         say_ack(s, s->newest.code, s->newest.tag, MR_OK);
 }
 
-TEST_IN(a_computer_that_stood_still_hears_the_answer, begin, end)
-{
-    struct mr_ack answer;
-    struct error error;
-    board.idle = stands_still;
-    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
-}
-
 static void chatters(struct scripted *s)
 {
     scripted_now_s += SCRIPTED_LOOK_S;
     SCRIPTED_SAY(s, clock, CLOCK, .block = 1);
 }
 
-TEST_IN(a_board_that_chatters_and_does_not_answer_is_given_up, begin, end)
+/* What a board does with an order, and what comes of it. -1: it takes how long it takes. */
+static const struct answering {
+    void (*board)(struct scripted *s, const struct mr_command *command);
+    void (*idle)(struct scripted *s);
+    unsigned code, tries;
+    enum mr_status status;
+    int answer;
+    size_t sent;
+    double took_s;
+} answering[] = {
+    {obedient, NULL, MR_COMMAND_ARM, 1, MR_OK, MR_OK, 1, 0.0},
+    /* one that repeats is sent again; one that does not, once */
+    {loses_first, NULL, MR_COMMAND_STATE, 3, MR_OK, MR_OK, 2, ANSWER_S},
+    {loses_first, NULL, MR_COMMAND_ARM, 3, MR_TIMEOUT, MR_OK, 1, ANSWER_S},
+    {answers_twice, NULL, MR_COMMAND_ARM, 1, MR_OK, MR_OK, 1, 0.0}, /* the first counts */
+    /* a late answer is that of the order sent again; another tag is another program's */
+    {answers_late, NULL, MR_COMMAND_SURVEY, 3, MR_OK, MR_LIMIT, 2, ANSWER_S},
+    {answers_another_tag, NULL, MR_COMMAND_ARM, 1, MR_TIMEOUT, MR_OK, 1, ANSWER_S},
+    {answers_another_order, NULL, MR_COMMAND_ARM, 1, MR_TIMEOUT, MR_OK, 1, ANSWER_S},
+    {NULL, NULL, MR_COMMAND_STATE, 3, MR_TIMEOUT, MR_OK, 3, 3 * ANSWER_S},
+    {NULL, stands_still, MR_COMMAND_ARM, 1, MR_OK, MR_OK, 1, -1.0},
+    {NULL, chatters, MR_COMMAND_ARM, 1, MR_TIMEOUT, MR_OK, 1, ANSWER_S},
+};
+
+TEST(each_answer_is_taken_for_what_it_is)
+{
+    for (size_t i = 0; i < sizeof answering / sizeof answering[0]; i++) {
+        const struct answering *a = &answering[i];
+        struct mr_ack answer = {.status = MR_OK};
+        struct error error;
+        begin(NULL);
+        double begun_s = scripted_now_s;
+        board.board = a->board;
+        board.idle = a->idle;
+        print_message("# row %zu\n", i);
+        assert_int_equal(order(a->code, a->tries, &answer, &error), a->status);
+        assert_int_equal(error.status, MR_OK); /* the caller's to say */
+        assert_int_equal(board.commands, a->sent);
+        assert_int_equal(board.newest.tag, board.first.tag);
+        if (a->status == MR_OK)
+            assert_int_equal(answer.status, a->answer);
+        if (a->took_s >= 0.0)
+            assert_took(begun_s, a->took_s);
+        end(NULL);
+    }
+}
+
+/* Neither what is left of two answers nor a late one is the next order's. */
+TEST_IN(an_answer_is_not_the_next_orders, begin, end)
 {
     struct mr_ack answer;
     struct error error;
-    double begun_s = scripted_now_s;
-    board.idle = chatters;
+    board.board = answers_twice;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
+    board.board = answers_late;
     assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
-    assert_took(begun_s, ANSWER_S);
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+    assert_int_equal(board.commands, 3);
 }
 
 struct counted {
