@@ -8,7 +8,7 @@
 #include "host/analyse/measured_load.h"
 #include "host/analyse/zones.h"
 #include "host/store/store_journal.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 #include "host/survey/survey.h"
 #include "host/base/xmalloc.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "common/predictor.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 #include "host/base/units.h"
 
 /* from arming on the transducers' zeros are found first (0.2 s): nobody lacks them then */

@@ -9,7 +9,7 @@
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
 #include "host/link/link.h"
-#include "host/store/store_import.h"
+#include "host/store/store.h"
 #include "host/store/store_journal.h"
 
 #define BLOCKS_PER_S 1000

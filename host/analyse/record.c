@@ -11,7 +11,7 @@
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
 #include "host/store/store_journal.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 #include "host/survey/survey.h"
 
 /* ---- what was said ---- */

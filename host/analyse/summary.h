@@ -15,7 +15,6 @@
 #include "host/base/answer.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
-#include "host/store/store_import.h"
 
 /* Means over a landing of what the board tells again and again: the quantities of the catalogue
  * that the campaign keeps. */

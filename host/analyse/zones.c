@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/wire.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 #define ZONES_QUIET (ZONES_HEARD_TEXT + 50)
 

@@ -8,6 +8,7 @@
 #include "common/block.h"
 #include "common/boxpage.h"
 #include "common/catalogue.h"
+#include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 #include "host/base/xmalloc.h"
 

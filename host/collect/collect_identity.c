@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 #include "common/wire.h"
 #include "host/board/config_text.h"

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 #include "host/store/store.h"
 #include "host/store/store_journal.h"

@@ -6,6 +6,7 @@
  * shown; it fills what serial lost when a landing is over (collect_landing.c). */
 #include <string.h>
 
+#include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 
 /* Messages of a link are in order: a statement may be about a moment that is past, readings are of

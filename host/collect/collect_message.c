@@ -5,9 +5,19 @@
 #include <string.h>
 
 #include "common/command.h"
+#include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
-#include "host/store/store_predict.h"
 #include "host/store/store.h"
+
+/* What messages say of the campaign's rows: collect_zone_row(), collect_zone_lead_row(), ..., one
+ * for each KEPT of the catalogue. It fills those fields of the row that the message has, and leaves
+ * the others. */
+#define KEPT(name, NAME, row, ...)                                                     \
+    static void collect_##name##_row(struct store_##row *r, const struct mr_##name *m) \
+    {                                                                                  \
+        __VA_ARGS__;                                                                   \
+    }
+#include "common/catalogue.def"
 
 enum mr_status collect_state_event(struct collector *collector, const struct side *side,
                                    const struct mr_landing *message, uint64_t host_us,

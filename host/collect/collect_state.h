@@ -10,10 +10,11 @@
 #include "common/runway.h"
 #include "host/board/health_client.h"
 #include "host/collect/account.h"
-#include "host/collect/collect.h"
-#include "host/collect/collect_rows.h"
 #include "host/collect/timebase.h"
 #include "host/link/timemap.h"
+
+struct collector;
+struct collector_event;
 
 /* One landing that is open, or was lately. */
 struct slot {

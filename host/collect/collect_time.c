@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "common/block.h"
+#include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 
 /* How far two clocks may be apart: crystals by 200 ppm at most and a computer's that is being

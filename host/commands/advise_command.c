@@ -11,7 +11,7 @@
 #include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 #define NOT_GIVEN (double)NAN
 

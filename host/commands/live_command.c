@@ -9,7 +9,7 @@
 #include "host/commands/commands.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
-#include "host/store/store_follow.h"
+#include "host/store/store.h"
 
 #define LOOK_MS       25 /* between two looks into the database */
 /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
@@ -20,9 +20,8 @@
 struct watch {
     const struct cli *cli;
     struct store *store;
-    struct store_place place;
+    struct store_follow_place place;
     int64_t session;
-    int64_t asked_base; /* of the board to be shown; negative: the lowest of the newest log */
     struct store_session_row links; /* of the session */
     struct live_source source;
     struct live_hub *hub;
@@ -52,30 +51,17 @@ static void take_record(void *context, const uint8_t *record, size_t length, int
         live_hub_record(watch->hub, &block, host_us);
 }
 
-/* Which board is shown. A new log may be of another. */
-static enum mr_status choose_board(struct watch *watch, struct error *error)
-{
-    int64_t base = watch->asked_base;
-    enum mr_status status = MR_OK;
-    if (base < 0)
-        status = store_newest_base(watch->store, &base, NULL, error);
-    if (status != MR_OK || base == watch->place.base)
-        return status;
-    watch->session = 0;
-    return store_follow_from(watch->store, base, FIRST_FRAMES, &watch->place, error);
-}
-
 /* What has come since the last look. */
 static enum mr_status look(struct watch *watch, struct error *error)
 {
     const struct store_follower follower = {take_frame, take_record, watch};
     int64_t session = 0;
     bool more = true;
-    enum mr_status status = choose_board(watch, error);
+    enum mr_status status = MR_OK;
     for (int turn = 0; more && turn < 1 + FIRST_FRAMES / FRAMES_A_TURN && status == MR_OK; turn++)
         status = store_follow(watch->store, &watch->place, FRAMES_A_TURN, &follower, &more, error);
     if (status == MR_OK)
-        status = store_newest_session(watch->store, watch->place.base, &session, error);
+        status = store_newest_session(watch->store, &session, error);
     if (status == MR_OK && session != watch->session) {
         watch->session = session;
         status = store_session_get(watch->store, session, &watch->links, error);
@@ -122,15 +108,8 @@ static enum mr_status open_watch(struct watch *watch, const char *db, const char
         .si = watch->cli->si,
         .no_commands =
             "arm and disarm on the page of the matrig log that holds the links (--live)"};
-    int64_t base = watch->asked_base, boards = 1;
-    if (status == MR_OK && base < 0)
-        status = store_newest_base(watch->store, &base, &boards, error);
-    if (status == MR_OK && boards > 1)
-        cli_note(watch->cli,
-                 "%lld boards are logged: this is the one at base 0x%03llx; --base shows another",
-                 (long long)boards, (unsigned long long)base);
     if (status == MR_OK)
-        status = store_follow_from(watch->store, base, FIRST_FRAMES, &watch->place, error);
+        status = store_follow_from(watch->store, FIRST_FRAMES, &watch->place, error);
     if (status == MR_OK)
         status = live_hub_open(&watch->source, &watch->hub, error);
     if (status == MR_OK && !watch->cli->json)
@@ -153,7 +132,7 @@ static int print_snapshot(struct watch *watch, struct error *error)
 }
 
 struct request {
-    const char *port, *base;
+    const char *port;
 };
 
 static int live_command(int argc, char **argv, const struct cli *cli)
@@ -162,12 +141,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     struct error error = {0};
     enum mr_status status = command_parse(&command_live, argc, argv, cli, &r, &db, &error);
-    struct watch watch = {.cli = cli, .asked_base = -1};
-    uint16_t base = 0;
-    if (status == MR_OK && r.base) {
-        status = link_read_base(r.base, "--base", &base, &error);
-        watch.asked_base = base;
-    }
+    struct watch watch = {.cli = cli};
     if (status == MR_OK)
         status = open_watch(&watch, db, r.port ? r.port : "8473", &error);
     int exit_code = 0;
@@ -187,8 +161,6 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--port", "PORT", port,
                 "serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any "
                 "port that is free"),
-    OPTION_TEXT("--base", "B", base,
-                "of several boards that are logged the one at this base (0x190); else the lowest"),
     HELP_NOTE("With --json: the newest of each message, as one object. The page only watches: arm "
               "and disarm on that of matrig log --live,\n"
               "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and "
@@ -201,7 +173,7 @@ static const struct command_part parts[] = {
 const struct command command_live = {
     "live",
     live_command,
-    "DB [--port PORT] [--base B]",
+    "DB [--port PORT]",
     "watch a board on a page in the browser",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},

@@ -5,7 +5,7 @@
 
 #include "host/analyse/track.h"
 #include "host/analyse/zones.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 /* Two series of the same quantity, sample by sample: how far apart, how alike, and whether their
  * errors explain it. Pure.

@@ -8,7 +8,7 @@
 #include "host/base/cli.h"
 #include "host/exchange/mapping.h"
 #include "host/link/candump.h"
-#include "host/store/store_import.h"
+#include "host/store/store.h"
 
 /* A whole file as text, with its SHA-256. */
 struct textfile {

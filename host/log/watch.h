@@ -11,7 +11,7 @@
 #include "host/base/cli.h"
 #include "host/link/reader.h"
 #include "host/link/link.h"
-#include "host/store/store_log.h"
+#include "host/store/store.h"
 
 enum watch_cause {
     WATCH_LOCK,

@@ -11,7 +11,7 @@
 #include "common/closure.h"
 #include "common/command.h"
 #include "common/crc32.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 #define LATE_BLOCKS        20000 /* a record that is armed later than this is moved back ... */
 /* and one that is armed before this forth: zeros, survey and runway go first */

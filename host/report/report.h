@@ -10,7 +10,7 @@
 #include "host/base/answer.h"
 #include "host/compare/figures.h"
 #include "host/store/store_journal.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 #define REPORT_BANDS 4u
 #define REPORT_HASH  65u /* SHA-256 in hexadecimal digits, and NUL */

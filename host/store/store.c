@@ -12,114 +12,23 @@
 
 #include "host/store/store.h"
 #include "common/version.h"
-#include "host/store/store_log.h"
-#include "host/store/store_sql.h"
 #include "host/store/table.h"
 
 /* another program may hold the file; what comes meanwhile waits in the links */
 #define BUSY_WAIT_MS 30000
 
-/* A statement ends by itself when it takes many more steps than a file of this size can need: pages
- * can lead in circles. A scan takes below 2 steps a byte; sorting, and what is looked up for each
- * row, do not make it ten times as many. */
-#define STEPS_ALWAYS    20000000
-#define STEPS_A_BYTE    32
-#define STEPS_EACH      10000
 /* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
 #define VALUE_BYTES_MAX 268435456
 
-#define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
-
-enum mr_status store_failed(struct store *store, const char *doing, struct error *error)
-{
-    int code = sqlite3_errcode(store->database) & 0xff;
-    const char *text = sqlite3_errmsg(store->database);
-    store->refused = (int)store_refusal_of(code);
-    switch (code) {
-    case SQLITE_NOTADB:
-    case SQLITE_CORRUPT:
-        return error_set(
-            error, MR_MALFORMED,
-            "no campaign database, or a damaged one (%s): %s; name a database that matrig log made",
-            text, store->path);
-    case SQLITE_INTERRUPT:
-        return error_set(error, MR_MALFORMED,
-                         "no end of what is to be read, more than the file can hold: %s; it is "
-                         "damaged, take a copy of "
-                         "before",
-                         store->path);
-    case SQLITE_TOOBIG:
-        return error_set(
-            error, MR_MALFORMED,
-            "a value longer than matrig writes any (%s): %s; it is damaged, take a copy of before",
-            text, store->path);
-    case SQLITE_FULL:
-        return error_set(error, MR_FULL, "cannot %s (%s): %s; make room on the disk", doing, text,
-                         store->path);
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-        return error_set(error, MR_IO, "cannot %s (%s): %s; another program is writing to it",
-                         doing, text, store->path);
-    default:
-        return error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk", doing,
-                         text, store->path);
-    }
-}
-
-void store_guard_settings(sqlite3 *database)
+/* Settings of every connection to a campaign: its schema is data, and cannot be written as a table.
+ * NULL: none. */
+static void guard_settings(sqlite3 *database)
 {
     if (!database)
         return;
     sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
     sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
     sqlite3_limit(database, SQLITE_LIMIT_LENGTH, VALUE_BYTES_MAX);
-}
-
-static int64_t file_bytes(const struct store *store)
-{
-    char journal[4200];
-    struct stat info;
-    int64_t bytes = stat(store->path, &info) == 0 ? (int64_t)info.st_size : 0;
-    snprintf(journal, sizeof journal, "%s-wal", store->path);
-    return bytes + (stat(journal, &info) == 0 ? (int64_t)info.st_size : 0);
-}
-
-static int too_many_steps(void *context)
-{
-    struct store *store = context;
-    store->steps += STEPS_EACH;
-    return store->steps > STEPS_ALWAYS &&
-           store->steps > STEPS_ALWAYS + STEPS_A_BYTE * file_bytes(store);
-}
-
-/* The steps of a statement that begins while another one gives rows belong to that one. */
-static int statement_begins(unsigned event, void *context, void *begins, void *text)
-{
-    struct store *store = context;
-    (void)event, (void)text;
-    if (store->steps == 0)
-        return 0;
-    for (sqlite3_stmt *s = sqlite3_next_stmt(store->database, NULL); s;
-         s = sqlite3_next_stmt(store->database, s)) {
-        if (s != begins && sqlite3_stmt_busy(s))
-            return 0;
-    }
-    store->steps = 0;
-    return 0;
-}
-
-void store_limit_steps(struct store *store)
-{
-    sqlite3_progress_handler(store->database, STEPS_EACH, too_many_steps, store);
-    sqlite3_trace_v2(store->database, SQLITE_TRACE_STMT, statement_begins, store);
-}
-
-enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
-                             struct error *error)
-{
-    return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
-             ? MR_OK
-             : store_failed(store, doing, error);
 }
 
 static enum mr_status pragma(struct store *store, const char *sql, int64_t *value,
@@ -302,7 +211,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         status = store_failed(made, "open", error);
     if (status == MR_OK) {
         sqlite3_busy_timeout(made->database, BUSY_WAIT_MS);
-        store_guard_settings(made->database);
+        guard_settings(made->database);
         store_limit_steps(made);
         /* another program's database keeps its journal as it is */
         sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
@@ -384,88 +293,248 @@ enum mr_status store_commit(struct store *store, struct error *error)
     return status == MR_OK ? store_execute(store, "COMMIT", "write", error) : status;
 }
 
-/* A value of another kind than matrig writes there is absent, as one that was never written. It is
- * looked at where it lies, which costs half of asking SQLite for kind and value: a statement is one
- * thread's at a time. */
-int64_t store_integer(sqlite3_stmt *statement, int column)
+/* ---- for matrig log ---- */
+
+#define JOURNAL   "-wal"
+#define PATH_MOST 4096
+
+void store_patience(struct store *store, int wait_ms)
 {
-    sqlite3_value *value = sqlite3_column_value(statement, column);
-    int type = sqlite3_value_type(value);
-    double real = type == SQLITE_FLOAT ? sqlite3_value_double(value) : 0.0;
-    if (type != SQLITE_INTEGER && (type != SQLITE_FLOAT || !(fabs(real) < INTEGERS_EXACT)))
-        return STORE_NONE;
-    return sqlite3_value_int64(value);
+    sqlite3_busy_timeout(store->database, wait_ms);
 }
 
-double store_real(sqlite3_stmt *statement, int column)
+/* Of SQLite's code. */
+static enum store_refusal refusal_of(int code)
 {
-    sqlite3_value *value = sqlite3_column_value(statement, column);
-    int type = sqlite3_value_type(value);
-    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_value_double(value)
-                                                                 : (double)NAN;
-    return isfinite(real) ? real : (double)NAN;
-}
-
-void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)
-{
-    const char *text = (const char *)sqlite3_column_text(statement, column);
-    snprintf(out, size, "%s", text ? text : "");
-    size_t length = strlen(out), cut = length;
-    if (text && text[length]) { /* no half of a character at the end */
-        while (cut > 0 && ((unsigned char)text[cut] & 0xc0) == 0x80)
-            cut--;
-        out[cut] = '\0';
-    }
-    for (char *p = out; *p; p++) {
-        /* somebody else may have written it: nothing that a terminal takes for an order (C0, DEL,
-         * C1 as UTF-8) */
-        if ((unsigned char)*p < 0x20 || *p == 0x7f)
-            *p = ' ';
-        else if ((unsigned char)*p == 0xc2 && ((unsigned char)p[1] & 0xe0) == 0x80)
-            p[0] = p[1] = ' ';
+    switch (code) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED: return STORE_LOCKED;
+    case SQLITE_FULL: return STORE_FULL;
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+    case SQLITE_READONLY:
+    case SQLITE_PROTOCOL: return STORE_FAILS;
+    default: return STORE_TAKES;
     }
 }
 
-/* ---- schema ----
- *
- * The tables as SQLite has them. */
-
-static void say_columns(sqlite3_str *sql, const struct store_table *table)
+enum store_refusal store_take_refusal(struct store *store)
 {
-    bool first = true;
-    for (unsigned i = 0; i < table->count; i++) {
-        const struct store_column *column = &table->columns[i];
-        if (!column->name)
-            continue;
-        sqlite3_str_appendf(sql, "%s%s %s%s%s", first ? "" : ", ", column->name, column->type,
-                            column->constraint[0] ? " " : "", column->constraint);
-        first = false;
+    int refused = store->refused;
+    store->refused = 0;
+    return refusal_of(refused);
+}
+
+void store_roll_back(struct store *store)
+{
+    store->waiting_count = 0;
+    store_each_statement(store, sqlite3_reset);
+    if (!sqlite3_get_autocommit(store->database))
+        sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
+}
+
+static bool stat_of(const char *path, const char *suffix, struct stat *info)
+{
+    char name[PATH_MOST];
+    int length = snprintf(name, sizeof name, "%s%s", path, suffix);
+    return length > 0 && (size_t)length < sizeof name && stat(name, info) == 0;
+}
+
+void store_identify(const char *path, struct store_identity *identity)
+{
+    struct stat info;
+    *identity = (struct store_identity){0};
+    if (stat_of(path, "", &info)) {
+        identity->device = info.st_dev;
+        identity->file = info.st_ino;
+    }
+    if (stat_of(path, JOURNAL, &info)) {
+        identity->journal_device = info.st_dev;
+        identity->journal = info.st_ino;
     }
 }
 
-static int make_table(sqlite3 *database, enum store_table_number which)
+enum store_place store_find(const char *path, const struct store_identity *identity)
 {
-    const struct store_table *table = store_table(which);
-    sqlite3_str *sql = sqlite3_str_new(database);
-    sqlite3_str_appendf(sql, "CREATE TABLE %s(", table->name);
-    say_columns(sql, table);
-    sqlite3_str_appendf(sql, "%s", table->key);
-    char *text = sqlite3_str_finish(sql);
-    int code = text ? sqlite3_exec(database, text, NULL, NULL, NULL) : SQLITE_NOMEM;
-    sqlite3_free(text);
-    return code;
+    struct stat info;
+    if (!stat_of(path, "", &info))
+        /* one that cannot be asked may still be there */
+        return errno == ENOENT || errno == ENOTDIR ? STORE_MISSING : STORE_IN_PLACE;
+    if (info.st_ino != identity->file || info.st_dev != identity->device)
+        return STORE_REPLACED;
+    if (identity->journal == 0)
+        return STORE_IN_PLACE;
+    if (!stat_of(path, JOURNAL, &info))
+        return errno == ENOENT ? STORE_NO_JOURNAL : STORE_IN_PLACE;
+    return info.st_ino != identity->journal || info.st_dev != identity->journal_device
+             ? STORE_NO_JOURNAL
+             : STORE_IN_PLACE;
 }
 
-int store_tables_make(sqlite3 *database)
+/* Of the file's header (https://sqlite.org/fileformat2.html, 1.3). */
+enum { HEADER = 100, AT_PAGE_SIZE = 16, AT_COUNTER = 24, AT_PAGES = 28, AT_COOKIE = 40 };
+enum { AT_VERSION = 60, AT_APPLICATION = 68 };
+#define COOKIES 1000u /* a VACUUM adds 1 */
+
+static uint32_t big_endian(const uint8_t *at)
 {
-    int code = SQLITE_OK;
-#define TABLE(row, table)  \
-    if (code == SQLITE_OK) \
-        code = make_table(database, STORE_TABLE_##row);
-#define NO_VIEWS
-#define ALSO(sql)          \
-    if (code == SQLITE_OK) \
-        code = sqlite3_exec(database, sql, NULL, NULL, NULL);
-#include "host/store/tables.def"
-    return code;
+    return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
+}
+
+/* MR_IO: the disk does not answer; MR_MALFORMED: no campaign. The descriptor that keeps other logs
+ * out is read: opening and closing another one would take SQLite's locks from this process. */
+static enum mr_status read_file_header(const struct store *store, struct store_header *header,
+                                       uint32_t *page_bytes)
+{
+    uint8_t bytes[HEADER] = {0};
+    struct stat info;
+    if (fstat(store->alone, &info) != 0 || pread(store->alone, bytes, sizeof bytes, 0) < 0)
+        return MR_IO;
+    *header = (struct store_header){.counter = big_endian(bytes + AT_COUNTER),
+                                    .pages = big_endian(bytes + AT_PAGES),
+                                    .cookie = big_endian(bytes + AT_COOKIE),
+                                    .bytes = info.st_size};
+    *page_bytes = big_endian(bytes + AT_PAGE_SIZE) >> 16;
+    return memcmp(bytes, "SQLite format 3", 16) == 0 &&
+                   big_endian(bytes + AT_VERSION) == STORE_VERSION &&
+                   big_endian(bytes + AT_APPLICATION) == STORE_APPLICATION
+             ? MR_OK
+             : MR_MALFORMED;
+}
+
+void store_watch_file(struct store *store)
+{
+    uint32_t page_bytes;
+    if (!store->alone || read_file_header(store, &store->header, &page_bytes) != MR_OK)
+        store->header.bytes = 0;
+}
+
+bool store_overwritten(struct store *store)
+{
+    const struct store_header known = store->header;
+    struct store_header now;
+    uint32_t page_bytes;
+    int code = sqlite3_errcode(store->database) & 0xff;
+    if (known.bytes == 0 || store->overwritten)
+        return store->overwritten;
+    enum mr_status status = read_file_header(store, &now, &page_bytes);
+    int64_t least = (int64_t)now.pages * page_bytes;
+    /* the file of a checkpoint grows behind its header; an older copy has a lower counter */
+    store->overwritten = code == SQLITE_CORRUPT || code == SQLITE_NOTADB ||
+                         status == MR_MALFORMED ||
+                         (status == MR_OK && (now.cookie - known.cookie > COOKIES ||
+                                              now.counter - known.counter > INT32_MAX ||
+                                              (now.bytes < least && now.bytes < known.bytes)));
+    if (status == MR_OK)
+        store->header = now;
+    return store->overwritten;
+}
+
+enum mr_status store_note_logged(struct store *store, int64_t session, struct error *error)
+{
+    enum mr_status status = store_frames_flush(store, error);
+    store->session = session;
+    return status == MR_OK ? STORE_ONE(store, error, LOGGED, &store->next, BIND(session)) : status;
+}
+
+void store_logged_committed(struct store *store)
+{
+    store->committed = store->next;
+}
+
+enum mr_status store_session_there(struct store *store, bool *there, struct error *error)
+{
+    int64_t version = 0;
+    struct store_logged now = {0};
+    *there = true;
+    enum mr_status status = STORE_NUMBER(store, error, DATA_VERSION, &version);
+    if (status != MR_OK || version == store->version || store->committed.newest == 0)
+        return status;
+    status = STORE_ONE(store, error, LOGGED, &now, BIND(store->session));
+    *there = status == MR_OK && now.started_us == store->committed.started_us &&
+             now.newest >= store->committed.newest;
+    store->version = *there ? version : store->version;
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+void store_journal_aside(const char *path, const char *kept)
+{
+    char journal[PATH_MOST], index[PATH_MOST];
+    snprintf(journal, sizeof journal, "%s" JOURNAL, path);
+    snprintf(index, sizeof index, "%s-shm", path);
+    rename(journal, kept);
+    unlink(index);
+}
+
+static enum mr_status copy_pages(struct store *store, sqlite3 *copy, const char *path,
+                                 struct error *error)
+{
+    sqlite3_backup *backup = sqlite3_backup_init(copy, "main", store->database, "main");
+    if (backup) {
+        sqlite3_backup_step(backup, -1);
+        sqlite3_backup_finish(backup);
+    }
+    if (sqlite3_errcode(copy) != SQLITE_OK)
+        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; make room on the disk",
+                         sqlite3_errmsg(copy), path);
+    return MR_OK;
+}
+
+enum mr_status store_copy_to(struct store *store, const char *path, struct error *error)
+{
+    sqlite3 *copy = NULL;
+    struct store *check = NULL;
+    int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0)
+        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights",
+                         strerror(errno), path);
+    close(fd);
+    enum mr_status status = MR_OK;
+    if (sqlite3_open_v2(path, &copy, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK)
+        status = error_set(error, MR_IO, "cannot save the campaign (%s): %s; check path and rights",
+                           sqlite3_errmsg(copy), path);
+    if (status == MR_OK)
+        status = copy_pages(store, copy, path, error);
+    sqlite3_close(copy);
+    if (status == MR_OK)
+        status = store_open(path, STORE_READ, &check, error);
+    store_close(check);
+    if (status != MR_OK)
+        unlink(path); /* it was made here, and is not whole */
+    return status;
+}
+
+void store_whereabouts(const struct store *store, char *out, size_t size)
+{
+    char link[40];
+    static const char deleted[] = " (deleted)";
+    snprintf(link, sizeof link, "/proc/self/fd/%d", store->alone);
+    ssize_t length = store->alone && size > 0 ? readlink(link, out, size - 1) : -1;
+    out[length > 0 ? length : 0] = '\0';
+    size_t tail = sizeof deleted - 1;
+    if ((size_t)length > tail && length > 0 && strcmp(out + length - tail, deleted) == 0)
+        out[0] = '\0';
+}
+
+void store_leave(struct store *store, bool moved)
+{
+    if (moved) /* so that the file is whole, wherever it is */
+        sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
+    /* Closing would else write the journal back, and delete by its path what may be another
+     * campaign's. */
+    sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
+    store_close(store);
+}
+
+void store_journal_remove(const char *path, const struct store_identity *identity)
+{
+    char name[PATH_MOST];
+    struct stat info;
+    if (!stat_of(path, JOURNAL, &info) || info.st_ino != identity->journal ||
+        info.st_dev != identity->journal_device)
+        return;
+    snprintf(name, sizeof name, "%s" JOURNAL, path);
+    unlink(name);
+    snprintf(name, sizeof name, "%s-shm", path);
+    unlink(name);
 }

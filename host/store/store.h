@@ -15,11 +15,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/closure.h"
 #include "common/quantity.h"
+#include "common/risk.h"
+#include "common/runway.h"
 #include "host/base/error.h"
 #include "host/store/rows.h"
 
@@ -77,6 +80,45 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
                               struct error *error);
 
+/* Rows of a landing, in order, for the caller to free: store_edges(store, run, &rows, &count,
+ * error), rows of struct store_edge. Of switch events `code` is the reason (common/switches.h),
+ * `detail` the switch, 0 when not known, `count` how many times; of channel events the validity
+ * (common/channels.h), the channel, `board_us` since when. Backlogs: blocks in which others waited
+ * for the predictor. */
+#define STORE_ROWS_OF_LANDING(X)                   \
+    X(store_switches, switch, SWITCHES)            \
+    X(store_segments, segment, SEGMENTS)           \
+    X(store_edges, edge, EDGES)                    \
+    X(store_motions, motion, MOTIONS)              \
+    X(store_zones, zone, ZONES)                    \
+    X(store_gaps, gap, GAPS)                       \
+    X(store_time_maps, time_map, TIME_MAPS)        \
+    X(store_film_frames, film_frame, FILM_FRAMES)  \
+    X(store_switch_events, fault, SWITCH_EVENTS)   \
+    X(store_channel_events, fault, CHANNEL_EVENTS) \
+    X(store_bands, band, BANDS)                    \
+    X(store_band_events, band_event, BAND_EVENTS)  \
+    X(store_risks, risk, RISKS)                    \
+    X(store_predictions, prediction, PREDICTIONS)  \
+    X(store_backlogs, backlog, BACKLOGS)           \
+    X(store_trusts, trust, TRUSTS)
+#define STORE_ROWS_DECLARED(function, row, NAME)                                         \
+    enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
+                            size_t *count, struct error *error);
+STORE_ROWS_OF_LANDING(STORE_ROWS_DECLARED)
+
+/* store_edge_put(store, run, &edge, error): what the board said, once, whichever link it came by;
+ * what becomes of a row that is there: tables.def. */
+#define STORE_PUT_OF_LANDING(X)                                                                \
+    X(quality)                                                                                 \
+    X(switch)                                                                                  \
+    X(edge) X(motion) X(zone) X(result) X(film_frame) X(mat_temperature) X(band) X(band_event) \
+        X(prediction) X(trust) X(risk)
+#define STORE_PUT_DECLARED(row)                                        \
+    enum mr_status store_##row##_put(struct store *store, int64_t run, \
+                                     const struct store_##row *value, struct error *error);
+STORE_PUT_OF_LANDING(STORE_PUT_DECLARED)
+
 /* A whole configuration as text (host/board/config_text.h), by the CRC that landings name. One that
  * is there already stays as it is. */
 enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
@@ -91,21 +133,12 @@ enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index
 /* One value of a channel's calibration: item is an enum mr_calibration_item. */
 enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item,
                                      double value, struct error *error);
-/* What the board last said a channel is worth. */
-enum mr_status store_quality_put(struct store *store, int64_t run,
-                                 const struct store_quality *quality, struct error *error);
-enum mr_status store_switch_put(struct store *store, int64_t run, const struct store_switch *place,
-                                struct error *error);
 enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error);
 /* `channels` has MR_CHANNELS places; those not reported have kind MR_KIND_NONE. `*found`: how many
  * were reported. Calibration included. */
 enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
                               size_t *found, struct error *error);
-enum mr_status store_switches(struct store *store, int64_t run, struct store_switch **rows,
-                              size_t *count, struct error *error);
-enum mr_status store_segments(struct store *store, int64_t run, struct store_segment **rows,
-                              size_t *count, struct error *error);
 
 /* Block records as they came, over serial (LINK_SERIAL) or from the black box (STORE_LINK_BOX);
  * `run` STORE_NONE outside landings. A block that is there already is left as it is. */
@@ -159,12 +192,6 @@ enum mr_status store_frames_base(struct store *store, int64_t run, uint16_t *bas
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error);
 
-/* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for
- * each that brought it. */
-/* Mat temperature: a second of a landing. */
-enum mr_status store_mat_temperature_put(struct store *store, int64_t run,
-                                         const struct store_mat_temperature *row,
-                                         struct error *error);
 /* A quantity over a landing; told 0: the campaign keeps no column of it. */
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error);
@@ -175,43 +202,18 @@ enum mr_status store_slow_put(struct store *store, const struct store_slow *row,
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error);
 
-enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
-                              struct error *error);
 /* The board found that an edge it told of is no gate of the landing: its row loses its switch; the
  * event keeps it. */
 enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count,
                                  struct error *error);
 enum mr_status store_event_put(struct store *store, const struct store_event *event,
                                struct error *error);
-enum mr_status store_motion_put(struct store *store, int64_t run, const struct store_motion *motion,
-                                struct error *error);
-enum mr_status store_zone_put(struct store *store, int64_t run, const struct store_zone *zone,
-                              struct error *error);
-/* Fields that are NaN or STORE_NONE leave what is there. */
-enum mr_status store_result_put(struct store *store, int64_t run, const struct store_result *result,
-                                struct error *error);
-enum mr_status store_edges(struct store *store, int64_t run, struct store_edge **rows,
-                           size_t *count, struct error *error);
-enum mr_status store_motions(struct store *store, int64_t run, struct store_motion **rows,
-                             size_t *count, struct error *error);
-enum mr_status store_zones(struct store *store, int64_t run, struct store_zone **rows,
-                           size_t *count, struct error *error);
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
                                 bool *found, struct error *error);
 /* Faults of the landing's board and session up to the landing's end: the newest row of each
  * fault. */
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
-
-/* What the board found wrong with switches in the landing: code is the reason (common/switches.h),
- * detail the switch, 0 when not known, count how many times. */
-enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows,
-                                   size_t *count, struct error *error);
-
-/* What the board found of channels in the landing, in order of time: code is the validity
- * (common/channels.h), detail the channel, board_us since when. */
-enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows,
-                                    size_t *count, struct error *error);
 
 /* Makes a campaign at `path`, where nothing is, of one landing: all that belongs to it, as its RUN
  * 1, of one moment, also while the campaign is being written; the image (NULL: none) and the
@@ -233,22 +235,12 @@ const char *store_trouble_kind(int link);
  * that is known. */
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
                              const struct store_gap *gap, struct error *error);
-enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **rows, size_t *count,
-                          struct error *error);
 
 /* The board's clock against this computer's, by one link: of a landing, or of all that was heard of
  * the board until it began again or the session ended (run STORE_NONE). host/link/timemap.h says
  * how it comes about. */
 enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map,
                                   struct error *error);
-enum mr_status store_time_maps(struct store *store, int64_t run, struct store_time_map **rows,
-                               size_t *count, struct error *error);
-
-/* A frame pulse of the film camera. */
-enum mr_status store_film_frame_put(struct store *store, int64_t run,
-                                    const struct store_film_frame *frame, struct error *error);
-enum mr_status store_film_frames(struct store *store, int64_t run, struct store_film_frame **rows,
-                                 size_t *count, struct error *error);
 
 /* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown,
  * aligned with the measured. */
@@ -293,19 +285,8 @@ void store_simulations_free(struct store_simulation *rows, size_t count);
 enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
                                   bool ended, struct error *error);
 
-/* ---- bands: figures and findings of each landing as the board told them, shunt calibrations ----
- *
- * A shunt calibration belongs to no landing: it is before one and after another. */
+/* A shunt calibration belongs to no landing: it is before one and after another. */
 
-/* Completes what is there: NaN and STORE_NONE leave a value as it is. */
-enum mr_status store_band_put(struct store *store, int64_t run, const struct store_band *band,
-                              struct error *error);
-enum mr_status store_bands(struct store *store, int64_t run, struct store_band **rows,
-                           size_t *count, struct error *error);
-enum mr_status store_band_event_put(struct store *store, int64_t run,
-                                    const struct store_band_event *event, struct error *error);
-enum mr_status store_band_events(struct store *store, int64_t run, struct store_band_event **rows,
-                                 size_t *count, struct error *error);
 enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boot,
                                const struct store_shunt *shunt, struct error *error);
 /* The last calibration before `block` of a session's boot, and the first from there on; none:
@@ -315,5 +296,161 @@ enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t
                                    struct error *error);
 enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
                                   struct store_shunt **rows, size_t *count, struct error *error);
+
+/* ---- the predictor: what the board said of the mats, the runway and the parameters that a landing
+ * was armed with ----
+ *
+ * A row that came in parts is completed by the next one put. */
+
+enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t item, double value,
+                                   struct error *error);
+/* `*lamp_limit`: NaN: none. `*items`: how many there are; 0: the board sent none. */
+enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
+                              float *lamp_limit, size_t *items, struct error *error);
+
+/* Whole runways only. `*there` false: the landing has none. */
+enum mr_status store_runway_put(struct store *store, int64_t run,
+                                const struct mr_predictor_state *state, int64_t source,
+                                struct error *error);
+enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
+                                int64_t *source, bool *there, struct error *error);
+enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t item, double value,
+                                      struct error *error);
+/* `*items`: how many there are; all MR_PREDICT_ITEMS are needed. */
+enum mr_status store_predict_config(struct store *store, int64_t run,
+                                    struct mr_predictor_config *config, size_t *items,
+                                    struct error *error);
+
+/* ---- what came into the campaign from a file: the file, and readings of other instruments ----
+ *
+ * A session of matrig import is a session like that of matrig log; its row in `imports` says from
+ * which file. */
+
+struct store_import {
+    int64_t session;
+    char file[400];
+    char sha256[65]; /* of its bytes */
+    int64_t bytes;
+    char format[16]; /* candump, csv, signals (frames of other instruments) */
+    char verdict[300];
+    int64_t made_us;
+    char *mapping; /* the mapping as used; NULL: none. A read allocates it */
+};
+enum mr_status store_import_put(struct store *store, const struct store_import *import,
+                                struct error *error);
+/* Of a session; `*found` false: it was logged. The caller frees import->mapping. */
+enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
+                                bool *found, struct error *error);
+/* The session that took in a file of this hash with this mapping (NULL: none), and of the board at
+ * this base, to its end; 0: none has. */
+enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
+                                 uint16_t can_base, int64_t *session, struct error *error);
+
+/* Readings of one channel by 1 ms blocks, in its unit. */
+struct store_imported {
+    int64_t index; /* channel */
+    int64_t first_block;
+    int64_t stride; /* blocks from one sample of the instrument to the next */
+    size_t count;
+    float *reading; /* NaN: missing; a read allocates it */
+};
+enum mr_status store_imported_put(struct store *store, int64_t run,
+                                  const struct store_imported *readings, struct error *error);
+/* store_imported_free releases them. A row whose readings are no whole floats is left out. */
+enum mr_status store_imported(struct store *store, int64_t run, struct store_imported **rows,
+                              size_t *count, struct error *error);
+void store_imported_free(struct store_imported *rows, size_t count);
+
+/* ---- reading a campaign while another process writes it: what has come since the last look, in
+ * order of reception ---- */
+
+/* Where one has read to. */
+struct store_follow_place {
+    int64_t frame;                /* id of the newest frame read */
+    int64_t session, boot, index; /* of the newest block read */
+};
+
+/* The place some `frames` before the end, or the beginning. */
+enum mr_status store_follow_from(struct store *store, int64_t frames,
+                                 struct store_follow_place *place, struct error *error);
+
+/* Gives up to `most` frames that the board sent after the place, and the blocks received until
+ * then, to `frame` and `record`, and moves the place. `*more`: there are more. */
+struct store_follower {
+    void (*frame)(void *context, const struct store_frame *frame);
+    void (*record)(void *context, const uint8_t *record, size_t length, int64_t host_us);
+    void *context;
+};
+enum mr_status store_follow(struct store *store, struct store_follow_place *place, int64_t most,
+                            const struct store_follower *follower, bool *more, struct error *error);
+
+/* 0: none. */
+enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error);
+
+/* ---- what matrig log, which must not lose what comes, needs beyond writing: to know whether
+ * waiting helps, to write a transaction again, and to go on elsewhere when somebody has taken the
+ * file away ---- */
+
+/* Why writing failed, where it may succeed later. */
+enum store_refusal {
+    STORE_TAKES,  /* nothing failed, or waiting does not help */
+    STORE_LOCKED, /* another program is writing */
+    STORE_FULL,   /* no room on the disk */
+    STORE_FAILS,  /* the disk or the file system says so */
+};
+
+/* Another program that writes is waited for so long in each call; else 30 s. */
+void store_patience(struct store *store, int wait_ms);
+/* Of the last call that failed, and forgets it. */
+enum store_refusal store_take_refusal(struct store *store);
+/* Takes back what was put since store_begin. Without a transaction nothing happens. */
+void store_roll_back(struct store *store);
+
+/* Where the file is, by its path, and what the store has open. */
+enum store_place {
+    STORE_IN_PLACE,
+    STORE_MISSING,
+    STORE_REPLACED,
+    STORE_NO_JOURNAL,
+    STORE_OVERWRITTEN,
+    STORE_EMPTIED
+};
+struct store_identity {
+    dev_t device, journal_device;
+    ino_t file, journal;
+};
+/* Of what is at the path just after opening and store_take_alone. */
+void store_identify(const char *path, struct store_identity *identity);
+enum store_place store_find(const char *path, const struct store_identity *identity);
+
+/* Copies all that is committed, from the open file wherever it is, into the new file at `path`, and
+ * opens that to check it. MR_IO: also when something is there already. */
+enum mr_status store_copy_to(struct store *store, const char *path, struct error *error);
+/* The path where the open file is now, as far as the system knows; "": deleted. */
+void store_whereabouts(const struct store *store, char *out, size_t size);
+/* As store_close, of a store whose file was taken away: what is at its path belongs to somebody
+ * else, and is not touched. `moved`: the open file itself is the log's: the journal is written back
+ * into it. */
+void store_leave(struct store *store, bool moved);
+/* After it: the file's journal at the old path, which SQLite would write into whatever is put
+ * there. One of another file stays. */
+void store_journal_remove(const char *path, const struct store_identity *identity);
+
+/* ---- whether the file is what was logged ---- */
+
+/* Looked at from now on; after store_take_alone. */
+void store_watch_file(struct store *store);
+/* Somebody overwrote the file past SQLite (cp) or made it shorter: by its header and size, or
+ * SQLite finds it damaged. Once true, it stays so. */
+bool store_overwritten(struct store *store);
+/* Before a commit: what is the newest of the session now. After it. */
+enum mr_status store_note_logged(struct store *store, int64_t session, struct error *error);
+void store_logged_committed(struct store *store);
+/* In a transaction, when another program has committed since the last one: `*there` false: what was
+ * committed of the session is no longer in the campaign. */
+enum mr_status store_session_there(struct store *store, bool *there, struct error *error);
+/* After store_leave of such a file: its journal gets the name `kept`, because SQLite would write it
+ * into what is in the file now. */
+void store_journal_aside(const char *path, const char *kept);
 
 #endif

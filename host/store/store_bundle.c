@@ -4,7 +4,7 @@
 #include <sys/types.h>
 
 #include "host/store/store_readiness.h"
-#include "host/store/store_sql.h"
+#include "host/store/table.h"
 
 #define SQL_MAX 4000
 #define DOING   "copy the landing from"

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/store/store_journal.h"
-#include "host/store/store_sql.h"
+#include "host/store/table.h"
 
 /* What held before: the newest value said, or what the board said. */
 static enum mr_status find_was(struct store *store, const struct store_change *change,

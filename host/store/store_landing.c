@@ -3,10 +3,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/store/store_sql.h"
 #include "common/version.h"
+#include "common/wire.h"
 #include "host/base/xmalloc.h"
 #include "host/store/store.h"
+#include "host/store/table.h"
+
+#define ROWS(function, row, NAME)                                                        \
+    enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
+                            size_t *count, struct error *error)                          \
+    {                                                                                    \
+        STORE_ROWS(NAME, BIND(run));                                                     \
+    }
+STORE_ROWS_OF_LANDING(ROWS)
+
+#define PUT(row)                                                                           \
+    enum mr_status store_##row##_put(struct store *store, int64_t run,                     \
+                                     const struct store_##row *value, struct error *error) \
+    {                                                                                      \
+        return STORE_PUT(store, error, row, value, run);                                   \
+    }
+STORE_PUT_OF_LANDING(PUT)
 
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
                               struct error *error)
@@ -80,17 +97,6 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
     }
     return status == MR_TOO_FEW ? read_calibration(store, run, channels, error) : status;
 }
-
-STORE_ROWS_OF_LANDING(store_switches, SWITCHES)
-STORE_ROWS_OF_LANDING(store_segments, SEGMENTS)
-STORE_ROWS_OF_LANDING(store_edges, EDGES)
-STORE_ROWS_OF_LANDING(store_motions, MOTIONS)
-STORE_ROWS_OF_LANDING(store_zones, ZONES)
-STORE_ROWS_OF_LANDING(store_gaps, GAPS)
-STORE_ROWS_OF_LANDING(store_time_maps, TIME_MAPS)
-STORE_ROWS_OF_LANDING(store_film_frames, FILM_FRAMES)
-STORE_ROWS_OF_LANDING(store_switch_events, SWITCH_EVENTS)
-STORE_ROWS_OF_LANDING(store_channel_events, CHANNEL_EVENTS)
 
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error)
@@ -273,14 +279,6 @@ enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t i
     return STORE_PUT(store, error, calibration, &row, run);
 }
 
-STORE_PUT_OF_LANDING(quality)
-STORE_PUT_OF_LANDING(switch)
-STORE_PUT_OF_LANDING(edge)
-STORE_PUT_OF_LANDING(motion)
-STORE_PUT_OF_LANDING(zone)
-STORE_PUT_OF_LANDING(result)
-STORE_PUT_OF_LANDING(film_frame)
-
 enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error)
 {
@@ -359,8 +357,6 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
 /* ---- slow ----
  *
  * What the board tells each second of a landing, and rows of the slow log. */
-
-STORE_PUT_OF_LANDING(mat_temperature)
 
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error)
@@ -533,11 +529,6 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
 
 /* ---- bands ---- */
 
-STORE_PUT_OF_LANDING(band)
-STORE_PUT_OF_LANDING(band_event)
-STORE_ROWS_OF_LANDING(store_bands, BANDS)
-STORE_ROWS_OF_LANDING(store_band_events, BAND_EVENTS)
-
 enum mr_status store_shunt_put(struct store *store, int64_t session, int64_t boot,
                                const struct store_shunt *shunt, struct error *error)
 {
@@ -555,4 +546,205 @@ enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t 
                                   struct store_shunt **rows, size_t *count, struct error *error)
 {
     STORE_ROWS(SHUNTS_AFTER, BIND(session), BIND(boot), BIND(block));
+}
+
+/* ---- the predictor ---- */
+
+enum mr_status store_runway_put(struct store *store, int64_t run,
+                                const struct mr_predictor_state *state, int64_t source,
+                                struct error *error)
+{
+    uint8_t image[MR_RUNWAY_IMAGE];
+    mr_runway_write(state, 0, image);
+    const struct store_runway row = {.mats = state->mats,
+                                     .landings = state->landings,
+                                     .resistance = (double)state->scale,
+                                     .source = source,
+                                     .crc = mr_runway_crc(state),
+                                     .state = {image, sizeof image}};
+    return STORE_PUT(store, error, runway, &row, run);
+}
+
+enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
+                                int64_t *source, bool *there, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_runway row;
+    uint32_t sequence;
+    *there = false;
+    enum mr_status status = STORE_QUERY(store, error, RUNWAY_GET, &s, BIND(run));
+    if (status == MR_OK)
+        status = STORE_NEXT(store, error, RUNWAY_GET, s, &row);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    *source = row.source;
+    *there = row.state.length == MR_RUNWAY_IMAGE &&
+             mr_runway_read(state, &sequence, row.state.data) == MR_OK;
+    sqlite3_reset(s);
+    return *there ? MR_OK
+                  : error_set(error, MR_MALFORMED,
+                              "the runway of RUN %lld is damaged: %s; take another copy",
+                              (long long)run, store->path);
+}
+
+enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t item, double value,
+                                      struct error *error)
+{
+    const struct store_predict_item row = {.item = item, .value = value};
+    return STORE_PUT(store, error, predict_item, &row, run);
+}
+
+static enum mr_status predict_items(struct store *store, int64_t run,
+                                    struct store_predict_item **rows, size_t *count,
+                                    struct error *error)
+{
+    STORE_ROWS(PREDICT_ITEMS, BIND(run));
+}
+
+enum mr_status store_predict_config(struct store *store, int64_t run,
+                                    struct mr_predictor_config *config, size_t *items,
+                                    struct error *error)
+{
+    struct store_predict_item *rows;
+    memset(config, 0, sizeof *config);
+    enum mr_status status = predict_items(store, run, &rows, items, error);
+    for (size_t i = 0; status == MR_OK && i < *items; i++)
+        mr_predict_item_set(config, (unsigned)rows[i].item, (float)rows[i].value);
+    free(rows);
+    return status;
+}
+
+enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t item, double value,
+                                   struct error *error)
+{
+    const struct store_risk_item row = {.item = item, .value = value};
+    return STORE_PUT(store, error, risk_item, &row, run);
+}
+
+static enum mr_status risk_items(struct store *store, int64_t run, struct store_risk_item **rows,
+                                 size_t *count, struct error *error)
+{
+    STORE_ROWS(RISK_ITEMS, BIND(run));
+}
+
+enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
+                              float *lamp_limit, size_t *items, struct error *error)
+{
+    struct store_risk_item *rows;
+    mr_risk_plan_clear(plan);
+    *lamp_limit = MR_NAN;
+    enum mr_status status = risk_items(store, run, &rows, items, error);
+    for (size_t i = 0; status == MR_OK && i < *items; i++) {
+        if (!mr_risk_item_set(plan, (unsigned)rows[i].item, (float)rows[i].value))
+            *lamp_limit = (float)rows[i].value;
+    }
+    free(rows);
+    return status;
+}
+
+/* ---- what came from files ---- */
+
+enum mr_status store_import_put(struct store *store, const struct store_import *import,
+                                struct error *error)
+{
+    struct store_import_row row = {
+        .bytes = import->bytes, .mapping = import->mapping, .made_us = import->made_us};
+    memcpy(row.file, import->file, sizeof row.file);
+    memcpy(row.sha256, import->sha256, sizeof row.sha256);
+    memcpy(row.format, import->format, sizeof row.format);
+    memcpy(row.verdict, import->verdict, sizeof row.verdict);
+    return STORE_PUT(store, error, import_row, &row, import->session);
+}
+
+enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
+                                bool *found, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_import_row row;
+    *import = (struct store_import){.session = session};
+    *found = false;
+    enum mr_status status = STORE_QUERY(store, error, IMPORT_GET, &s, BIND(session));
+    if (status == MR_OK)
+        status = STORE_NEXT(store, error, IMPORT_GET, s, &row);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    *found = true;
+    import->bytes = row.bytes;
+    import->made_us = row.made_us;
+    import->mapping = row.mapping ? strdup(row.mapping) : NULL;
+    memcpy(import->file, row.file, sizeof row.file);
+    memcpy(import->sha256, row.sha256, sizeof row.sha256);
+    memcpy(import->format, row.format, sizeof row.format);
+    memcpy(import->verdict, row.verdict, sizeof row.verdict);
+    sqlite3_reset(s);
+    return MR_OK;
+}
+
+enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
+                                 uint16_t can_base, int64_t *session, struct error *error)
+{
+    *session = 0;
+    enum mr_status status = STORE_NUMBER(store, error, IMPORT_FIND, session, BIND(sha256),
+                                         BIND(mapping), BIND((int64_t)can_base));
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_imported_put(struct store *store, int64_t run,
+                                  const struct store_imported *readings, struct error *error)
+{
+    const struct store_imported_row row = {
+        .index = readings->index,
+        .first_block = readings->first_block,
+        .stride = readings->stride,
+        .readings = {readings->reading, readings->count * sizeof *readings->reading}};
+    return STORE_PUT(store, error, imported_row, &row, run);
+}
+
+static enum mr_status take_row(struct store *store, const struct store_imported_row *row,
+                               struct store_imported **rows, size_t *count, struct error *error)
+{
+    size_t bytes = row->readings.length;
+    if (bytes == 0 || bytes % sizeof(float) != 0)
+        return MR_OK;
+    float *reading = malloc(bytes);
+    if (!reading || !list_grow(rows, *count, sizeof **rows)) {
+        free(reading);
+        return error_set(error, MR_FULL, "no memory: reading %s; close other programs",
+                         store->path);
+    }
+    memcpy(reading, row->readings.data, bytes);
+    (*rows)[(*count)++] = (struct store_imported){.index = row->index,
+                                                  .first_block = row->first_block,
+                                                  .stride = row->stride,
+                                                  .count = bytes / sizeof(float),
+                                                  .reading = reading};
+    return MR_OK;
+}
+
+enum mr_status store_imported(struct store *store, int64_t run, struct store_imported **rows,
+                              size_t *count, struct error *error)
+{
+    sqlite3_stmt *s;
+    struct store_imported_row row;
+    *rows = NULL;
+    *count = 0;
+    enum mr_status status = STORE_QUERY(store, error, IMPORTED, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, IMPORTED, s, &row)) == MR_OK) {
+        status = take_row(store, &row, rows, count, error);
+        if (status != MR_OK)
+            sqlite3_reset(s);
+    }
+    if (status == MR_TOO_FEW)
+        return MR_OK;
+    store_imported_free(*rows, *count);
+    *rows = NULL;
+    *count = 0;
+    return status;
+}
+
+void store_imported_free(struct store_imported *rows, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        free(rows[i].reading);
+    free(rows);
 }

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "host/store/store_readiness.h"
-#include "host/store/store_sql.h"
+#include "host/store/table.h"
 #include "host/base/monotonic_clock.h"
 
 #define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */

@@ -16,7 +16,7 @@
 #include "common/risk.h"
 #include "common/watch.h"
 #include "host/base/cli.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 
 struct predict_again {
     bool possible;     /* the record holds all that is needed */

@@ -8,7 +8,7 @@ compiles() {
     local code=$1
     shift
     cat >"$tmp/code.c" <<END
-#include "host/store/store_sql.h"
+#include "host/store/table.h"
 enum mr_status probe(struct store *store, int64_t run, const struct store_edge *edge, struct store_zone *zone, float f, struct error *error);
 enum mr_status probe(struct store *store, int64_t run, const struct store_edge *edge, struct store_zone *zone, float f, struct error *error)
 {

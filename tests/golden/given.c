@@ -12,7 +12,7 @@
 #include "common/crc32.h"
 #include "common/runway.h"
 #include "host/replay/input.h"
-#include "host/store/store_predict.h"
+#include "host/store/store.h"
 #include "tests/golden/golden.h"
 
 #define LINE          8192

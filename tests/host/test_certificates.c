@@ -7,7 +7,7 @@
 #include "host/board/certificates.h"
 #include "host/board/ready.h"
 #include "host/store/store_readiness.h"
-#include "host/store/store_sql.h"
+#include "host/store/table.h"
 #include "tests/host/scratch.h"
 
 #define MARCH_1 20513 /* 2026-03-01: 1772323200 / 86400 */

@@ -5,7 +5,7 @@
 
 #include <sqlite3.h>
 
-#include "host/store/store_log.h"
+#include "host/store/store.h"
 
 #define FRAMES_A_TRANSACTION 300
 
@@ -182,9 +182,6 @@ TEST(refusals)
     store_roll_back(first);
     busy = (struct error){0};
     assert_int_equal(store_begin(second, &busy), MR_OK);
-    assert_int_equal(store_refusal_of(SQLITE_FULL), STORE_FULL);
-    assert_int_equal(store_refusal_of(SQLITE_IOERR), STORE_FAILS);
-    assert_int_equal(store_refusal_of(SQLITE_CORRUPT), STORE_TAKES); /* waiting does not help */
     store_close(second);
     store_close(first);
 }
