@@ -8,7 +8,7 @@
 
 #include "common/quantity.h"
 #include "host/analyse/bands.h"
-#include "host/analyse/film.h"
+#include "host/analyse/track.h"
 #include "host/analyse/foresight.h"
 #include "host/analyse/measured.h"
 #include "host/analyse/zones.h"

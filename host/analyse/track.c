@@ -1,9 +1,12 @@
 #include "host/analyse/track.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/gates.h"
+#include "host/base/statistics.h"
+#include "host/base/xmalloc.h"
 
 #define PARABOLA         3u
 #define INWARD_S         1e-3 /* for the speed at a gate */
@@ -260,4 +263,95 @@ struct mr_estimate track_at(const struct track *track, double t_s)
         return join(touchdown, &track->first, t_s);
     return t_s <= track->last.t_s ? between_gates(track, t_s)
                                   : join(&track->last, &track->stop, t_s);
+}
+
+/* ---- the film ---- */
+
+#define PERIODS_MOST 1e9 /* of a gap, whatever a damaged time says */
+/* steps on each side whose median is the period: half of them may be gaps */
+#define AROUND       7u
+
+/* Median of the steps from `from` to `to`. A gap of n periods is n steps, so a shorter one is taken
+ * where there are two. */
+static double median_step(const double *t_us, size_t from, size_t to)
+{
+    double step_us[2 * AROUND + 1];
+    size_t count = 0;
+    for (size_t i = from; i < to; i++)
+        step_us[count++] = t_us[i + 1] - t_us[i];
+    sort_numbers(step_us, count);
+    return step_us[(count - 1) / 2];
+}
+
+void film_number(const double *t_us, size_t count, int64_t *number)
+{
+    if (count)
+        number[0] = 1;
+    for (size_t i = 1; i < count; i++) {
+        size_t from = i - 1 > AROUND ? i - 1 - AROUND : 0;
+        size_t to = i + AROUND < count - 1 ? i + AROUND : count - 1;
+        int64_t periods =
+            llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), PERIODS_MOST));
+        number[i] = number[i - 1] + (periods > 1 ? periods : 1);
+    }
+}
+
+static void number_frames(struct film *film)
+{
+    double *t_us = xcalloc(film->frames, sizeof *t_us);
+    int64_t *number = xcalloc(film->frames, sizeof *number);
+    for (size_t i = 0; i < film->frames; i++)
+        t_us[i] = film->frame[i].board_us;
+    film_number(t_us, film->frames, number);
+    for (size_t i = 0; i < film->frames; i++)
+        film->frame[i].number = number[i];
+    free(t_us);
+    free(number);
+}
+
+/* Pulses in order of their count; one whose time is not known, or not later than the one before, is
+ * no frame. */
+static void take_frame(struct film *film, const struct measured *measured,
+                       const struct track *track, const struct store_film_frame *row)
+{
+    const struct film_frame *last = film->frames ? &film->frame[film->frames - 1] : NULL;
+    if (isnan(row->board_us) || (last && row->board_us <= last->board_us))
+        return;
+    double t_s = (row->board_us - (double)measured->t0_us) / 1e6;
+    struct film_frame *frame = &film->frame[film->frames++];
+    *frame = (struct film_frame){.pulse = row->number,
+                                 .board_us = row->board_us,
+                                 .t_s = t_s,
+                                 .station_ft = track_at(track, t_s)};
+    frame->speed_ft_s.value = measured_speed_ft_s(measured, t_s, &frame->speed_ft_s.error);
+}
+
+enum mr_status film_load(struct store *store, const struct measured *measured, struct film *film,
+                         struct error *error)
+{
+    struct store_film_frame *row = NULL;
+    size_t count = 0;
+    struct track track;
+    *film = (struct film){.rate_hz = (double)NAN};
+    enum mr_status status = store_film_frames(store, measured->landing.id, &row, &count, error);
+    if (status != MR_OK || count == 0)
+        return status;
+    film->frame = xcalloc(count, sizeof *film->frame);
+    track_make(measured, &track);
+    for (size_t i = 0; i < count; i++)
+        take_frame(film, measured, &track, &row[i]);
+    free(row);
+    number_frames(film);
+    if (film->frames > 1) {
+        const struct film_frame *last = &film->frame[film->frames - 1];
+        film->rate_hz = (double)(last->number - 1) /
+                        ((last->board_us - film->frame[0].board_us) / 1e6);
+        film->missing = last->number - (int64_t)film->frames;
+    }
+    return MR_OK;
+}
+
+void film_free(struct film *film)
+{
+    free(film->frame);
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/analyse/film.h"
+#include "host/analyse/track.h"
 #include "host/analyse/measured_load.h"
 #include "host/commands/commands.h"
 #include "host/exchange/export.h"

@@ -68,8 +68,6 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
                      : facts->unheard                 ? "not known"
                                                       : "none");
     answer_count(answer, NULL, "frames lost", facts->lost);
-    answer_value(answer, NULL, "worst rms against simulation", UNIT_DISPLACEMENT,
-                 facts->worst_rms_in, 3);
 }
 
 /* A table on the page, a row for each landing that `row` writes one of. */

@@ -234,37 +234,6 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
     free(trace.x);
 }
 
-/* Of the sample at that time; samples are a millisecond apart. */
-static double station_at(const struct report_landing *landing, double t_s)
-{
-    const struct measured *measured = &landing->summary.measured;
-    double i = (t_s - measured_time_s(measured, 0)) * 1000.0;
-    return i >= 0.0 && i < (double)measured->samples ? landing->station_ft[(size_t)i]
-                                                     : measured_station_ft(measured, t_s);
-}
-
-static void draw_simulated(struct figure *figure, const struct report_landing *landing,
-                           unsigned number, double end_s, bool si)
-{
-    for (size_t k = 0; k < landing->simulations; k++) {
-        const struct store_simulation *s = &landing->simulation[k];
-        struct trace trace = {.x = xmalloc(2 * (s->length + 1) * sizeof *trace.x)};
-        trace.y = trace.x + s->length + 1;
-        for (size_t i = 0; s->number == number && i < s->length; i++) {
-            double t_s = s->t0_s + (double)i * s->dt_s;
-            if (t_s > end_s)
-                break;
-            trace.x[trace.count] = unit_of(UNIT_STATION, si)->factor * station_at(landing, t_s);
-            trace.y[trace.count++] = unit_of(UNIT_DISPLACEMENT, si)->factor *
-                                     (double)s->series_in[i];
-        }
-        if (trace.count)
-            draw_trace(figure, "simulated", 1, "sim", trace);
-        else
-            free(trace.x);
-    }
-}
-
 static enum mr_status movement(const struct report *report, const struct report_landing *landing,
                                FILE *out, struct error *error)
 {
@@ -296,7 +265,6 @@ static enum mr_status movement(const struct report *report, const struct report_
         draw_trace(
             &figure, "measured", 0, "line",
             trace_of(landing, channel, AGAINST_STATION, 0.0, end_s, UNIT_DISPLACEMENT, report->si));
-        draw_simulated(&figure, landing, number, end_s, report->si);
     }
     figure_end(&figure, keys,
                "Displacement against gear position (as report fig. 2.13). Downfield is positive, "
@@ -681,32 +649,6 @@ static enum mr_status bands(const struct report *report, const struct report_lan
 
 /* ---- transducers and gages ---- */
 
-/* What was measured, and what the newest comparison simulated. */
-static void movements_answer(const struct report_landing *landing, struct answer *answer)
-{
-    const struct measured *measured = &landing->summary.measured;
-    summary_missing_answer(measured, MR_KIND_DISPLACEMENT, answer);
-    answer_table(answer, NULL, "");
-    for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
-        int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
-        const struct store_simulation none = {.peak_simulated_in = (double)NAN,
-                                              .end_simulated_in = (double)NAN,
-                                              .rms_in = (double)NAN};
-        const struct store_simulation *row = &none;
-        for (size_t i = 0; i < landing->simulations; i++)
-            row = landing->simulation[i].number == number ? &landing->simulation[i] : row;
-        if (c < 0)
-            continue;
-        answer_row(answer);
-        summary_channel_answer(measured, &measured->channel[c], answer);
-        answer_estimate(answer, NULL, "peak simulated", UNIT_DISPLACEMENT, row->peak_simulated_in,
-                        row->peak_simulated_error_in, 4);
-        answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, row->rms_in, 4);
-        answer_value(answer, NULL, "end simulated", UNIT_DISPLACEMENT, row->end_simulated_in, 4);
-    }
-    answer_close(answer);
-}
-
 static enum mr_status channels(const struct report *report, const struct report_landing *landing,
                                FILE *out, struct error *error)
 {
@@ -714,11 +656,10 @@ static enum mr_status channels(const struct report *report, const struct report_
     struct answer *answer = answer_new(report->si);
     (void)error;
     if (measured->samples > 0) {
-        movements_answer(landing, answer);
+        summary_channels_answer(measured, MR_KIND_DISPLACEMENT, "", answer);
         answer_sentence(answer, NULL,
                         "Peaks are extremes of an %d ms moving mean; \xc2\xb1 is one standard "
-                        "error, calibration and noise together, or the "
-                        "simulation's own estimate%s.",
+                        "error, calibration and noise together%s.",
                         MEASURED_WINDOW,
                         landing->simulations ? "" : ". No comparison has been run: matrig compare");
         summary_channels_answer(measured, MR_KIND_TENSION, "", answer);

@@ -113,9 +113,6 @@ static struct compare_overlap overlap_of(const struct compare_zones *zones, bool
 static void take_compared(const struct report_landing *landing, struct report_facts *facts)
 {
     const struct compare_figures *figures = landing->compared;
-    facts->worst_rms_in = (double)NAN;
-    for (size_t i = 0; i < landing->simulations; i++)
-        facts->worst_rms_in = fmax(facts->worst_rms_in, landing->simulation[i].rms_in);
     if (!figures)
         return;
     snprintf(facts->compared.against, sizeof facts->compared.against, "%s", figures->against);

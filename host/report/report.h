@@ -72,7 +72,6 @@ struct report_facts {
     } longest, last;       /* that the board reported */
     int64_t worst_verdict; /* STORE_NONE: none */
     uint64_t closed;       /* bit s: segment s, by survey and transducers, at the end */
-    double worst_rms_in;
     int64_t lost;
     struct report_compared {
         char against[120];

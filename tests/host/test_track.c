@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/analyse/film.h"
+#include "host/analyse/track.h"
 #include "tests/common/seeded_landing.h"
 #include "tests/cmocka_all.h"
 
