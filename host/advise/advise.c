@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "host/base/statistics.h"
-#include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
 #define SPEED_SPREAD     0.01 /* of a speed planned */
@@ -35,23 +34,12 @@ static const struct past_landing *last_measured(const struct past *past)
     return NULL;
 }
 
-/* Says what is done next when the last line is old enough. */
-static void tell(struct advise *advise, const char *what, size_t done, size_t of)
-{
-    double now_s = monotonic_s();
-    if (!advise->request.to || now_s < advise->tell_s)
-        return;
-    fprintf(advise->request.to,
-            "matrig: advise: %s: %zu of %zu done; fewer --members are quicker\n", what, done, of);
-    advise->tell_s = now_s + ADVISE_TELL_S;
-}
-
 static enum mr_status learn(struct advise *advise, struct error *error)
 {
     const struct past *past = &advise->past;
     for (size_t i = 0; i < past->landings; i++) {
         const struct past_landing *landing = &past->landing[i];
-        tell(advise, "learning from the landings", i, past->landings);
+        progress_at(advise->progress, "%zu of %zu landings have taught", i, past->landings);
         if (landing->relaid)
             advise_relay(&advise->members);
         if (!landing->measured) {
@@ -122,7 +110,7 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
                                         .touchdown_ft = request->touchdown_ft,
                                         .touchdown_spread_ft = TOUCHDOWN_SPREAD,
                                         .profile = request->profile,
-                                        .seed = request->seed};
+                                        .seed = (uint64_t)request->seed};
     struct advise_plan *plan = &advise->plan;
     if (isnan(plan->touchdown_ft))
         plan->touchdown_ft = isfinite(advise->past.touchdown_ft) ? advise->past.touchdown_ft : 0.0;
@@ -181,7 +169,7 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
-        tell(advise, "trying decelerations", i, ADVISE_ROWS);
+        progress_at(advise->progress, "%zu of %u decelerations are tried", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
         advise->rows++;
     }
@@ -248,16 +236,17 @@ static void judge(struct advise *advise, bool si)
 }
 
 enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
-                           struct advise *advise, struct error *error)
+                           struct progress *progress, struct advise *advise, struct error *error)
 {
-    *advise = (struct advise){.request = *request, .tell_s = monotonic_s() + ADVISE_TELL_S};
+    *advise = (struct advise){.request = *request, .progress = progress};
     enum mr_status status = past_load(store, request->before, &advise->past, error);
     if (status == MR_OK && isfinite(request->share))
         advise->past.runway.share = request->share;
     if (status == MR_OK)
         status = make_plan(advise, error);
-    if (status == MR_OK && advise_members_draw(&advise->members, &advise->past.runway,
-                                               request->members, request->seed) != MR_OK)
+    if (status == MR_OK &&
+        advise_members_draw(&advise->members, &advise->past.runway, (size_t)request->members,
+                            (uint64_t)request->seed) != MR_OK)
         status = error_set(error, MR_USAGE,
                            "no runway: the parameters of the board's predictor make no sense; "
                            "look at them with matrig board config");
@@ -296,7 +285,7 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
         .most = advise->request.limit,
         .hardest_ft_s2 = advise->hardest_ft_s2,
         .members = (int64_t)advise->members.count,
-        .seed = (int64_t)advise->request.seed,
+        .seed = advise->request.seed,
         .landings = advise->members.learned,
         .after_run = advise->past.newest_run,
     };
@@ -485,8 +474,8 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     known_answer(advise, answer);
     thrust_answer(advise, answer);
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
-    answer_remark(answer, "; seed %llu", (unsigned long long)advise->request.seed);
-    answer_count(answer, "seed", NULL, (int64_t)advise->request.seed);
+    answer_remark(answer, "; seed %lld", (long long)advise->request.seed);
+    answer_count(answer, "seed", NULL, advise->request.seed);
 }
 
 /* --- the chart --- */

@@ -1,21 +1,19 @@
 /* The advice before a landing: what the campaign's landings teach an ensemble (past.h, members.h),
- * and what that says of a plan (forecast.h), in one word and one sentence. Go and no-go are
+ * and what that says of a plan, in one word and one sentence. Go and no-go are
  * readiness's (host/board/ready.h); this speaks of the mats alone. */
 #ifndef MATRIG_HOST_ADVISE_ADVISE_H
 #define MATRIG_HOST_ADVISE_ADVISE_H
 
-#include <stdio.h>
-
 #include "common/risk.h"
-#include "host/advise/forecast.h"
+#include "host/advise/members.h"
 #include "host/advise/past.h"
 #include "host/base/answer.h"
+#include "host/base/progress.h"
 
 /* A missed zone costs four times what a needlessly gentle landing does: runway relaid against
  * landing repeated. Acting pays from 1 / (1 + 4) on. */
 #define ADVISE_LIMIT  0.2
 #define ADVISE_REASON 300
-#define ADVISE_TELL_S 10.0 /* between two lines of how far it is */
 
 enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
@@ -26,10 +24,8 @@ struct advise_request {
     double share;                  /* of the thrust that the strip bears; NaN: not measured */
     struct advise_profile profile; /* factors of the deceleration; count 0: even */
     double limit;
-    size_t members;
-    uint64_t seed;
+    int64_t members, seed;
     int64_t before; /* as if RUN were still to come; 0: after all landings */
-    FILE *to;       /* how far it is, a line every ADVISE_TELL_S at most; NULL: nothing is said */
 };
 
 struct advise {
@@ -49,13 +45,13 @@ struct advise {
     double short_ft_s2;    /* from here on it stops before the mats that are closed; NaN: nowhere */
     enum advise_verdict verdict;
     char reason[ADVISE_REASON];
-    double tell_s; /* on monotonic_s: before it nothing is said */
+    struct progress *progress;
 };
 
 /* MR_OK: there is an advice. Else as past_load has it, or MR_USAGE: the plan is not complete, or
  * does not lie on the runway. `said`: units of the sentence. advise_free in every case. */
 enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
-                           struct advise *advise, struct error *error);
+                           struct progress *progress, struct advise *advise, struct error *error);
 void advise_free(struct advise *advise);
 
 void advise_answer(const struct advise *advise, struct answer *answer);

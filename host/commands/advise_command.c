@@ -17,9 +17,9 @@
 
 struct request {
     const char *db;
-    double speed_ft_s, deceleration_ft_s2, touchdown_ft, share, limit_percent;
+    struct advise_request advise;
+    double limit_percent;
     const char *profile, *who, *serial;
-    int64_t members, seed, before;
     bool keep, load;
 };
 
@@ -85,9 +85,9 @@ static double mean_of(const struct advise_profile *profile, double speed_ft_s)
     return speed_ft_s * speed_ft_s / (2.0 * way_ft);
 }
 
-static enum mr_status take_profile(const struct request *r, const struct cli *cli,
-                                   struct advise_request *request, struct error *error)
+static enum mr_status take_profile(struct request *r, const struct cli *cli, struct error *error)
 {
+    struct advise_request *request = &r->advise;
     if (!r->profile)
         return MR_OK;
     if (isfinite(request->deceleration_ft_s2))
@@ -158,7 +158,7 @@ static enum mr_status load(const struct request *r, struct store *store,
     return status == MR_OK ? runway_client_chart(talk->dialogue, &plan, error) : status;
 }
 
-static int run(const struct request *r, const struct cli *cli, const struct advise_request *request)
+static int run(const struct request *r, const struct cli *cli)
 {
     static struct advise advise; /* a table, and profiles */
     struct error error = {0};
@@ -166,11 +166,14 @@ static int run(const struct request *r, const struct cli *cli, const struct advi
     struct answer *answer = answer_new(cli->si);
     struct dialogue dialogue = {0};
     struct runway_client talk;
+    struct progress progress;
+    progress_begin(&progress, "advise", "fewer --members", cli->quiet);
     enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
     if (status == MR_OK && r->load)
         status = begin_load(r, &dialogue, &talk, &error);
     if (status == MR_OK)
-        status = advise_find(store, request, cli->si, &advise, &error);
+        status = advise_find(store, &r->advise, cli->si, &progress, &advise, &error);
+    progress_end(&progress);
     if (status == MR_OK && r->keep) {
         struct store_advice kept = advise_row_kept(&advise, (int64_t)link_now_us());
         annotation_copy(kept.who, sizeof kept.who, annotation_who(r->who));
@@ -195,16 +198,8 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     struct error error = {0};
     enum mr_status status = command_parse(&command_advise, argc, argv, cli, &r, &r.db, &error);
-    struct advise_request request = {.speed_ft_s = r.speed_ft_s,
-                                     .deceleration_ft_s2 = r.deceleration_ft_s2,
-                                     .touchdown_ft = r.touchdown_ft,
-                                     .share = r.share,
-                                     .limit = r.limit_percent / 100.0,
-                                     .members = (size_t)r.members,
-                                     .seed = (uint64_t)r.seed,
-                                     .before = r.before,
-                                     .to = cli->quiet ? NULL : stderr};
-    if (status == MR_OK && r.keep && r.before)
+    r.advise.limit = r.limit_percent / 100.0;
+    if (status == MR_OK && r.keep && r.advise.before)
         status = error_set(&error, MR_USAGE,
                            "--keep with --before: matrig advise; a landing that has been made has "
                            "no plan any more");
@@ -212,47 +207,47 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE,
                            "--load and --serial belong together: matrig advise; --load --serial "
                            "LINK");
-    if (status == MR_OK && r.load && r.before)
+    if (status == MR_OK && r.load && r.advise.before)
         status = error_set(&error, MR_USAGE,
                            "--load with --before: matrig advise; a chart is for the landing to "
                            "come");
     if (status == MR_OK)
-        status = take_profile(&r, cli, &request, &error);
-    if (status == MR_OK && r.load && request.profile.count > MR_RISK_KNOTS)
+        status = take_profile(&r, cli, &error);
+    if (status == MR_OK && r.load && r.advise.profile.count > MR_RISK_KNOTS)
         status = error_set(&error, MR_USAGE,
                            "%zu points: --profile; a board takes %u with --load, leave some out",
-                           request.profile.count, MR_RISK_KNOTS);
-    return status == MR_OK ? run(&r, cli, &request) : cli_fail(&error);
+                           r.advise.profile.count, MR_RISK_KNOTS);
+    return status == MR_OK ? run(&r, cli) : cli_fail(&error);
 }
 
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database. The runway is the one that the board was told of in the "
                     "last landing; all landings of that\nboard teach, one after the other"),
-    OPTION_NUMBER_SI("--speed", "V", speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
+    OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
                      "planned speed at touchdown; else the last "
                      "landing's"),
-    OPTION_NUMBER_SI("--deceleration", "A", deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 40.0,
+    OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 40.0,
                      NOT_GIVEN,
                      "planned mean deceleration; else the last "
                      "landing's"),
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned braking over time instead: 0s:4ft/s2,2s:8ft/s2, straight lines between; "
                 "the rows are its multiples"),
-    OPTION_NUMBER_SI("--station", "S", touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
+    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "where it touches down; else the board's touchdown station"),
-    OPTION_NUMBER("--share", "S", share, NULL, 0.3, 2.0, NOT_GIVEN,
+    OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
                   "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "
                   "%; else evenly 0.7 to 1.3,\nand learned"),
     OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
                   "probability of a zone from which on the advice is against it; else {standard}: "
                   "a zone missed is taken to cost\nfour times what a needlessly gentle landing "
                   "does"),
-    OPTION_WHOLE("--members", "N", members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
+    OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
-    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
+    OPTION_WHOLE("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
                  "of all draws; else {standard}. The same seed says the same"),
-    OPTION_RUN("--before", "RUN", before,
+    OPTION_RUN("--before", "RUN", advise.before,
                "as if that landing were still to come: what was known then"),
     OPTION_FLAG("--keep", keep,
                 "write plan and advice into the campaign; the landing armed next is held against "

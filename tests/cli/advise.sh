@@ -31,18 +31,6 @@ kept() {
         [ "$(sqlite3 "$db" "select verdict from advices")" = "$(python3 -c 'import json, sys; print(json.load(open(sys.argv[1]))["verdict"])' "$tmp/kept.json")" ]
 }
 check "as the campaign has it, for good" kept
-told_by_ready() { # bands hang loose at this board: no-go, but not by the advice
-    local sockets board
-    sockets=$(mktemp -d /tmp/matrig.XXXXXX)
-    timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --for 40 2>"$tmp/idle.err" &
-    board=$!
-    $matrig --json ready "$db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
-    wait $board
-    rm -rf "$sockets"
-    holds 'a = [c for c in d[0]["checks"] if c["name"] == "advice"]; print(a)
-assert len(a) == 1 and a[0]["verdict"] == "told" and a[0]["value"] == d[1]["verdict"] + ": " + d[1]["reason"]' "$tmp/ready.json" "$tmp/kept.json"
-}
-check "matrig ready tells it, and judges nothing by it" told_by_ready
 check "landing 5 is played and logged" landing_5
 check "advice after both, by that plan" eval 'advise both $plan'
 # The truth of landing 5 was braked at 7.2 ft/s2 where 4.6 were planned: it teaches a bias and a wider spread.
@@ -53,7 +41,7 @@ plan_is_learned() {
 check "how the plan was met is learned" plan_is_learned
 reported() { # beside what landing 5 then did
     $matrig --quiet report "$db" -o "$tmp/report.html" >/dev/null && sed -n '/id="advice"/,/id="predictor"/p' "$tmp/report.html" >"$tmp/advice.html" &&
-        grep -c '<td[^>]*>4.60</td>' "$tmp/advice.html" | grep -x 1 && grep -q 'warned, the wheel reached the zone' "$tmp/advice.html" && grep -q '<figure class="chart"' "$tmp/advice.html"
+        grep -c '<td[^>]*>4.60</td>' "$tmp/advice.html" | grep -x 1 && grep -q 'warned, the wheel reached the zone' "$tmp/advice.html"
 }
 check "the report has the advice beside what came of it" reported
 recorded() { # landing 5 was braked at 7.2 ft/s2, and so says nothing of an advice for 4.6; it was warned of, and came to a zone

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/advise/forecast.h"
+#include "host/advise/members.h"
 #include "host/base/statistics.h"
 
 #define MANY   20000u

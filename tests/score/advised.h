@@ -4,7 +4,7 @@
 #define MATRIG_TESTS_SCORE_ADVISED_H
 
 #include "common/risk.h"
-#include "host/advise/forecast.h"
+#include "host/advise/members.h"
 #include "tests/score/score.h"
 
 #define ADVISED_STATIONS 7 /* 40 to 100 ft */

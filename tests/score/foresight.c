@@ -383,7 +383,7 @@ static double logit(double p)
 }
 
 /* The log odds that would have held for a row, and how they hold in other series. What
- * host/advise/forecast.c has is this of series 250 to 309. */
+ * host/advise/members.c has is this of series 250 to 309. */
 static int print_odds(const char *folder, const struct foresight_row *row, const uint32_t from[2],
                       const uint32_t series[2])
 {
