@@ -17,7 +17,6 @@
 #include "hil/rig/faults.h"
 #include "hil/rig/lines.h"
 #include "hil/rig/replay.h"
-#include "hil/rig/supply.h"
 #include "hil/core/elf.h"
 
 struct hil_state {

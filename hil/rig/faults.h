@@ -18,7 +18,10 @@
  *
  * Actions, whose words and ranges the table in faults.c has:
  *     power-cut MS              no supply for MS; RAM then holds noise
- *     brown-out VOLTS MS        a dip: hil_supply_dip
+ *     brown-out VOLTS MS        a dip: below the brown-out level of the option bytes (factory: off)
+ *                               the chip is in reset for MS and RAM stays; below 1.68 V it is a
+ *                               power cut; else the run ends when silicon could not go on with the
+ *                               clock and wait states set
  *     crystal stop|start        clock security turns to the HSI; without it what is clocked by the
  *                               crystal stands still (silicon's PLL drifts to some low frequency
  *                               instead)
@@ -70,15 +73,43 @@
 #include "hil/rig/lines.h"
 #include "hil/rig/rig.h"
 
-struct hil_camera_device;
 struct hil_can_device;
 struct hil_core;
+struct hil_flash_device;
 struct hil_i2c_device;
 struct hil_nor_orders;
 struct hil_options;
 struct hil_rcc_device;
-struct hil_supply_device;
 struct hil_tmp112;
+struct hil_tmp112_device;
+struct hil_w25q_device;
+
+/* ---- the supply: when it goes, when it dips, and when the chip runs again ---- */
+
+#define HIL_CSR_POWER_ON 0x0e000000u /* flags of RCC_CSR at power on: POR, pin, brown-out */
+
+struct hil_supply {
+    bool held_in_reset; /* no supply, or too little */
+};
+
+struct hil_supply_device {
+    struct hil_core *core;
+    struct hil_supply *state;
+    struct hil_flash_device *flash;
+    struct hil_rcc_device *rcc;
+    struct hil_w25q_device *nor;
+    struct hil_tmp112_device *thermometer;
+};
+
+void hil_supply_create(struct hil_supply_device *dev);
+/* The supply goes and comes back at once. Operations of flash and NOR stop half done, and RAM holds
+ * noise; everything else is as at power on. Time, rig and what is on the links go on. Callable
+ * while the board runs or between. */
+void hil_supply_cut(struct hil_supply_device *dev);
+/* The chip was reset: hold it in reset until the supply is back, if it is not. */
+void hil_supply_hold(struct hil_supply_device *dev);
+
+/* ---- faults ---- */
 
 #define HIL_FAULTS_MAX 64u
 

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "host/replay/answers.h"
+#include "host/replay/input.h"
 
 struct replay_board {
     const char *program; /* matrig-board */

@@ -9,7 +9,7 @@
 #define MATRIG_HOST_REPLAY_DIFF_H
 
 #include "host/base/answer.h"
-#include "host/replay/answers.h"
+#include "host/replay/input.h"
 
 #define DIFF_MESSAGES_MAX 128
 
