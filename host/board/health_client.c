@@ -1,72 +1,15 @@
 #include "host/board/health_client.h"
 
-#include <errno.h>
 #include <stdbool.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "common/command.h"
 #include "host/base/answer.h"
-#include "host/base/xmalloc.h"
-
-/* ---- symbols ---- */
-
-#define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
-
-static enum mr_status read_all(const char *elf, uint8_t **bytes, size_t *length,
-                               struct error *error)
-{
-    FILE *file = fopen(elf, "rb");
-    if (!file)
-        return error_set(error, MR_IO, "%s: %s; build the firmware or give another --elf", elf,
-                         strerror(errno));
-    *bytes = xmalloc(FILE_BYTES_MAX);
-    *length = fread(*bytes, 1, FILE_BYTES_MAX, file);
-    bool failed = ferror(file) != 0 || *length == FILE_BYTES_MAX;
-    fclose(file);
-    return failed ? error_set(error, MR_IO,
-                              "%s: cannot be read; build it again or give another --elf", elf)
-                  : MR_OK;
-}
-
-enum mr_status image_symbols_read(struct mr_symbols *symbols, const char *elf, struct error *error)
-{
-    size_t length = 0, room = 0;
-    *symbols = (struct mr_symbols){0};
-    if (!elf)
-        return MR_OK;
-    enum mr_status status = read_all(elf, &symbols->file, &length, error);
-    if (status != MR_OK)
-        return status;
-    status = mr_symbols_room(symbols->file, length, &room);
-    if (status == MR_OK) {
-        symbols->all = xcalloc(room + 1, sizeof *symbols->all);
-        status = mr_symbols_take(symbols->file, length, symbols->all, symbols);
-    }
-    if (status == MR_MALFORMED)
-        return error_set(error, status, "%s: not a 32-bit ELF file; give the firmware's .elf", elf);
-    if (status != MR_OK)
-        return error_set(error, status, "%s: ends inside its symbol table; build it again", elf);
-    return symbols->count
-             ? MR_OK
-             : error_set(error, MR_MALFORMED,
-                         "no symbols in the image: %s; give the .elf as it was linked", elf);
-}
-
-void image_symbols_free(struct mr_symbols *symbols)
-{
-    free(symbols->all);
-    free(symbols->file);
-    *symbols = (struct mr_symbols){0};
-}
 
 /* ---- crash ---- */
 
 #define ALL_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
-#define FLASH     0x08000000u
-#define FLASH_END 0x08100000u
-#define PLACE_MAX 120
 
 bool crash_take(struct crash_report *report, const struct mr_crash *message)
 {
@@ -80,50 +23,27 @@ bool crash_take(struct crash_report *report, const struct mr_crash *message)
     return !whole && report->present == ALL_WORDS;
 }
 
-/* An address, with its function where it has one. */
-static void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size)
-{
-    const struct mr_symbol *symbol = symbols && symbols->count
-                                       ? mr_symbols_at(symbols, address & ~1u)
-                                       : NULL;
-    if (symbol)
-        snprintf(out, size, "0x%08x (%s+0x%x)", (unsigned)address, symbol->name,
-                 (unsigned)((address & ~1u) - symbol->address));
-    else
-        snprintf(out, size, "0x%08x", (unsigned)address);
-}
-
-void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out,
-                    size_t size)
+void crash_headline(const struct crash_report *report, char *out, size_t size)
 {
     const uint32_t *word = report->word;
-    char place[PLACE_MAX], running[64] = "";
-    bool named = symbols && symbols->count;
-    crash_place(word[MR_CRASH_PC], symbols, place, sizeof place);
+    char running[64] = "";
     if (word[MR_CRASH_TASK])
         snprintf(running, sizeof running, ", in %s", mr_task_text(word[MR_CRASH_TASK]));
-    snprintf(out, size, "the board restarted after a%s %s at %s%s, block %u%s",
-             report->age ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]), place,
-             running, (unsigned)word[MR_CRASH_BLOCK],
-             named ? "" : " (function unknown without --elf)");
+    snprintf(out, size, "the board restarted after a%s %s at 0x%08x%s, block %u",
+             report->age ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]),
+             (unsigned)word[MR_CRASH_PC], running, (unsigned)word[MR_CRASH_BLOCK]);
 }
 
 /* Headline, registers, stack: object `crash`. */
-static void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols,
-                         struct answer *answer)
+static void crash_answer(const struct crash_report *report, struct answer *answer)
 {
-    const struct mr_symbol *at = symbols && symbols->count
-                                   ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u)
-                                   : NULL;
     char text[300], label[20];
     answer_open(answer, "crash", "");
-    crash_headline(report, symbols, text, sizeof text);
+    crash_headline(report, text, sizeof text);
     answer_sentence(answer, "text", "%s", text);
     answer_count(answer, "age", NULL, report->age);
     answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
-    answer_words_or_none(answer, "function", NULL, at ? at->name : NULL, NULL);
-    crash_place(report->word[MR_CRASH_LR], symbols, text, sizeof text);
-    answer_words(answer, NULL, "called from", "%s", text);
+    answer_words(answer, NULL, "called from", "0x%08x", (unsigned)report->word[MR_CRASH_LR]);
     answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
     answer_open(answer, "words", "registers");
     for (unsigned i = 0; i < MR_CRASH_STACK_FIRST; i++) {
@@ -138,10 +58,9 @@ static void crash_answer(const struct crash_report *report, const struct mr_symb
     answer_close(answer);
     answer_open(answer, NULL, "stack from sp on");
     for (unsigned i = 0; i < MR_CRASH_STACK; i++) {
-        uint32_t value = report->word[MR_CRASH_STACK_FIRST + i];
-        crash_place(value, value >= FLASH && value < FLASH_END ? symbols : NULL, text, sizeof text);
         snprintf(label, sizeof label, "sp + %u", 4 * i);
-        answer_words(answer, NULL, label, "%s", text);
+        answer_words(answer, NULL, label, "0x%08x",
+                     (unsigned)report->word[MR_CRASH_STACK_FIRST + i]);
     }
     answer_close(answer);
     answer_close(answer);
@@ -328,8 +247,7 @@ static void faults_answer(const struct health_client *talk, struct answer *answe
     answer_close(answer);
 }
 
-static void health_answer(const struct health_client *talk, const struct mr_symbols *symbols,
-                          struct answer *answer)
+static void health_answer(const struct health_client *talk, struct answer *answer)
 {
     char text[160];
     cause_text(talk->hello.reset_cause, text, sizeof text);
@@ -341,10 +259,9 @@ static void health_answer(const struct health_client *talk, const struct mr_symb
         talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : NULL;
     answer_count(answer, "late_task", NULL, talk->restarts.late_task);
     if (talk->restarts.late_task) {
-        crash_place(talk->restarts.late_pc, symbols, text, sizeof text);
         answer_words(answer, NULL, "watchdog",
-                     "%s did not run in its time; the processor was at %s",
-                     mr_task_text(talk->restarts.late_task), text);
+                     "%s did not run in its time; the processor was at 0x%08x",
+                     mr_task_text(talk->restarts.late_task), (unsigned)talk->restarts.late_pc);
     }
     answer_words(answer, "brown_out", "brown-out", "%s",
                  mr_brown_out_text(talk->restarts.brown_out));
@@ -368,7 +285,7 @@ static void health_answer(const struct health_client *talk, const struct mr_symb
     answer_close(answer);
     faults_answer(talk, answer);
     if (talk->crashed)
-        crash_answer(&talk->crash, symbols, answer);
+        crash_answer(&talk->crash, answer);
     else
         answer_none(answer, "crash", NULL, NULL);
 }
@@ -385,13 +302,12 @@ static void test_answer(const struct mr_self_test *test, struct answer *answer)
 }
 
 /* Exit 1: the board found a fault in itself. */
-static int tell(const char *verb, const struct health_client *talk,
-                const struct mr_symbols *symbols, const struct cli *cli)
+static int tell(const char *verb, const struct health_client *talk, const struct cli *cli)
 {
     struct answer *answer = answer_new(cli->si);
     bool fault = false;
     if (strcmp(verb, "health") == 0) {
-        health_answer(talk, symbols, answer);
+        health_answer(talk, answer);
         fault = talk->health.faults != 0;
     } else if (strcmp(verb, "self-test") == 0) {
         test_answer(&talk->test, answer);
@@ -401,19 +317,14 @@ static int tell(const char *verb, const struct health_client *talk,
     return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-int board_health(struct dialogue *dialogue, const char *verb, const char *elf,
-                 const struct cli *cli, struct error *error)
+int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli,
+                 struct error *error)
 {
     static struct health_client talk;
-    struct mr_symbols symbols;
-    enum mr_status status = image_symbols_read(&symbols, elf, error);
-    if (status == MR_OK)
-        status = health_client_begin(&talk, dialogue, error);
+    enum mr_status status = health_client_begin(&talk, dialogue, error);
     if (status == MR_OK)
         status = strcmp(verb, "health") == 0    ? health_client_hear(&talk, error)
                : strcmp(verb, "self-test") == 0 ? health_client_self_test(&talk, error)
                                                 : health_client_reset(&talk, error);
-    int exit_code = status == MR_OK ? tell(verb, &talk, &symbols, cli) : cli_fail(error);
-    image_symbols_free(&symbols);
-    return exit_code;
+    return status == MR_OK ? tell(verb, &talk, cli) : cli_fail(error);
 }

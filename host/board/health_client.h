@@ -7,18 +7,10 @@
 
 #include "common/catalogue.h"
 #include "common/fault.h"
-#include "common/symbols.h"
 #include "host/base/answer.h"
 #include "host/base/cli.h"
 #include "host/base/error.h"
 #include "host/board/dialogue.h"
-
-/* The functions of a firmware image by name (common/symbols.h), from its ELF file: where a board
- * stopped. */
-/* Of the ELF at the path `elf`; NULL: none are known. MR_IO; MR_MALFORMED: no ELF, or one without
- * names; MR_TRUNCATED. The caller frees them with image_symbols_free, also after a failure. */
-enum mr_status image_symbols_read(struct mr_symbols *symbols, const char *elf, struct error *error);
-void image_symbols_free(struct mr_symbols *symbols);
 
 /* What a board tells of a processor fault (message `crash`): put together, and in words. */
 struct crash_report {
@@ -32,10 +24,9 @@ _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word"
 /* Takes one word. True: now all are there, and were not before this one. */
 bool crash_take(struct crash_report *report, const struct mr_crash *message);
 
-/* One line without its end: "the board restarted after a usage fault at 0x0801234a in
- * take_block+0x12 ...". `symbols` NULL: the function is not known. */
-void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out,
-                    size_t size);
+/* One line without its end: "the board restarted after a usage fault at 0x0801234a, in
+ * channels, block 1234". */
+void crash_headline(const struct crash_report *report, char *out, size_t size);
 
 /* Asking a board over serial how it is: the commands state, self-test and reset, and what it says
  * of its health. */
@@ -55,9 +46,8 @@ struct health_client {
     struct crash_report crash;
 };
 
-/* matrig board health | self-test | reset. Exit code; 1: the board found a fault in itself. `elf`
- * names functions, or NULL. */
-int board_health(struct dialogue *dialogue, const char *verb, const char *elf,
-                 const struct cli *cli, struct error *error);
+/* matrig board health | self-test | reset. Exit code; 1: the board found a fault in itself. */
+int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli,
+                 struct error *error);
 
 #endif

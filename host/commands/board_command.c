@@ -33,7 +33,7 @@
 
 struct request {
     const struct cli *cli;
-    const char *serial, *can, *db, *image, *elf, *out;
+    const char *serial, *can, *db, *image, *out;
     const char *words[3]; /* the verb, and what follows it */
     int64_t run;
     int32_t number; /* the word behind the verb; 0: none */
@@ -515,10 +515,10 @@ static int runway(const struct request *request, struct dialogue *dialogue, stru
 
 static int health(const struct request *request, struct dialogue *dialogue, struct error *error)
 {
-    return board_health(dialogue, request->words[0], request->elf, request->cli, error);
+    return board_health(dialogue, request->words[0], request->cli, error);
 }
 
-enum { CAN = 1, DB = 2, IMAGE = 4, ELF = 8, OUT = 16 };
+enum { CAN = 1, DB = 2, IMAGE = 4, OUT = 8 };
 
 static const struct verb {
     const char *name;
@@ -532,7 +532,7 @@ static const struct verb {
     {.name = "list", .run = box},
     {"read", DB, 1, "the record", 1.0, 65535.0, box},
     {"free", 0, 1, "the record", 1.0, 65535.0, box},
-    {.name = "health", .options = ELF, .run = health},
+    {.name = "health", .run = health},
     {.name = "self-test", .run = health},
     {.name = "reset", .run = health},
     {"zero", 0, 1, "what to zero", 0.0, 2.0, gages},
@@ -567,7 +567,6 @@ static enum mr_status check_options(struct request *r, const struct verb *verb, 
         {r->can != NULL, CAN, "--can", "arm's, disarm's and config's"},
         {r->db || r->run, DB, r->db ? "--db" : "--run", "read's"},
         {r->image != NULL, IMAGE, "--image", "compared with the board's alone, without a word"},
-        {r->elf != NULL, ELF, "--elf", "health's"},
         {r->out || r->force, OUT, r->out ? "-o" : "--force", "runway's and config's"},
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
@@ -685,8 +684,9 @@ static const struct command_part parts[] = {
                        "keeps it: the calibrations before and after a landing give its drift"),
     HELP_WITH(command_board_bringup),
     HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
-                        "fault left behind (--elf F names\n"
-                        "its functions). Exit 1 when there is a fault"),
+                        "fault left behind\n"
+                        "(arm-none-eabi-addr2line -pfe IMAGE.elf ADDRESS names the function). Exit "
+                        "1 when there is a fault"),
     HELP_WORD("self-test", "memories, reference, excitation, black box, warning lamp (it lights "
                            "for 0.2 s). Exit 1 when one fails"),
     HELP_WORD("reset", "restart it"),
@@ -696,7 +696,6 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--force", force, NULL),
     OPTION_TEXT("--db", "DB", db, NULL),
     OPTION_RUN("--run", "RUN", run, NULL),
-    OPTION_TEXT("--elf", "F", elf, NULL),
     OPTION_TEXT("--image", "FILE", image, NULL),
 };
 
@@ -708,7 +707,7 @@ const struct command command_board = {
     "                        config get|set|check [-o F] [--force] [--can LINK] | "
     "runway [show|load F|forget] [-o F] |\n"
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
-    "| health [--elf F] | "
+    "| health | "
     "self-test | reset |\n"
     "                        bringup [report|brown-out|rom]",
     "a board: its bring-up, firmware, black box, configuration, runway and health",

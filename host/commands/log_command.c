@@ -10,7 +10,6 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include "host/board/health_client.h"
 #include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/log/logger.h"
@@ -321,11 +320,10 @@ static void close_all(struct logger *logger)
     }
     if (logger->news >= 0)
         close(logger->news);
-    image_symbols_free(&logger->symbols);
 }
 
 struct request {
-    const char *can, *serial, *db, *elf, *live, *page;
+    const char *can, *serial, *db, *live, *page;
     double for_s, wait_s;
     bool listen, commands;
 };
@@ -347,13 +345,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                            "--listen and --commands: nothing is sent, or commands are; give one");
     if (status == MR_OK)
         status = output_check(r.page, r.db, &error);
-    struct mr_symbols symbols = {0};
-    if (status == MR_OK)
-        status = image_symbols_read(&symbols, r.elf, &error);
-    if (status != MR_OK) {
-        image_symbols_free(&symbols);
+    if (status != MR_OK)
         return cli_fail(&error);
-    }
 
     /* Signals come by a descriptor of their own, so none can slip in between a check and a wait. */
     sigset_t set;
@@ -364,12 +357,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli,
-                            .landings = json_array(),
-                            .symbols = symbols,
-                            .wait_s = r.wait_s,
-                            .db = r.db,
-                            .page = r.page};
+    struct logger logger = {
+        .cli = cli, .landings = json_array(), .wait_s = r.wait_s, .db = r.db, .page = r.page};
     logger.news = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
         logger.mute[link] = r.listen;
@@ -406,8 +395,6 @@ static const struct command_part parts[] = {
                 "take arm [N] and disarm, a line each, from standard input; it does without when "
                 "that is a terminal.\n"
                 "Before it arms it asks, and sends when the next line is yes"),
-    OPTION_TEXT("--elf", "F", elf,
-                "the image that the board runs: names the function of a processor fault"),
     OPTION_TEXT("--page", "F", page,
                 "keep the report in F up to date: written beside the logging when a landing ends"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S,
@@ -437,7 +424,7 @@ static const struct command_part parts[] = {
 const struct command command_log = {
     "log",
     log_command,
-    "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] "
+    "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] "
     "[--page F] [--wait S]",
     "collect landings from a board",
     COMMAND_PARTS(parts),

@@ -57,7 +57,6 @@ struct logger {
     bool troubled[LINK_KINDS];                 /* they have changed, and nobody has taken notice */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES]; /* of them, seen by the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
-    struct mr_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;

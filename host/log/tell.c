@@ -235,7 +235,7 @@ void logger_note_health(struct logger *logger)
     if (crash || alarm)
         logger_clear_progress(logger);
     if (crash) {
-        crash_headline(crash, &logger->symbols, text, sizeof text);
+        crash_headline(crash, text, sizeof text);
         cli_note(logger->cli, "%s", text);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
