@@ -98,25 +98,7 @@ def truth():
     return {m[1]: float(m[2]) for m in re.finditer(r"^truth (\S+) (\S+)$", open(RUN).read(), re.M)}
 
 
-# ---- an idle board: elements, choice of channels, arming and disarming ----
-
-def choose_channels(browser):
-    count = "[...document.querySelectorAll('.strip.%s')].map(s => s.id).join()"
-    every = [browser.js(count % kind) for kind in ("displacement", "tension")]
-    browser.js("document.querySelector('details > summary').click()")
-    browser.js("[...document.querySelectorAll('#choice label')].find(l => l.textContent === document.querySelector('#strip-d3 .name').textContent.split(' ')[0]).click()")
-    tap.check("a channel that is left out has no strip, and the heading says how many there are",
-              browser.js(count % "displacement") == every[0].replace("strip-d3,", "") and browser.js(count % "tension") == every[1] and
-              browser.js("document.querySelector('#displacement-says').textContent").startswith("7 of 8 channels, in "), browser.js(count % "displacement"))
-    browser.js("[...document.querySelectorAll('#choice button')].find(b => b.textContent === 'none of tension').click()")
-    tap.check("none of the tensions", browser.js(count % "tension") == "" and browser.js("document.querySelector('#tension-says').textContent").startswith("0 of 14 channels"))
-    browser.picture(OUT + "/chosen-1120.png")
-    browser.call("Page.reload")
-    tap.check("the choice is kept in this browser", browser.wait("document.querySelectorAll('.strip.displacement canvas:first-child').length === 7 && !document.querySelector('.strip.tension')"))
-    browser.js("document.querySelectorAll('#choice button').forEach(b => /^all/.test(b.textContent) && b.click())")
-    tap.check("all of them are back, in their order", [browser.js(count % kind) for kind in ("displacement", "tension")] == every and
-              browser.js("[...document.querySelectorAll('#choice input')].every(b => b.checked)"))
-
+# ---- an idle board: elements, arming and disarming ----
 
 def arm_and_disarm(browser, base, token):
     tap.check("the page says that the board lives and is idle",
@@ -371,7 +353,6 @@ def main():
     try:
         browser.open(address)
         browser.wait("document.querySelectorAll('.strip canvas:first-child').length === 22")
-        choose_channels(browser)
         arm_and_disarm(browser, base, token)
         hostile_source(browser)
         board_state(browser)

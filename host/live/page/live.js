@@ -121,39 +121,14 @@
     parent.append(box);
     return strip;
   };
-  /* Which channels are shown: all, but those that were left out in this browser. */
-  let leftOut = new Set();
-  try { leftOut = new Set(JSON.parse(localStorage.getItem('matrig-left-out'))); } catch (e) { /* none kept */ }
-  const makeChoice = () => {
-    const boxes = new Map();
-    const choose = (names, on) => {
-      for (const name of names) { if (on) leftOut.delete(name); else leftOut.add(name); boxes.get(name).checked = on; }
-      try { localStorage.setItem('matrig-left-out', JSON.stringify([...leftOut])); } catch (e) { /* not kept */ }
-      makeStrips();
-      showState();
-    };
-    $('choice').replaceChildren(...[['displacement', 0, TRANSDUCERS], ['tension', TRANSDUCERS, CHANNELS]].map(([kind, from, to]) => {
-      const row = element('p'), names = configuration.channels.slice(from, to).filter((c) => c.fitted).map((c) => c.name);
-      for (const [words, on] of [['all', true], ['none', false]]) row.appendChild(element('button', '', words + ' of ' + kind)).addEventListener('click', () => choose(names, on));
-      for (const name of names) {
-        const label = row.appendChild(element('label')), box = label.appendChild(element('input'));
-        Object.assign(box, { type: 'checkbox', checked: !leftOut.has(name) });
-        label.append(name);
-        box.addEventListener('change', () => choose([name], box.checked));
-        boxes.set(name, box);
-      }
-      return row;
-    }));
-  };
   const makeStrips = () => {
     for (const strip of strips) if (strip.plot) strip.plot.destroy();
     $('displacements').replaceChildren();
     $('tensions').replaceChildren();
-    strips = configuration.channels.map((channel, i) => (channel.fitted && !leftOut.has(channel.name) ? makeStrip(i, channel, $(i < TRANSDUCERS ? 'displacements' : 'tensions')) : null)).filter((s) => s);
+    strips = configuration.channels.map((channel, i) => (channel.fitted ? makeStrip(i, channel, $(i < TRANSDUCERS ? 'displacements' : 'tensions')) : null)).filter((s) => s);
     strips.forEach(makePlot);
     for (const kind of ['displacement', 'tension']) {
-      const count = strips.filter((s) => s.kind === kind).length, all = configuration.channels.filter((c, i) => c.fitted && (i < TRANSDUCERS) === (kind === 'displacement')).length;
-      say(kind + '-says', (count < all ? count + ' of ' + all : count) + ' channels, ' + unit(kind).text + ' against board time, s; beside each name its least and most since arming');
+      say(kind + '-says', strips.filter((s) => s.kind === kind).length + ' channels, ' + unit(kind).text + ' against board time, s; beside each name its least and most since arming');
     }
     $('tensions').style.gridTemplateRows = 'repeat(' + Math.max(1, Math.ceil(strips.filter((s) => s.kind === 'tension').length / 2)) + ',auto)';
   };
@@ -499,7 +474,7 @@
     say('source', s.db + '  ·  ' + [s.can && 'CAN ' + s.can, s.serial && 'serial ' + s.serial].filter((t) => t).join('  ·  '));
     if (!s.commands) say('command-said', 'Watching only: ' + (s.no_commands || ''));
     else if (!token) say('command-said', 'Watching only: open the address that matrig printed, with what follows #');
-    if (changed) { makeChoice(); makeStrips(); drawRunway(); }
+    if (changed) { makeStrips(); drawRunway(); }
     showState();
   };
   let source = null, retryMs = 250, retry = 0, lastId = '', due = false;
@@ -568,23 +543,11 @@
     span = seconds;
     for (const b of document.querySelectorAll('[data-span]')) b.setAttribute('aria-pressed', String(Number(b.dataset.span) === span));
   };
-  const THEMES = ['auto', 'light', 'dark', 'sun'];
-  const setTheme = (name) => {
-    if (name === 'auto') delete document.documentElement.dataset.theme; else document.documentElement.dataset.theme = name;
-    say('theme', 'Theme: ' + name);
-    try { localStorage.setItem('matrig-theme', name); } catch (e) { /* not kept */ }
-    strips.forEach((s) => s.plot.updateOptions(matrigCharts.colours()));
-  };
-  const nextTheme = () => setTheme(THEMES[(THEMES.indexOf(document.documentElement.dataset.theme || 'auto') + 1) % THEMES.length]);
   const start = () => {
-    let theme = 'auto';
-    try { theme = localStorage.getItem('matrig-theme') || 'auto'; } catch (e) { /* none kept */ }
-    setTheme(THEMES.includes(theme) ? theme : 'auto');
     const recolour = () => { strips.forEach((s) => s.plot.updateOptions(matrigCharts.colours())); };
     for (const query of ['(prefers-color-scheme:dark)', 'print']) matchMedia(query).addEventListener('change', recolour);
     for (const b of document.querySelectorAll('[data-span]')) b.addEventListener('click', () => setSpan(Number(b.dataset.span)));
     $('sound').addEventListener('click', toggleSound);
-    $('theme').addEventListener('click', nextTheme);
     $('arm').addEventListener('click', () => ask('arm'));
     $('disarm').addEventListener('click', () => ask('disarm'));
     $('confirm-no').addEventListener('click', () => $('confirm').close());
@@ -593,7 +556,7 @@
     addEventListener('resize', resize);
     addEventListener('keydown', (event) => {
       if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === 'INPUT' || $('confirm').open) return;
-      const does = { a: () => ask('arm'), d: () => ask('disarm'), s: toggleSound, t: nextTheme, 1: () => setSpan(10), 2: () => setSpan(60), 3: () => setSpan(3600) }[event.key.toLowerCase()];
+      const does = { a: () => ask('arm'), d: () => ask('disarm'), s: toggleSound, 1: () => setSpan(10), 2: () => setSpan(60), 3: () => setSpan(3600) }[event.key.toLowerCase()];
       if (does) { event.preventDefault(); does(); }
     });
     heardFrom = performance.now();
