@@ -506,7 +506,7 @@ TEST(what_makes_no_sense_is_refused)
     scene.mods.band[0].count = 1.0;
     scene.model = SIM_REPORT;
     sim_scene_set_list(&scene.grit_lb, NULL, 0);
-    refused(&scene, "a modified runway in model report; leave bands");
+    refused(&scene, "cleats and the like) in model report; leave it out");
     sim_scene_free(&scene);
 }
 

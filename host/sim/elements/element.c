@@ -16,24 +16,12 @@ struct element_set element_set_of(const struct sim_scene *scene)
 {
     struct element_set set = {0};
     for (int i = 0; i < ELEMENTS; i++) {
-        if (scene->element[i] > 0.0) {
+        if (scene->element[i] > 0.0 && !table[i]->remembers) {
             set.at[set.count] = table[i];
             set.value[set.count++] = scene->element[i];
         }
     }
     return set;
-}
-
-struct element_set element_set_plain(const struct element_set *set)
-{
-    struct element_set plain = {0};
-    for (int i = 0; i < set->count; i++) {
-        if (set->at[i]->remembers)
-            continue;
-        plain.at[plain.count] = set->at[i];
-        plain.value[plain.count++] = set->value[i];
-    }
-    return plain;
 }
 
 double element_force_lb(const struct element_set *set, struct element_mat mat)
@@ -69,10 +57,12 @@ bool element_rests(const struct element_set *set)
     return true;
 }
 
-void element_describe(const struct element_set *set, struct sim_result *result)
+void element_describe(const struct sim_scene *scene, struct sim_result *result)
 {
-    for (int i = 0; i < set->count; i++)
-        set->at[i]->describe(set->value[i], result);
+    for (int i = 0; i < ELEMENTS; i++) {
+        if (scene->element[i] > 0.0)
+            table[i]->describe(scene->element[i], result);
+    }
 }
 
 struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s,

@@ -47,14 +47,14 @@ struct element {
      * mat. 0: a mat at rest may be left out of a scene */
     double (*push_at_rest_lb)(double value);
     void (*describe)(double value, struct sim_result *result); /* for people */
-    /* it has a memory, which a file of its own steps (gear.h): here it does nothing, and engines
-     * that choose their steps refuse it */
+    /* it has a memory, which a file of its own steps (gear.h): it is in no set and has none of the
+     * four above, and engines that choose their steps refuse it */
     bool remembers;
 };
 
 #define ELEMENT_FIELD(name) (offsetof(struct sim_scene, element) + ELEMENT_##name * sizeof(double))
 
-/* Those that a scene has. */
+/* Those of a scene that do not remember. */
 struct element_set {
     int count; /* 0: none, and nothing else is looked at */
     const struct element *at[SIM_ELEMENTS_MAX];
@@ -62,16 +62,14 @@ struct element_set {
 };
 
 struct element_set element_set_of(const struct sim_scene *scene);
-/* Those of them that do not remember. */
-struct element_set element_set_plain(const struct element_set *set);
-
 /* Sums over a set. */
 double element_force_lb(const struct element_set *set, struct element_mat mat);
 double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat);
 struct law_bound element_bound(const struct element_set *set, double mass_slug);
 /* Whether mats at rest stay so as far as the set goes. */
 bool element_rests(const struct element_set *set);
-void element_describe(const struct element_set *set, struct sim_result *result);
+/* Of all that a scene has. */
+void element_describe(const struct sim_scene *scene, struct sim_result *result);
 
 /* A step of h_s under forces x that are constant otherwise: first the speed is multiplied by
  * `keep`, then x + push_lb acts for as_if_s. So dry friction over the rest of the step stays exact

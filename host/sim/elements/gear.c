@@ -22,11 +22,9 @@ struct gear *gear_make(const struct sim_scene *scene)
     double *storage = xcalloc(3 * mats, sizeof *storage);
     size_t count = lines->count > 0 ? lines->count : 1;
     struct sim_path_row *rows = xcalloc(count * (scene->path_count + 1), sizeof *rows);
-    struct element_set all = element_set_of(scene);
     *gear = (struct gear){.scene = scene,
                           .k_lb_ft = value_of(scene),
                           .mass_slug = scene->weight_lb / scene->g_ft_s2,
-                          .others = element_set_plain(&all),
                           .lines = (int)count,
                           .rows = rows,
                           .storage = storage,
@@ -227,19 +225,6 @@ double gear_energy_lb_ft(const struct gear *gear)
 /* The ground under the gear as a row of the table: its key, and its place in the engines. What it
  * does is gear.h's. */
 
-static double nothing(double k, struct element_mat mat)
-{
-    (void)k;
-    (void)mat;
-    return 0.0;
-}
-
-static double none(double k)
-{
-    (void)k;
-    return 0.0;
-}
-
 static void describe(double k, struct sim_result *result)
 {
     sim_result_note(result, "gear on elastic ground: %g lb/ft under a mat with one axle", k);
@@ -254,10 +239,6 @@ const struct element element_gear_ground = {
             .unit = "lb/ft",
             .meaning = "elastic ground along the runway under a mat that carries one axle; 0: the "
                        "gear has one axle and slides by Coulomb's law"},
-    .force_lb = nothing,
-    .slope_lb_s_ft = nothing,
-    .steepest_lb_s_ft = none,
-    .push_at_rest_lb = none,
     .describe = describe,
     .remembers = true,
 };

@@ -33,8 +33,7 @@ struct gear {
     const struct sim_scene *scene;
     double k_lb_ft; /* of a mat with one axle */
     double mass_slug;
-    double drift_s;            /* in which the mats move at the speeds of a kick */
-    struct element_set others; /* of the scene, without this one */
+    double drift_s; /* in which the mats move at the speeds of a kick */
     int lines;
     struct sim_wheel line[SIM_GEAR_LINES_MAX]; /* line[0] is the lead axle */
     double axles[SIM_GEAR_LINES_MAX];

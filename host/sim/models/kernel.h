@@ -18,7 +18,7 @@ void vector_tanh(const double *from, double scale, double *to, int count);
 struct kernel_parts {
     bool full;
     bool slack;
-    bool given;  /* tensions are given, soil damping is implicit in the step (model_lend) */
+    bool given;  /* tensions are given, soil damping is implicit in the step */
     bool braced; /* that, and modifications press on nodes and bend joints */
     enum sim_friction law;
     double step_s; /* of `given`; no constant */

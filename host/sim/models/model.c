@@ -30,30 +30,25 @@ static bool has_grit(const struct sim_scene *scene)
 static enum mr_status check(const struct sim_scene *scene, bool grit, struct error *error)
 {
     bool report = scene->model == SIM_REPORT;
-    if (has_grit(scene) && !grit)
-        return not_here(report ? "grit" : "grit with a solver that chooses its step",
-                        report ? "leave it out, or give model chain or consistent"
-                               : "leave it out, or give solver staggered",
-                        scene, error);
-    if (mods_any(scene) && !grit)
-        return not_here(
-            report ? "a modified runway" : "a modified runway with a solver that chooses its step",
-            report ? "leave bands, cleats and the like out, or give model chain or consistent"
-                   : "leave bands, cleats and the like out, or give solver staggered",
-            scene, error);
-    if (scene->element[ELEMENT_gear_ground] > 0.0 && !grit)
-        return not_here(report ? "gear_k_lb_ft"
-                               : "gear_k_lb_ft with a solver that chooses its step",
-                        report ? "leave it out, or give model chain or consistent"
-                               : "leave it out, or give solver staggered",
-                        scene, error);
+    const struct {
+        bool there;
+        const char *what, *models;
+    } fixed_only[] = {
+        {has_grit(scene), "grit", "chain or consistent"},
+        {mods_any(scene), "a modified runway (bands, cleats and the like)", "chain or consistent"},
+        {scene->element[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
+        {scene->ground_ft.count > 0, "ground", "consistent"},
+    };
+    for (size_t i = 0; i < 4 && !grit; i++) {
+        if (fixed_only[i].there)
+            return error_set(
+                error, MR_USAGE, "not available: %s: %s%s in model %s; leave it out, or give %s %s",
+                sim_scene_name(scene), fixed_only[i].what,
+                report ? "" : " with a solver that chooses its step", sim_model_name(scene->model),
+                report ? "model" : "solver", report ? fixed_only[i].models : "staggered");
+    }
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
-    if (scene->ground_ft.count > 0 && !grit)
-        return not_here(report ? "ground" : "ground with a solver that chooses its step",
-                        report ? "leave it out, or give model consistent"
-                               : "leave it out, or give solver staggered",
-                        scene, error);
     for (size_t i = 1; i < scene->ground_ft.count; i++) {
         if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) <
               0.5 * scene->length_ft))
@@ -160,37 +155,6 @@ void model_free(struct model *m)
     span_list_free(&m->spans);
     m->storage = NULL;
     m->contact = NULL;
-}
-
-void model_lay(struct model *m, const double *tilt_ft)
-{
-    for (int n = 0; n < m->mats; n++)
-        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(tilt_ft[n]));
-    if (m->tilt_most_ft > 0.0)
-        m->tilt_ft = tilt_ft;
-}
-
-void model_lend(struct model *m, const double *tension_lb)
-{
-    m->given_lb = tension_lb;
-    m->slack_ft = 0.0;
-}
-
-void model_brace(struct model *m, const double *down_lb, const double *moment_lb_ft)
-{
-    m->brace_lb = down_lb;
-    m->brace_lb_ft = moment_lb_ft;
-}
-
-void model_ride(struct model *m, int mat)
-{
-    m->span = (struct span){.mat = mat, .share = -2};
-}
-
-void model_look_at(struct model *m, int first, int last)
-{
-    m->first = first;
-    m->last = last;
 }
 
 void model_start(struct model *m, double *z)
@@ -381,5 +345,5 @@ void model_describe(const struct model *m, struct sim_result *result)
                         "V has no part in model consistent: mats lift by their own inertia");
     if (m->scene->path_count > 0)
         sim_result_note(result, "path replaces Vac, s0 and F");
-    element_describe(&m->elements, result);
+    element_describe(m->scene, result);
 }

@@ -94,8 +94,10 @@ struct model {
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
     double *tanh;       /* per mat: of its speed over veps */
-    /* Of an engine that has its own joints and takes its own steps; model_lay, model_lend and
-     * model_brace set them. */
+    /* Set by an engine that takes fixed steps, has the joints' tensions itself and gives the model
+     * the vertical motion alone (consistent_heave; solvers/planar_engine.c). Heights in z are then
+     * above the ground under each node, and a mat at rest is turned by its tilt: how much lower the
+     * ground is under its right end than under its left. */
     const double *tilt_ft; /* per mat; NULL: level ground */
     double tilt_most_ft;
     const double *given_lb;               /* tension per joint */
@@ -103,26 +105,11 @@ struct model {
     uint64_t rhs;
 };
 
-/* MR_USAGE when the scene asks for something this model does not
- * have. Grit is a law with a memory, for fixed steps only: `grit` says that it will be used so. */
+/* MR_USAGE when the scene asks for something this model does not have. Grit is a law with a memory,
+ * for fixed steps only: `grit` says that it will be used so. */
 enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit,
                           struct error *error);
 void model_free(struct model *model);
-
-/* For an engine that takes fixed steps, has the joints' tensions itself and gives the model the
- * vertical motion alone (solvers/landing.h). Arrays stay the engine's. model_lay: what lies under
- * the mats, per mat how much lower the ground is under its right end than under its left.
- *   Heights in z are then above the ground under each node, and a mat at rest is turned by its
- *   tilt.
- * model_lend: tensions per joint for consistent_heave; the model has no slack of its own any more.
- * model_brace: what modifications press each node down with, and with which moment they bend each
- * joint. model_ride: the wheel stands on `mat` (from 0; -1: on none) and its thrust is the
- * engine's. model_look_at: the window is mats first..last. */
-void model_lay(struct model *model, const double *tilt_ft);
-void model_lend(struct model *model, const double *tension_lb);
-void model_brace(struct model *model, const double *down_lb, const double *moment_lb_ft);
-void model_ride(struct model *model, int mat);
-void model_look_at(struct model *model, int first, int last);
 
 /* State and modes at t = 0. */
 void model_start(struct model *model, double *z);

@@ -125,9 +125,9 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
     chain->joints = joint_law(scene->slack_ft, grit);
-    chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0;
     chain->mods = mods_make(scene);
     chain->gear = gear_make(scene);
+    chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0 && !chain->gear;
     chain_reset(chain, scene);
 }
 
@@ -335,8 +335,8 @@ static void ride(const struct chain *chain, double h_s)
         int n = gear->loaded[i];
         double v_ft_s = chain->before_ft_s[n];
         struct element_step step = {1.0, h_s, 0.0};
-        if (gear->others.count > 0)
-            step = element_step(&gear->others, (struct element_mat){v_ft_s, true}, h_s,
+        if (chain->elements.count > 0)
+            step = element_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
                                 chain->mass_slug);
         double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
         chain->v_ft_s[n] = gear_speed_ft_s(
@@ -350,7 +350,7 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
 {
     double *v = chain->v_ft_s, mass = chain->mass_slug;
     unsigned stops = 0;
-    const struct element_set *set = chain->gear ? &chain->gear->others : &chain->elements;
+    const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
         stops = stick(chain, h_s, first, last);
         ride(chain, h_s);
@@ -396,7 +396,7 @@ static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
         brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
     if (chain->sticks)
         return stick(chain, h_s, first, last);
-    if (chain->elements.count > 0)
+    if (chain->elements.count > 0 || chain->gear)
         return kick_elements(chain, h_s, first, last);
     slide(chain, h_s, first, last);
     return 0;
@@ -499,7 +499,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
         sim_result_note(result, "mat %d starts at %g ft/s (v0)", chain->v0_mat, scene->v0_ft_s);
     if (scene->bump_ft.count > 0)
         sim_result_note(result, "bump has no effect on flat mats (model chain)");
-    element_describe(&chain->elements, result);
+    element_describe(scene, result);
     int stressed = 0;
     for (int j = 1; j <= chain->mats + 1; j++)
         stressed += stretch_ft(chain, j) != 0.0;

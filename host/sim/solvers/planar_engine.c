@@ -314,12 +314,18 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
     const struct gear *gear = l->gear;
     double *v = &l->z[m->size + 2 * n + 1];
     bool grounded = n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1];
-    struct element_step step = element_step(&gear->others, (struct element_mat){*v, grounded}, h_s,
+    struct element_step step = element_step(&m->elements, (struct element_mat){*v, grounded}, h_s,
                                             m->mass_slug);
     if (!m->soil_normal && m->law != SIM_NONE)
         limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
     *v = gear_speed_ft_s(l->gear, n + 1, step.keep * *v, thrust_lb + step.push_lb, limit_lb,
                          step.as_if_s);
+}
+
+/* The wheel stands on `mat` (from 0; -1: on none); its thrust is the engine's. */
+static void ride(struct model *m, int mat)
+{
+    m->span = (struct span){.mat = mat, .share = -2};
 }
 
 KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *touch, int count,
@@ -352,8 +358,7 @@ KERNEL_INLINE unsigned kick(struct planar_engine *l, const struct sim_touch *tou
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
                                                         m->contact[n] || m->contact[n + 1]};
-            struct element_step step = element_step(geared ? &l->gear->others : &m->elements, mat,
-                                                    h_s, m->mass_slug);
+            struct element_step step = element_step(&m->elements, mat, h_s, m->mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb,
                                                limit, step.as_if_s, m->mass_slug, &stops);
         } else {
@@ -368,8 +373,8 @@ static __attribute__((noinline)) unsigned kick_geared(struct planar_engine *l,
                                                       const struct sim_touch *touch, int count,
                                                       double h_s, bool cleated)
 {
-    model_ride(&l->model, l->gear->lead_mat - 1); /* whose waves are noted */
-    if (l->gear->others.count > 0)
+    ride(&l->model, l->gear->lead_mat - 1); /* whose waves are noted */
+    if (l->model.elements.count > 0)
         return cleated ? kick(l, touch, count, h_s, true, true, true)
                        : kick(l, touch, count, h_s, false, true, true);
     return cleated ? kick(l, touch, count, h_s, true, false, true)
@@ -382,7 +387,7 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
                             double h_s)
 {
     bool cleated = l->mods && l->mods->cleated;
-    if (l->model.elements.count > 0 && l->gear)
+    if (l->gear)
         return kick_geared(l, touch, count, h_s, cleated);
     if (l->model.elements.count > 0)
         return cleated ? kick(l, touch, count, h_s, true, true, false)
@@ -471,7 +476,10 @@ static void lay_ground(struct planar_engine *l)
         double s = l->tilt_ft[n] / m->length_ft;
         l->rest_cos[n] = sqrt(1.0 - s * s);
     }
-    model_lay(m, l->tilt_ft);
+    for (int n = 0; n < m->mats; n++)
+        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(l->tilt_ft[n]));
+    if (m->tilt_most_ft > 0.0)
+        m->tilt_ft = l->tilt_ft;
 }
 
 /* Arrays of a landing; the model is made. */
@@ -504,10 +512,12 @@ static void lay_out(struct planar_engine *l)
         l->brace_heaves = l->gear ? load_heaves : brace_heaves;
         l->brace_lb = l->rub_next_lb + joints;
         l->brace_lb_ft = l->brace_lb + joints;
-        model_brace(m, l->brace_lb, l->brace_lb_ft);
+        m->brace_lb = l->brace_lb;
+        m->brace_lb_ft = l->brace_lb_ft;
     }
     l->slack_ft = m->slack_ft;
-    model_lend(m, l->tension_lb);
+    m->given_lb = l->tension_lb;
+    m->slack_ft = 0.0; /* the engine has it */
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
@@ -812,7 +822,7 @@ static void step_wheel(struct under_way *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
     way->count = span(l, &way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
-    model_ride(&l->model, under_wheel(way->touch, way->count));
+    ride(&l->model, under_wheel(way->touch, way->count));
     if (way->prunes) {
         follow_slides(l, way->touch, way->count);
         follow_heaves(l);
@@ -832,7 +842,8 @@ static void step_vertical(struct under_way *way, uint64_t i)
         brace_slides(l, way->touch, way->count, kick_s);
     stretch_joints(l);
     if (way->heaves) {
-        model_look_at(m, l->heaves.first, l->heaves.last);
+        m->first = l->heaves.first;
+        m->last = l->heaves.last;
         model_sample_shape(m, l->z);
         if (l->brace_heaves)
             l->brace_heaves(l);
