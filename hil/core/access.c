@@ -6,6 +6,7 @@
 #include "hil/core/access.h"
 
 #include "hil/core/core.h"
+#include "hil/core/registers.h"
 
 struct access {
     uint32_t low;  /* first byte touched */
@@ -235,7 +236,8 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
     unsigned pc = (unsigned)hil_cpu_access_pc(core, current.address, current.write);
     char place[32] = "";
     if (p)
-        snprintf(place, sizeof place, " (%s + 0x%x)", p->name,
+        snprintf(place, sizeof place, " (%s + 0x%x)",
+                 core->bus.registers_of[p - core->bus.peripheral]->peripheral,
                  (unsigned)(current.address - p->base));
     hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
                   current.write ? "write" : "read", current.size, (unsigned)current.address, place,

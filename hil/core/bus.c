@@ -76,13 +76,6 @@ uint32_t hil_bus_bits_read(const struct hil_core *core)
     return lane(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
 }
 
-/* What a narrow write leaves in the rest of the word: the register's own bits in GPIO, nothing in
- * registers where a written 0 means nothing (BSRR) or that are no wider (USART). */
-static uint32_t other_lanes(const struct hil_peripheral *p, uint32_t offset)
-{
-    return p->rest ? p->rest(p->device, p->unit, offset) : 0;
-}
-
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
 {
     core->bus.access = (struct hil_access){address, size, false};
@@ -130,7 +123,7 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
         }
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));
         uint32_t shifted = value << (8u * (offset & 3u)) & mask;
-        uint32_t rest = other_lanes(p, offset & ~3u) & ~mask;
+        uint32_t rest = (p->rest ? p->rest(p->device, p->unit, offset & ~3u) : 0) & ~mask;
         if (!is_modelled(core, p, offset & ~3u, true, rest | shifted))
             return;
         p->write(p->device, p->unit, offset & ~3u, rest | shifted);

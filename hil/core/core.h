@@ -37,7 +37,6 @@ struct hil_access {
  * registers of that table alone, and no value that the table refuses. */
 struct hil_peripheral {
     uint32_t base;
-    const char *name;
     unsigned unit; /* of several alike behind one device */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
     void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);

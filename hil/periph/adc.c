@@ -239,8 +239,9 @@ static void event(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     schedule(dev, unit);
 }
 
-void hil_adc_catch_up(struct hil_adc_device *dev, uint64_t at)
+void hil_adc_catch_up(void *device, uint64_t at)
 {
+    struct hil_adc_device *dev = device;
     for (unsigned unit = 0; unit < 2; unit++) {
         if (dev->state[unit].running)
             event(dev, unit, at);

@@ -77,7 +77,7 @@ HIL_ON_BUS(adc)
 /* An edge of an external trigger, by its EXTSEL code. */
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
 /* Work out everything that was sampled or finished up to `at`. */
-void hil_adc_catch_up(struct hil_adc_device *dev, uint64_t at);
+void hil_adc_catch_up(void *device, uint64_t at);
 void hil_adc1_event(void *device, uint64_t at);
 void hil_adc3_event(void *device, uint64_t at);
 

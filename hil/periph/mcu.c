@@ -16,7 +16,7 @@
 /* Boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
 static const struct part {
     uint32_t base;
-    const char *name;
+    unsigned alike; /* so many in a row: a kilobyte, a unit and a bit apart */
     unsigned unit;
     size_t device; /* offset in struct hil_mcu */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
@@ -26,36 +26,27 @@ static const struct part {
     uint8_t bit;
     bool narrow;
 } parts[] = {
-#define PART(base, name, unit, device, access, reset, bus, bit, narrow)                           \
-    {                                                                                             \
-        base, name, unit, offsetof(struct hil_mcu, device), access##_read, access##_write, reset, \
-            bus, bit, narrow                                                                      \
+#define PART(base, alike, unit, device, access, reset, bus, bit, narrow)                           \
+    {                                                                                              \
+        base, alike, unit, offsetof(struct hil_mcu, device), access##_read, access##_write, reset, \
+            bus, bit, narrow                                                                       \
     }
-    PART(0x40000000u, "TIM2", 0, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 0, false),
-    PART(0x40000800u, "TIM4", 1, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 2, false),
-    PART(0x40003000u, "IWDG", 0, iwdg, hil_iwdg, NULL, ALWAYS, 0, false),
-    PART(0x40003800u, "SPI2", 0, spi, hil_spi, hil_spi_reset, HIL_RCC_APB1, 14, true),
-    PART(0x40005400u, "I2C1", 0, i2c, hil_i2c, hil_i2c_reset, HIL_RCC_APB1, 21, false),
-    PART(0x40006400u, "CAN1", 0, can, hil_can, hil_can_reset, HIL_RCC_APB1, 25, false),
-    PART(0x40007000u, "PWR", 0, rcc, hil_pwr, NULL, HIL_RCC_APB1, 28, false),
-    PART(0x40011000u, "USART1", 1, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
-    PART(0x40011400u, "USART6", 6, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 5, true),
-    PART(0x40012000u, "ADC", 0, adc, hil_adc, hil_adc_reset, HIL_RCC_APB2, 8, false),
-    PART(0x40013800u, "SYSCFG", 0, flash, hil_syscfg, hil_syscfg_reset, HIL_RCC_APB2, 14, false),
-    PART(0x40014800u, "TIM11", 0, tim11, hil_tim11, hil_tim11_reset, HIL_RCC_APB2, 18, false),
-    PART(0x40020000u, "GPIOA", 0, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 0, true),
-    PART(0x40020400u, "GPIOB", 1, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 1, true),
-    PART(0x40020800u, "GPIOC", 2, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 2, true),
-    PART(0x40020c00u, "GPIOD", 3, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 3, true),
-    PART(0x40021000u, "GPIOE", 4, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 4, true),
-    PART(0x40021400u, "GPIOF", 5, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 5, true),
-    PART(0x40021800u, "GPIOG", 6, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 6, true),
-    PART(0x40021c00u, "GPIOH", 7, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 7, true),
-    PART(0x40022000u, "GPIOI", 8, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 8, true),
-    PART(0x40023800u, "RCC", 0, rcc, hil_rcc, NULL, ALWAYS, 0, false),
-    PART(0x40023c00u, "FLASH", 0, flash, hil_flash_if, NULL, ALWAYS, 0, false),
-    PART(0x40026000u, "DMA1", 0, dma, hil_dma, hil_dma_reset, HIL_RCC_AHB1, 21, false),
-    PART(0x40026400u, "DMA2", 1, dma, hil_dma, hil_dma_reset, HIL_RCC_AHB1, 22, false),
+    PART(0x40000000u, 1, 0, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 0, false),
+    PART(0x40000800u, 1, 1, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 2, false),
+    PART(0x40003000u, 1, 0, iwdg, hil_iwdg, NULL, ALWAYS, 0, false),
+    PART(0x40003800u, 1, 0, spi, hil_spi, hil_spi_reset, HIL_RCC_APB1, 14, true),
+    PART(0x40005400u, 1, 0, i2c, hil_i2c, hil_i2c_reset, HIL_RCC_APB1, 21, false),
+    PART(0x40006400u, 1, 0, can, hil_can, hil_can_reset, HIL_RCC_APB1, 25, false),
+    PART(0x40007000u, 1, 0, rcc, hil_pwr, NULL, HIL_RCC_APB1, 28, false),
+    PART(0x40011000u, 1, 1, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
+    PART(0x40011400u, 1, 6, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 5, true),
+    PART(0x40012000u, 1, 0, adc, hil_adc, hil_adc_reset, HIL_RCC_APB2, 8, false),
+    PART(0x40013800u, 1, 0, flash, hil_syscfg, hil_syscfg_reset, HIL_RCC_APB2, 14, false),
+    PART(0x40014800u, 1, 0, tim11, hil_tim11, hil_tim11_reset, HIL_RCC_APB2, 18, false),
+    PART(0x40020000u, 9, 0, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 0, true),
+    PART(0x40023800u, 1, 0, rcc, hil_rcc, NULL, ALWAYS, 0, false),
+    PART(0x40023c00u, 1, 0, flash, hil_flash_if, NULL, ALWAYS, 0, false),
+    PART(0x40026000u, 2, 0, dma, hil_dma, hil_dma_reset, HIL_RCC_AHB1, 21, false),
 #undef PART
 };
 
@@ -84,30 +75,36 @@ static uint32_t read_system_memory(void *device, uint32_t address)
     }
 }
 
+static void attach_part(struct hil_mcu *mcu, const struct part *part, unsigned n)
+{
+    void *device = (char *)mcu + part->device;
+    struct hil_peripheral peripheral = {
+        .base = part->base + 0x400u * n,
+        .unit = part->unit + n,
+        .read = part->read,
+        .write = part->write,
+        .narrow = part->narrow,
+        .rest = part->write == hil_gpio_write ? hil_gpio_rest : NULL,
+        .device = device,
+    };
+    if (part->bus != ALWAYS) {
+        unsigned bit = part->bit + n;
+        peripheral.clocks = hil_rcc_clocks(&mcu->rcc, part->bus);
+        peripheral.clock_mask = device == &mcu->adc ? ANY_ADC : 1u << bit;
+        mcu->rcc.line[part->bus][bit] = (struct hil_reset_line){part->reset, device,
+                                                                peripheral.unit};
+    }
+    hil_bus_attach(mcu->core, &peripheral);
+}
+
 static void attach_to_bus(struct hil_mcu *mcu)
 {
     for (unsigned i = 0; i < PARTS; i++) {
         const struct part *part = &parts[i];
-        void *device = (char *)mcu + part->device;
-        if (device == &mcu->usart && part->unit != mcu->options->type->usart)
+        if (part->write == hil_usart_write && part->unit != mcu->options->type->usart)
             continue; /* nothing is at the other one */
-        struct hil_peripheral peripheral = {
-            .base = part->base,
-            .name = part->name,
-            .unit = part->unit,
-            .read = part->read,
-            .write = part->write,
-            .narrow = part->narrow,
-            .rest = part->write == hil_gpio_write ? hil_gpio_rest : NULL,
-            .device = device,
-        };
-        if (part->bus != ALWAYS) {
-            peripheral.clocks = hil_rcc_clocks(&mcu->rcc, part->bus);
-            peripheral.clock_mask = device == &mcu->adc ? ANY_ADC : 1u << part->bit;
-            mcu->rcc.line[part->bus][part->bit] = (struct hil_reset_line){part->reset, device,
-                                                                          part->unit};
-        }
-        hil_bus_attach(mcu->core, &peripheral);
+        for (unsigned n = 0; n < part->alike; n++)
+            attach_part(mcu, part, n);
     }
     mcu->core->bus.system_memory = (struct hil_system_memory){read_system_memory, mcu};
 }
@@ -128,21 +125,16 @@ static void attach_to_events(struct hil_mcu *mcu)
         {HIL_EVENT_ADC3, hil_adc3_event, &mcu->adc},
         {HIL_EVENT_TIM4, hil_tim4_event, &mcu->tim},
         {HIL_EVENT_TIM2, hil_tim2_event, &mcu->tim},
-        {HIL_EVENT_SPI, hil_spi_event, &mcu->spi},
+        {HIL_EVENT_SPI, hil_spi_catch_up, &mcu->spi},
         {HIL_EVENT_I2C, hil_i2c_event, &mcu->i2c},
         {HIL_EVENT_CAN, hil_can_event, &mcu->can},
         {HIL_EVENT_CAN_OTHER, hil_can_other_event, &mcu->can},
-        {HIL_EVENT_USART_TX, hil_usart_tx_event, &mcu->usart},
+        {HIL_EVENT_USART_TX, hil_usart_catch_up, &mcu->usart},
         {HIL_EVENT_USART_RX, hil_usart_rx_event, &mcu->usart},
         {HIL_EVENT_IWDG, hil_iwdg_event, &mcu->iwdg},
     };
     for (unsigned i = 0; i < sizeof wires / sizeof wires[0]; i++)
         hil_event_wire(mcu->core, wires[i].slot, wires[i].handler, wires[i].device);
-}
-
-static void catch_up_adc(void *who, uint64_t at)
-{
-    hil_adc_catch_up(who, at);
 }
 
 /* Alternate functions (data sheet table 9) of the pins whose levels are modelled, and who listens
@@ -180,7 +172,7 @@ static void attach_to_dma(struct hil_mcu *mcu)
 {
     mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_catch_up,
                                                     hil_spi_dma_enabled};
-    mcu->dma.client[1][0] = (struct hil_dma_client){&mcu->adc, catch_up_adc, NULL};
+    mcu->dma.client[1][0] = (struct hil_dma_client){&mcu->adc, hil_adc_catch_up, NULL};
     mcu->dma.client[1][1] = (struct hil_dma_client){&mcu->usart, hil_usart_catch_up,
                                                     hil_usart_dma_enabled};
 }

@@ -236,11 +236,6 @@ void hil_spi_catch_up(void *device, uint64_t at)
     schedule(dev);
 }
 
-void hil_spi_event(void *device, uint64_t at)
-{
-    hil_spi_catch_up(device, at);
-}
-
 void hil_spi_dma_enabled(void *device)
 {
     struct hil_spi_device *dev = device;

@@ -50,7 +50,6 @@ double hil_spi_period_ns(const struct hil_spi_device *dev);
 /* For the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
 void hil_spi_reset(void *device, unsigned unit);
 HIL_ON_BUS(spi)
-void hil_spi_event(void *device, uint64_t at);
 /* Bring what has been shifted up to `at`. */
 void hil_spi_catch_up(void *device, uint64_t at);
 /* A stream of DMA1 was enabled: it may be the one that waited. */

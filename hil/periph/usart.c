@@ -238,11 +238,6 @@ void hil_usart_catch_up(void *device, uint64_t at)
     schedule(dev);
 }
 
-void hil_usart_tx_event(void *device, uint64_t at)
-{
-    hil_usart_catch_up(device, at);
-}
-
 void hil_usart_dma_enabled(void *device)
 {
     struct hil_usart_device *dev = device;

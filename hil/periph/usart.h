@@ -52,7 +52,6 @@ size_t hil_usart_room(const struct hil_usart_device *dev);
 /* For the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
 void hil_usart_reset(void *device, unsigned unit);
 HIL_ON_BUS(usart)
-void hil_usart_tx_event(void *device, uint64_t at);
 void hil_usart_rx_event(void *device, uint64_t at);
 /* Bring what has been sent up to `at`. */
 void hil_usart_catch_up(void *device, uint64_t at);
