@@ -19,9 +19,8 @@
 #include "hil/core/core.h"
 #include "hil/core/elf.h"
 #include "hil/core/event.h"
-#include "hil/core/exception.h"
-#include "hil/core/state.h"
 #include "hil/core/nvic.h"
+#include "hil/core/state.h"
 #include "hil/periph/options.h"
 #include "hil/periph/cells.h"
 

@@ -8,7 +8,7 @@
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
-#include "hil/core/exception.h"
+#include "hil/core/nvic.h"
 #include "hil/core/whatif.h"
 
 /* Built from hil/rom by the Makefile before this file is compiled. */
