@@ -7,7 +7,10 @@
 #include <string.h>
 
 #include "common/image.h"
+#include "common/boxpage.h"
+#include "common/catalogue.h"
 #include "common/command.h"
+#include "common/wire.h"
 #include "host/base/answer.h"
 #include "host/base/help.h"
 #include "host/base/output.h"
@@ -15,7 +18,6 @@
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
 #include "host/board/arm_client.h"
-#include "host/board/box_client.h"
 #include "host/board/config_client.h"
 #include "host/board/config_text.h"
 #include "host/board/gage_client.h"
@@ -26,10 +28,12 @@
 #include "host/collect/boxfill.h"
 #include "host/commands/commands.h"
 
-#define KIND_S      1.2 /* within which a board says its kind: once a second */
-#define HMIL_PER_IN 100000.0
-#define ACROSS      7u   /* slacks in a row of the table */
-#define CLOSED_HMIL 200u /* 0.002 in, as the predictor has it */
+#define BOX_ROUNDS    6 /* of asking for what has not come */
+#define BOX_PAGE_BITS 15u
+#define KIND_S        1.2 /* within which a board says its kind: once a second */
+#define HMIL_PER_IN   100000.0
+#define ACROSS        7u   /* slacks in a row of the table */
+#define CLOSED_HMIL   200u /* 0.002 in, as the predictor has it */
 
 struct request {
     const struct cli *cli;
@@ -42,6 +46,184 @@ struct request {
 };
 
 /* ---- black box ---- */
+
+#define BOX_CLIENT_RECORDS 256u
+
+struct box_client_record {
+    struct mr_box_record record;
+    struct mr_box_span span;
+};
+
+struct box_client {
+    struct dialogue *dialogue;
+    bool state_known, space_known;
+    struct mr_box_state state;
+    struct mr_box_space space;
+    struct box_client_record records[BOX_CLIENT_RECORDS];
+    size_t count;
+    bool listed;
+    /* being read out */
+    uint16_t reading;
+    uint8_t (*pages)[MR_BOXPAGE];
+    uint8_t *present;
+    size_t page_count, parts;
+    uint8_t half[MR_BOXPAGE / 2];
+    uint32_t half_page; /* whose first half stands in `half` */
+    bool ended;
+};
+
+static void take_part(struct box_client *talk, const uint8_t *payload)
+{
+    const uint8_t *p = payload;
+    uint16_t record = mr_get_u16(&p);
+    uint16_t page = mr_get_u16(&p);
+    uint8_t part = mr_get_u8(&p);
+    struct mr_boxpage_header header;
+    uint8_t whole[MR_BOXPAGE];
+    if (!talk->pages || record != talk->reading || page >= talk->page_count)
+        return;
+    talk->parts++;
+    if (part == 0) {
+        memcpy(talk->half, p + 1, sizeof talk->half);
+        talk->half_page = page;
+    } else if (part == 1 && talk->half_page == page) {
+        memcpy(whole, talk->half, sizeof talk->half);
+        memcpy(whole + sizeof talk->half, p + 1, sizeof talk->half);
+        if (mr_boxpage_check(whole, &header) == MR_OK && header.record == record) {
+            memcpy(talk->pages[page], whole, sizeof whole);
+            talk->present[page] = 1;
+        }
+    }
+}
+
+static enum mr_status take_box(void *context, const struct dialogue_message *message,
+                               struct error *error)
+{
+    struct box_client *talk = context;
+    struct mr_box_end end;
+    struct mr_box_record record;
+    const uint8_t *bytes = message->payload;
+    size_t length = message->length;
+    (void)error;
+    switch (message->id) {
+    case MR_ID_BOX_STATE:
+        talk->state_known |= mr_box_state_get(&talk->state, bytes, length) == MR_OK;
+        break;
+    case MR_ID_BOX_SPACE:
+        talk->space_known |= mr_box_space_get(&talk->space, bytes, length) == MR_OK;
+        break;
+    case MR_ID_BOX_RECORD:
+        if (mr_box_record_get(&record, bytes, length) != MR_OK)
+            break;
+        if (!record.record)
+            talk->listed = true;
+        else if (talk->count < BOX_CLIENT_RECORDS)
+            talk->records[talk->count++].record = record;
+        break;
+    case MR_ID_BOX_SPAN:
+        if (talk->count)
+            (void)mr_box_span_get(&talk->records[talk->count - 1].span, bytes, length);
+        break;
+    case MR_ID_BOX_PART:
+        if (length == MR_BOX_PART_BYTES)
+            take_part(talk, bytes);
+        break;
+    case MR_ID_BOX_END:
+        talk->ended |= mr_box_end_get(&end, bytes, length) == MR_OK && end.record == talk->reading;
+        break;
+    default: break;
+    }
+    return MR_OK;
+}
+
+static enum mr_status box_client_begin(struct box_client *talk, struct dialogue *dialogue,
+                                       struct error *error)
+{
+    memset(talk, 0, sizeof *talk);
+    talk->dialogue = dialogue;
+    talk->half_page = UINT32_MAX;
+    dialogue_subscribe(dialogue, take_box, talk);
+    return dialogue_hello(dialogue, NULL, NULL, error);
+}
+
+/* What the board asks to be asked again is asked again. */
+static enum mr_status box_order(struct box_client *talk, uint8_t code, int32_t argument,
+                                struct error *error)
+{
+    struct dialogue *dialogue = talk->dialogue;
+    const struct dialogue_order order = {
+        .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
+    struct mr_ack ack;
+    double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_S;
+    enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
+    while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s) {
+        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
+        if (status == MR_OK)
+            status = dialogue_order(dialogue, &order, &ack, error);
+    }
+    if (status == MR_TIMEOUT)
+        return dialogue_lost(dialogue, code, error);
+    if (status != MR_OK || ack.status == MR_OK)
+        return status;
+    if (ack.status == MR_UNKNOWN)
+        return error_set(error, MR_UNKNOWN,
+                         "the black box has no such record: %s; see matrig board list",
+                         dialogue_spec(dialogue));
+    return dialogue_refused(dialogue, &ack,
+                            "a landing is armed or going on, or there is no black box", error);
+}
+
+/* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
+static enum mr_status box_client_list(struct box_client *talk, struct error *error)
+{
+    talk->count = 0;
+    talk->listed = false;
+    enum mr_status status = box_order(talk, MR_COMMAND_BOX_LIST, 0, error);
+    if (status == MR_OK)
+        status = dialogue_until(talk->dialogue, dialogue_flag, &talk->listed, DIALOGUE_ANSWER_S,
+                                error);
+    return status == MR_TIMEOUT
+             ? error_set(error, MR_TIMEOUT, "the list of records did not end: %s; try again",
+                         dialogue_spec(talk->dialogue))
+             : status;
+}
+
+static size_t first_absent(const struct box_client *talk)
+{
+    size_t page = 0;
+    while (page < talk->page_count && talk->present[page])
+        page++;
+    return page;
+}
+
+/* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay
+ * absent. Both arrays have room for record.pages. */
+static enum mr_status box_client_read(struct box_client *talk,
+                                      const struct box_client_record *record,
+                                      uint8_t (*pages)[MR_BOXPAGE], uint8_t *present,
+                                      struct error *error)
+{
+    enum mr_status status = MR_OK;
+    talk->reading = record->record.record;
+    talk->pages = pages;
+    talk->present = present;
+    talk->page_count = record->record.pages;
+    for (int round = 0;
+         status == MR_OK && round < BOX_ROUNDS && first_absent(talk) < talk->page_count; round++) {
+        talk->ended = false;
+        status = box_order(talk, MR_COMMAND_BOX_READ,
+                           (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)),
+                           error);
+        if (status == MR_OK)
+            status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended,
+                                           &talk->parts, DIALOGUE_ANSWER_S, error);
+        /* what has not come is asked for again */
+        if (status == MR_TIMEOUT && error->status == MR_OK)
+            status = MR_OK;
+    }
+    talk->pages = NULL;
+    return status;
+}
 
 static void record_answer(const struct box_client_record *r, struct answer *answer)
 {
@@ -168,7 +350,7 @@ static int box(const struct request *request, struct dialogue *dialogue, struct 
     bool frees = strcmp(verb, "free") == 0;
     enum mr_status status = box_client_begin(&talk, dialogue, error);
     if (status == MR_OK)
-        status = frees ? box_client_free(&talk, (uint16_t)request->number, error)
+        status = frees ? box_order(&talk, MR_COMMAND_BOX_FREE, request->number, error)
                        : box_client_list(&talk, error);
     if (status != MR_OK)
         return cli_fail(error);
