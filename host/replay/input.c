@@ -13,15 +13,15 @@
 #include "common/crc32.h"
 #include "host/base/xmalloc.h"
 
-#define LATE_BLOCKS        20000 /* a record that is armed later than this is moved back ... */
-/* and one that is armed before this forth: zeros, survey and runway go first */
+/* A record that is armed later than this is moved back, one that is armed earlier than that forth:
+ * zeros, survey and runway go first. By whole seconds: whatever the board does by its block index
+ * repeats then. */
+#define LATE_BLOCKS        20000
 #define EARLY_BLOCKS       450
-/* whatever the board does by its block index repeats every second */
 #define BLOCKS_PER_S       1000
-/* block of the first zero, then one in each; and then a segment of the survey every second block;
- * and a word of */
+/* Block of the first zero, then one in each; then a segment of the survey every second block; then
+ * a word of the runway in each. */
 #define FIRST_COMMAND      40
-/* the runway in each */
 #define COMMANDS_PER_BLOCK 4u
 #define CLOCK_INTERNAL     1 /* of the message hello */
 #define RUNWAY_TAG         10000u

@@ -54,6 +54,14 @@ any_speed_same_bytes() {
         $board --elf $elf --can "file:$tmp/real.can" --serial "file:$tmp/real.serial" --for 1 --speed real &&
         [ -s "$tmp/max.serial" ] && cmp "$tmp/max.can" "$tmp/real.can" && cmp "$tmp/max.serial" "$tmp/real.serial"
 }
+mistakes() { # one line, and the right exit code
+    bad() { fails_with "$1" "$2" $board "${@:3}"; }
+    bad 2 'nothing is asked' && bad 3 'no-such.elf' --elf no-such.elf && bad 2 'unknown option --nonsense' --elf $elf --nonsense 1 &&
+        bad 2 '--elf needs a value' --elf && bad 2 'what is .elf.' elf && bad 4 'not an ELF' --elf README.md && bad 4 'not for a 32-bit' --elf $board &&
+        bad 2 '--speed cannot be .fast.' --elf $elf --speed fast && bad 2 '--for cannot be' --elf $elf --for -1 && bad 2 '--seed cannot be' --elf $elf --seed x &&
+        bad 2 '--lsi cannot be' --elf $elf --lsi 5 && bad 2 'no link' --elf $elf --can vcan0 && bad 3 'cannot write' --elf $elf --serial "file:$tmp/no/file" &&
+        bad 3 'no-such.run' --elf $elf --rig no-such.run && bad 4 'does not begin with' --elf $elf --rig $elf
+}
 given_twice() {
     fails_with 2 '--for is given twice; give it once' $board --elf $elf --for 1 --for 1 &&
         fails_with 2 '--trace is given twice' $board --trace --elf $elf --trace
@@ -124,6 +132,7 @@ check "a pipe that nobody reads ends with a message" blocked_write
 check "a host that does not read ends with a message" host_does_not_read
 check "paced by the wall clock, never ahead of it" paced
 check "any speed, same bytes" any_speed_same_bytes
+check "mistakes are told in a line" mistakes
 check "an option given twice is refused" given_twice
 check "one path for two things is refused" same_path
 check "one file under two names, or a campaign, is not overwritten" same_file

@@ -100,22 +100,6 @@ large_change_is_not() {
         sqlite3 :memory: "select json_extract(value, '\$.first.t_s') from json_each(json_extract(cast(readfile('$tmp/scale.json') as text), '\$.by_message')) where json_extract(value, '\$.message') = 'displacement_1_3'" | grep -q '^[0-9]'
 }
 
-bundle_says_the_same() {
-    $matrig bundle "$db" 7 -o "$tmp/bundle.db" && [ ! -e "$tmp/bundle.db-wal" ] &&
-        $matrig --json --quiet replay "$tmp/bundle.db" 1 >"$tmp/bundle.json" &&
-        cmp <(sed 's/.*"first_block"/"first_block"/' "$tmp/replay7.json") <(sed 's/.*"first_block"/"first_block"/' "$tmp/bundle.json")
-}
-bundle_is_complete() {
-    local table
-    for table in channels switches blocks frames edges zones motion gaps; do
-        [ "$(stored "select count(*) from $table where landing = 7")" = "$(sqlite3 "$tmp/bundle.db" "select count(*) from $table")" ] || return 1
-    done
-    [ "$(sqlite3 "$tmp/bundle.db" 'select count(*) from slack')" = 42 ] && [ "$(sqlite3 "$tmp/bundle.db" 'select count(*) from landings')" = 1 ] &&
-        [ "$(sqlite3 "$tmp/bundle.db" 'pragma integrity_check; pragma foreign_key_check')" = ok ] &&
-        cmp <($matrig --json export "$db" 7 --format csv -o "$tmp/a.csv" >/dev/null; grep -v '^#' "$tmp/a.csv") \
-            <($matrig --json export "$tmp/bundle.db" 1 --format csv -o "$tmp/b.csv" >/dev/null; grep -v '^#' "$tmp/b.csv")
-}
-
 # What cannot be replayed.
 broken() { # NAME SQL: a copy of the campaign with the change
     rm -f "$tmp/$1.db"
@@ -181,8 +165,6 @@ check "a landing with measured zeros is recorded" record_zeroed
 check "it says the same again, every field" says_the_same 14
 check "because its zeros are given again" zeros_are_given_again
 check "with other zeros it does not" without_zeros
-check "a bundle of a landing replays as its RUN 1, and says the same" bundle_says_the_same
-check "a bundle has what belongs to the landing, and nothing else" bundle_is_complete
 check "a record that begins late is moved back by whole seconds" moved_back
 check "two replays are the same" same_twice
 check "one constant of the firmware changed: the first difference is named" names_the_first_difference

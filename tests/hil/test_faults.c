@@ -456,57 +456,7 @@ TEST(channels_that_fail_are_missing)
     ear_close(ear);
 }
 
-/* A sensor that sticks reads its last value: 0.1 in, while the mat goes on to 0.9. */
-TEST(a_stuck_channel_holds_its_value)
-{
-    struct ear *ear = ear_open(NULL, 5);
-    ear_order(ear, "station 60 transducer 4 stick");
-    ear_until(ear, 7.0);
-    struct mr_displacement_4_6 message;
-    mr_displacement_4_6_get(&message, ear->last[EAR_CAN][MR_ID_DISPLACEMENT_4_6], MR_MESSAGE_MAX);
-    uint64_t at_ps = 0;
-    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) { /* 60 ft lies between two switches */
-        if (ear->run.switch_ft[i] <= 60.0)
-            at_ps = ear->run.switch_open_ps[i];
-    }
-    double near_in = hil_run_truth(&ear->run, 3, (double)at_ps * 1e-12 + 0.1);
-    double end_in = hil_run_truth(&ear->run, 3, 7.0);
-    assert_near(message.d4_in, near_in, 0.12);
-    assert_true(fabs((double)message.d4_in - end_in) > 0.2);
-    ear_close(ear);
-}
-
 /* --- switches --- */
-
-static void land(struct ear *ear, const char *order, struct mr_stop *stop)
-{
-    struct mr_touchdown touchdown;
-    ear_order(ear, order);
-    ear_until(ear, ear->run.duration_s);
-    assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 1);
-    mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_MAX);
-    mr_stop_get(stop, ear->last[EAR_CAN][MR_ID_STOP], MR_MESSAGE_MAX);
-    assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5);
-}
-
-/* Switches that do not open, or bounce, are named right or not at all; the speed does not
- * suffer. */
-TEST(switches_that_skip_or_bounce)
-{
-    struct mr_stop stop;
-    struct ear *ear = ear_open(NULL, 5);
-    land(ear, "at 0.1 switch 3 skip\nat 0.1 switch 10 skip", &stop);
-    assert_int_equal(stop.switches, 17); /* of the 19 that the gear passes */
-    assert_int_equal(hil_board_counters(ear->board)->switches_opened, 17);
-    ear_close(ear);
-
-    ear = ear_open(NULL, 5);
-    land(ear, "at 0.1 switch 9 bounce 3 400", &stop);
-    assert_int_equal(hil_board_counters(ear->board)->switches_opened, 19 + 3);
-    assert_int_equal(ear->heard[EAR_CAN][MR_ID_EDGE], 19 + 3);
-    assert_in_range(stop.switches, 18, 19);
-    ear_close(ear);
-}
 
 /* The staircase gone: no edge can be named, and the board says that it has no speed. */
 TEST(without_the_staircase_there_is_no_speed)

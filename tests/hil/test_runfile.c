@@ -156,19 +156,3 @@ TEST(test_malformed)
         refused(MR_MALFORMED, cases[i].part);
     }
 }
-
-/* The landings in the tree are read, and their commands understood. */
-TEST(test_landings)
-{
-    static const unsigned landings[] = {1, 4, 5};
-    for (unsigned i = 0; i < 3; i++) {
-        struct hil_run run;
-        char path[64], error[256];
-        snprintf(path, sizeof path, "tests/runs/landing%u.run", landings[i]);
-        if (hil_run_read(path, &run, error, sizeof error) != MR_OK)
-            fail_msg("%s", error);
-        assert_true(run.command_count > 0);
-        assert_true(run.duration_s * run.rate_hz <= (double)run.sample_count + 1.0);
-        hil_run_free(&run);
-    }
-}
