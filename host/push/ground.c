@@ -79,22 +79,6 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
                  "cannot tell: readings at rest say nothing of it; a scene keeps 0.5 of critical");
 }
 
-static void add_axle_law(struct answer *answer, const struct push_interval *law)
-{
-    bool grows = law->low <= 1.0 && law->high >= 1.0, alike = law->low <= 0.0 && law->high >= 0.0;
-    if (isnan(law->value))
-        return;
-    answer_sentence(answer, NULL, "Stiffness and load: %s.",
-                    grows && alike ? "proportional (1) and independent (0) both fit; take more "
-                                     "tests under both loads"
-                    : grows        ? "proportional (1) fits, as friction's limit has it; "
-                                     "independent (0) does not"
-                    : alike        ? "independent (0) fits; proportional (1), as friction's limit "
-                                     "has it, does not"
-                                   : "between independent (0) and proportional (1) or beyond; "
-                                     "neither fits");
-}
-
 static void add_doubts(struct answer *answer, const struct push_ground *ground)
 {
     const struct push_interval *rho = &ground->unloading.of;
@@ -122,7 +106,6 @@ void push_answer_law(struct answer *answer, const struct push_ground *ground,
     const struct push_interval *k = &ground->k_lb_ft.of;
     add_law(answer, ground);
     add_doubts(answer, ground);
-    add_axle_law(answer, &ground->axle_law.of);
     if (!isnan(k->value))
         answer_sentence(answer, NULL,
                         "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). All "

@@ -477,10 +477,10 @@ TEST(nothing_is_known)
     struct store *store = fresh("surveyed0.db");
     struct fit_surveyed found;
     int64_t run = land(store, 1);
-    assert_int_equal(fit_surveyed_before(store, run, &found, &failure), MR_OK);
+    assert_int_equal(fit_surveyed(store, run, false, run, &found, &failure), MR_OK);
     assert_int_equal(found.segments, 0);
     assert_true(isnan(found.sum_in[0]) && found.error_in == 0.0);
-    assert_int_equal(fit_surveyed_after(store, run, STORE_NONE, &found, &failure), MR_OK);
+    assert_int_equal(fit_surveyed(store, run, true, STORE_NONE, &found, &failure), MR_OK);
     assert_int_equal(found.segments, 0);
     store_close(store);
 }
@@ -500,14 +500,14 @@ TEST(the_newest_between_two_landings)
     board(store, second, 0.18);
     survey(store, 2500, 42, 0.05, 0.004);
 
-    assert_int_equal(fit_surveyed_before(store, first, &found, &failure), MR_OK);
+    assert_int_equal(fit_surveyed(store, first, false, first, &found, &failure), MR_OK);
     assert_int_equal(found.gages, 42);
     assert_near(found.sum_in[0], 0.26, 1e-9);
     assert_near(found.sum_in[41], 0.26, 1e-9);
     /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
     assert_near(found.error_in, 0.01, 1e-9);
 
-    assert_int_equal(fit_surveyed_after(store, first, second, &found, &failure), MR_OK);
+    assert_int_equal(fit_surveyed(store, first, true, second, &found, &failure), MR_OK);
     assert_int_equal(found.gages, 10);
     assert_int_equal(found.segments, 42);
     assert_near(found.sum_in[9], 0.16, 1e-9);
@@ -515,11 +515,11 @@ TEST(the_newest_between_two_landings)
     assert_near(found.error_in, 0.1 / sqrt(2.0), 1e-9);
 
     struct fit_surveyed before;
-    assert_int_equal(fit_surveyed_before(store, second, &before, &failure), MR_OK);
+    assert_int_equal(fit_surveyed(store, second, false, second, &before, &failure), MR_OK);
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         assert_near(before.sum_in[s], found.sum_in[s], 0.0);
 
-    assert_int_equal(fit_surveyed_after(store, second, STORE_NONE, &found, &failure), MR_OK);
+    assert_int_equal(fit_surveyed(store, second, true, STORE_NONE, &found, &failure), MR_OK);
     assert_int_equal(found.gages, 42);
     assert_near(found.sum_in[20], 0.06, 1e-9);
     store_close(store);

@@ -12,102 +12,42 @@
 
 /* ---- surveyed ---- */
 
-static enum mr_status take_boards(struct store *store, int64_t run, struct fit_surveyed *surveyed,
-                                  struct error *error)
+enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_t board,
+                            struct fit_surveyed *surveyed, struct error *error)
 {
-    struct store_segment *rows;
-    size_t count;
-    enum mr_status status = store_segments(store, run, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS ||
-            isnan(rows[i].slack_in))
-            continue;
-        surveyed->sum_in[rows[i].segment] = rows[i].slack_in;
-        surveyed->segments++;
+    static struct survey_found found;
+    struct zones_closure told = {.surveyed = 0};
+    struct store_landing *rows = NULL;
+    size_t count = 0;
+    bool there = false;
+    double squares = 0.0;
+    int64_t from_us = INT64_MIN, to_us = INT64_MAX;
+    *surveyed = (struct fit_surveyed){0};
+    for (size_t s = 0; s < MR_SEGMENTS; s++)
+        told.slack_in[s] = NAN;
+    if (store_landings(store, &rows, &count, error) != MR_OK)
+        return error->status;
+    for (size_t i = 0; i < count; i++) {
+        if (rows[i].id < run + after)
+            from_us = rows[i].armed_us > from_us ? rows[i].armed_us : from_us;
+        else
+            to_us = rows[i].armed_us < to_us ? rows[i].armed_us : to_us;
     }
     free(rows);
-    return status;
-}
-
-/* The slack of one survey over what is there; its error is the mean square of those of the
- * segments. */
-static enum mr_status take_gages(struct store *store, int64_t id, struct fit_surveyed *surveyed,
-                                 struct error *error)
-{
-    struct survey *survey = xmalloc(sizeof *survey);
-    struct survey_slack slack;
-    double squares = 0.0;
-    enum mr_status status = survey_get(store, id, survey, error);
-    if (status == MR_OK)
-        survey_slack(&survey->readings, survey->row.closed_in, &slack);
-    free(survey);
-    for (size_t s = 0; s < MR_SEGMENTS && status == MR_OK; s++) {
-        if (isnan(slack.segment[s].value_in))
-            continue;
-        surveyed->segments += isnan(surveyed->sum_in[s]) ? 1 : 0;
-        surveyed->sum_in[s] = slack.segment[s].value_in;
-        squares += slack.segment[s].error_in * slack.segment[s].error_in;
-        surveyed->gages++;
+    if ((board != STORE_NONE && zones_load_survey(store, board, &told, error) != MR_OK) ||
+        survey_find_between(store, from_us, to_us, &found, &there, error) != MR_OK)
+        return error->status;
+    for (size_t s = 0; s < MR_SEGMENTS; s++) {
+        const struct survey_estimate *read = &found.slack.segment[s];
+        bool gage = there && !isnan(read->value_in);
+        surveyed->sum_in[s] = gage ? read->value_in : (double)told.slack_in[s];
+        surveyed->segments += isnan(surveyed->sum_in[s]) ? 0 : 1;
+        surveyed->gages += gage;
+        squares += gage ? read->error_in * read->error_in : 0.0;
     }
     if (surveyed->gages > 0)
         surveyed->error_in = sqrt(squares / (double)surveyed->gages);
-    return status;
-}
-
-/* The newest survey between landing `after` (STORE_NONE: the first) and the next one. */
-static enum mr_status take_gages_after(struct store *store, int64_t after,
-                                       struct fit_surveyed *surveyed, struct error *error)
-{
-    struct store_gage_survey *rows = NULL;
-    size_t count = 0;
-    int64_t found = 0;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++)
-        found = rows[i].after_run == after ? rows[i].id : found;
-    free(rows);
-    return status == MR_OK && found ? take_gages(store, found, surveyed, error) : status;
-}
-
-static void nothing(struct fit_surveyed *surveyed)
-{
-    *surveyed = (struct fit_surveyed){0};
-    for (size_t s = 0; s < MR_SEGMENTS; s++)
-        surveyed->sum_in[s] = (double)NAN;
-}
-
-static enum mr_status landing_before(struct store *store, int64_t run, int64_t *before,
-                                     struct error *error)
-{
-    struct store_landing *rows = NULL;
-    size_t count = 0;
-    *before = STORE_NONE;
-    enum mr_status status = store_landings(store, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].id < run && (*before == STORE_NONE || rows[i].id > *before))
-            *before = rows[i].id;
-    }
-    free(rows);
-    return status;
-}
-
-enum mr_status fit_surveyed_before(struct store *store, int64_t run, struct fit_surveyed *surveyed,
-                                   struct error *error)
-{
-    int64_t before;
-    nothing(surveyed);
-    if (landing_before(store, run, &before, error) != MR_OK ||
-        take_boards(store, run, surveyed, error) != MR_OK)
-        return error->status;
-    return take_gages_after(store, before, surveyed, error);
-}
-
-enum mr_status fit_surveyed_after(struct store *store, int64_t run, int64_t next,
-                                  struct fit_surveyed *surveyed, struct error *error)
-{
-    nothing(surveyed);
-    if (next != STORE_NONE && take_boards(store, next, surveyed, error) != MR_OK)
-        return error->status;
-    return take_gages_after(store, run, surveyed, error);
+    return MR_OK;
 }
 
 /* ---- campaign ---- */
@@ -190,7 +130,7 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     for (size_t i = 0; i < count && next == STORE_NONE; i++)
         next = rows[i].id > now->id && follows(store, &rows[i], now->id) ? rows[i].id : STORE_NONE;
     free(rows);
-    if (fit_surveyed_after(store, now->id, next, &after, error) != MR_OK)
+    if (fit_surveyed(store, now->id, true, next, &after, error) != MR_OK)
         return error->status;
     if (surveyed_anew(landing, &after))
         memcpy(landing->after_in, after.sum_in, sizeof landing->after_in);
@@ -205,7 +145,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     struct fit_surveyed before;
     const struct mr_gates_summary *summary = &measured->summary;
     landing->run = measured->landing.id;
-    if (fit_surveyed_before(store, landing->run, &before, error) != MR_OK)
+    if (fit_surveyed(store, landing->run, false, landing->run, &before, error) != MR_OK)
         return error->status;
     memcpy(landing->survey_in, before.sum_in, sizeof landing->survey_in);
     landing->survey_error_in = before.error_in;

@@ -26,11 +26,9 @@ struct fit_surveyed {
     size_t segments, gages;     /* how many are known, and how many of them from gage points */
 };
 
-enum mr_status fit_surveyed_before(struct store *store, int64_t run, struct fit_surveyed *surveyed,
-                                   struct error *error);
-/* Until the next landing of the campaign is armed. The board's own is known from then on: `next` is
- * that landing, or STORE_NONE. */
-enum mr_status fit_surveyed_after(struct store *store, int64_t run, int64_t next,
-                                  struct fit_surveyed *surveyed, struct error *error);
+/* Before landing `run`, or after it until the next one is armed. `board`: the landing whose board's
+ * own survey counts too, or STORE_NONE. */
+enum mr_status fit_surveyed(struct store *store, int64_t run, bool after, int64_t board,
+                            struct fit_surveyed *surveyed, struct error *error);
 
 #endif
