@@ -21,6 +21,7 @@
 struct replay {
     const char *db;
     int64_t run;
+    const char *speed;
     bool exact_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
@@ -208,6 +209,7 @@ static enum mr_status parse(struct replay *replay, int argc, char **argv, const 
     if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
     replay->db = words[0];
+    replay->board.real = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;
 }
 
@@ -240,6 +242,8 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN]", "campaign database and number of the landing in it; else 1, as in a "
                           "bundle, whose digests are checked and whose\n"
                           "image is used"),
+    OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
+                  "max (the default), or real: by the wall clock"),
     OPTION_TEXT("--elf", "F", board.elf,
                 "firmware image; else the bundle's, or the one that came with matrig"),
     OPTION_FLAG("--exact", exact_asked,
@@ -253,7 +257,7 @@ static const struct command_part parts[] = {
 const struct command command_replay = {
     "replay",
     replay_command,
-    "DB [RUN] [--elf F] [--exact]",
+    "DB [RUN] [--speed max|real] [--elf F] [--exact]",
     "re-run a recorded landing through the firmware and check that the output is identical",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},

@@ -56,6 +56,8 @@ static enum mr_status start(const struct replay_board *board, const struct paths
                                  paths->link[SERIAL],
                                  "--replay",
                                  path_of(paths, REPLAY),
+                                 "--speed",
+                                 board->real ? "real" : "max",
                                  "--can-base",
                                  can_base,
                                  board->flash ? "--flash" : NULL,

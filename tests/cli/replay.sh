@@ -148,6 +148,9 @@ serial_alone() {
     broken serial 'delete from frames where link = 0' && $matrig --json --quiet replay "$tmp/serial.db" 6 >"$tmp/serial.json" || return 1
     [ "$(in_json "$tmp/serial.json" differ)" = 0 ] && [ "$(in_json "$tmp/serial.json" messages)" -gt 200 ]
 }
+at_real_speed() { # RUN 6 is 1 s long
+    $matrig --json --quiet replay "$db" 6 --speed real >"$tmp/real.json" && cmp "$tmp/real.json" "$tmp/replay6.json"
+}
 lost_frames_are_no_difference() {
     # not of the answer to arming itself: what tells its block must be there
     broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0 and id > (select min(id) + 100 from frames where landing = 5 and link = 0);
@@ -176,10 +179,12 @@ check "an older record without the blocks before arming: what rests on them is n
 check "a record that breaks off is compared as far as its blocks go" record_breaks_off
 check "a landing logged over serial alone says the same" serial_alone
 check "a rig and a replay together are refused" fails_with 2 '--rig and --replay cannot be given together' build/matrig-board --elf build/firmware/matrig.elf --rig "$tmp/bare.run" --replay "$tmp/none"
+check "at real speed too, paced by the clock" at_real_speed
 check "frames that the log lost are no difference" lost_frames_are_no_difference
 check "without block records it is refused" without_serial
 check "with lost blocks it is refused, naming which" with_a_hole
 check "without an image it is refused" fails_with 3 'no firmware image .*: build/none.elf; build it with make all' $matrig replay "$db" 3 --elf build/none.elf
 check "with something that is no image it is refused" fails_with 3 'gave up with exit code 4: README.md; it said: .*README.md' $matrig --quiet replay "$db" 3 --elf README.md
+check "an unknown speed is refused" fails_with 2 "unknown speed: 'fast' for --speed; give max or real" $matrig replay "$db" 3 --speed fast
 check "a RUN that is not there is refused" fails_with 2 'no such landing: RUN 99' $matrig replay "$db" 99
 finish
