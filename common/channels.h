@@ -14,7 +14,7 @@
  * the reference itself reads there stands in its own zero_code. A reading that is not valid has
  * value NaN.
  *
- * What a reading is relative to, three rules (mr_relative_to; the circuits are built so, and the
+ * What a reading is relative to, three rules (the circuits are built so, and the
  * emulated rig, hil/rig/rig.h, is so by itself):
  *
  *     the 2.5 V reference  transducers: their drive is supplied from it. Bridges: excited by it.
@@ -83,15 +83,6 @@ struct mr_reading {
     uint8_t validity;
 };
 
-enum mr_relative { MR_RELATIVE_TO_NOTHING, MR_RELATIVE_TO_REFERENCE, MR_RELATIVE_TO_VDDA };
-/* Of a channel, by its kind (enum mr_channel_kind). */
-static inline enum mr_relative mr_relative_to(unsigned kind)
-{
-    return kind == MR_KIND_DISPLACEMENT || kind == MR_KIND_TENSION ? MR_RELATIVE_TO_REFERENCE
-         : kind == MR_KIND_STAIRCASE || kind == MR_KIND_REFERENCE  ? MR_RELATIVE_TO_VDDA
-                                                                   : MR_RELATIVE_TO_NOTHING;
-}
-
 /* Mean code of the staircase, relative to VDDA. */
 static inline float mr_staircase_code(const struct mr_block *block)
 {
@@ -116,7 +107,7 @@ float mr_channel_linearise(const struct mr_channel_config *config, float straigh
 /* The channel measures inches or pounds. */
 static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
 {
-    return mr_relative_to(channel->kind) == MR_RELATIVE_TO_REFERENCE;
+    return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
 }
 
 /* Values of a channel's calibration as the message `calibration` numbers them: enum

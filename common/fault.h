@@ -81,14 +81,21 @@ enum mr_crash_item {
 #undef MR_CRASH_ENUM
 
 /* The word MR_CRASH_KIND and the detail of the fault HARD_FAULT. */
+/* clang-format off */
+#define MR_CRASH_KIND_TABLE(X)             \
+    X(MEMORY,  1, "memory fault")          \
+    X(BUS,     2, "bus fault")             \
+    X(USAGE,   3, "usage fault")           \
+    X(OTHER,   4, "processor fault")       \
+    X(CRYSTAL, 5, "stop of the crystal")   \
+    X(UNASKED, 6, "interrupt that nobody asked for")
+/* clang-format on */
+
 enum mr_crash_kind {
-    MR_CRASH_MEMORY = 1,
-    MR_CRASH_BUS,
-    MR_CRASH_USAGE,
-    MR_CRASH_OTHER,
-    MR_CRASH_CRYSTAL,
-    MR_CRASH_UNASKED,
+#define MR_CRASH_KIND_ENUM(NAME, number, text) MR_CRASH_##NAME = (number),
+    MR_CRASH_KIND_TABLE(MR_CRASH_KIND_ENUM)
 };
+#undef MR_CRASH_KIND_ENUM
 
 /*        NAME         number  limit, 10 ms  what it is */
 /* clang-format off */
@@ -120,7 +127,6 @@ enum mr_task {
     X(NOR,         4, "memory of the black box")       \
     X(LAMP_ON,     5, "warning lamp, lit")             \
     X(LAMP_OFF,    6, "warning lamp, put out")         \
-    X(RAM_START,   7, "RAM not in use, at start")      \
     X(IMAGE,       8, "the program, whole as it was built")
 /* clang-format on */
 
@@ -130,16 +136,23 @@ enum mr_self_test_number {
 };
 #undef MR_SELF_TEST_ENUM
 
+/* clang-format off */
+#define MR_CAN_STATE_TABLE(X)                                            \
+    X(GOOD,      0, "good")                                              \
+    X(WARNING,   1, "many errors")                                       \
+    X(PASSIVE,   2, "error passive")                                     \
+    X(UNPLUGGED, 3, "nobody acknowledges: unplugged, or no other node")  \
+    X(STUCK,     4, "nothing passes")                                    \
+    X(OFF,       5, "bus-off")                                           \
+    X(SILENT,    6, "silent: the clock is not exact enough")             \
+    X(MISSING,   7, "missing")
+/* clang-format on */
+
 enum mr_can_state {
-    MR_CAN_GOOD,
-    MR_CAN_WARNING,
-    MR_CAN_PASSIVE,
-    MR_CAN_UNPLUGGED,
-    MR_CAN_STUCK,
-    MR_CAN_OFF,
-    MR_CAN_SILENT,
-    MR_CAN_MISSING,
+#define MR_CAN_STATE_ENUM(NAME, number, text) MR_CAN_##NAME = (number),
+    MR_CAN_STATE_TABLE(MR_CAN_STATE_ENUM)
 };
+#undef MR_CAN_STATE_ENUM
 
 /* Texts, static storage; "unknown ..." beyond the tables. */
 const char *mr_crash_item_name(unsigned item); /* stack words: "stack" */

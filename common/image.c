@@ -51,15 +51,6 @@ void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])
     mr_put_u32(p, image->header_crc);
 }
 
-static const char *find_digit(char c)
-{
-    static const char digits[] = "0123456789abcdef";
-    const char *p = digits;
-    while (*p && *p != c)
-        p++;
-    return *p ? p : NULL;
-}
-
 void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
                           char text[MR_IMAGE_COMMIT_TEXT])
 {
@@ -72,32 +63,6 @@ void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
     for (unsigned i = 0; i < DIGITS; i++)
         text[i] = digits[value >> 4u * (DIGITS - 1 - i) & 15u];
     memcpy(text + DIGITS, changed ? "-dirty" : "", changed ? sizeof "-dirty" : 1);
-}
-
-static uint32_t digit_value(char c)
-{
-    return c <= '9' ? (uint32_t)(c - '0') : (uint32_t)(c - 'a') + 10u;
-}
-
-enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text)
-{
-    uint64_t value = 0;
-    image->commit = 0;
-    image->commit_more = 0;
-    image->changed = false;
-    if (strcmp(text, "unknown") == 0)
-        return MR_OK;
-    for (unsigned i = 0; i < DIGITS; i++) {
-        if (!find_digit(text[i]))
-            return MR_MALFORMED;
-        value = value << 4 | digit_value(text[i]);
-    }
-    if (text[DIGITS] && strcmp(text + DIGITS, "-dirty") != 0)
-        return MR_MALFORMED;
-    image->commit = (uint32_t)(value >> 16);
-    image->commit_more = (uint16_t)value;
-    image->changed = text[DIGITS] != '\0';
-    return MR_OK;
 }
 
 /* ---- boards ---- */

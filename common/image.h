@@ -55,8 +55,6 @@ void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD]);
 /* "c7a3136ab3a3", "c7a3136ab3a3-dirty" or "unknown". */
 void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
                           char text[MR_IMAGE_COMMIT_TEXT]);
-/* And back. MR_MALFORMED: not 12 hexadecimal digits, "-dirty" or not behind them, nor "unknown". */
-enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text);
 
 /* ---- boards ---- */
 

@@ -1,6 +1,6 @@
 #include "common/symbols.h"
 
-#include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define HEADER_BYTES    52u
@@ -56,37 +56,21 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
 }
 
 /* By address; of several names for one, those with a size first, then by name. */
-static bool stands_before(const struct mr_symbol *x, const struct mr_symbol *y)
+static int order(const void *a, const void *b)
 {
+    const struct mr_symbol *x = a, *y = b;
     if (x->address != y->address)
-        return x->address < y->address;
+        return x->address < y->address ? -1 : 1;
     if (!x->size != !y->size)
-        return x->size != 0;
-    return strcmp(x->name, y->name) < 0;
-}
-
-/* Shell's sort, with Knuth's gaps: in place, for there is no heap here. */
-static void sort(struct mr_symbol *all, size_t count)
-{
-    size_t gap = 1;
-    while (gap < count / 3)
-        gap = 3 * gap + 1;
-    for (; gap > 0; gap /= 3) {
-        for (size_t i = gap; i < count; i++) {
-            struct mr_symbol symbol = all[i];
-            size_t k = i;
-            for (; k >= gap && stands_before(&symbol, &all[k - gap]); k -= gap)
-                all[k] = all[k - gap];
-            all[k] = symbol;
-        }
-    }
+        return x->size ? -1 : 1;
+    return strcmp(x->name, y->name);
 }
 
 /* One for each address, each with a size. */
 static void sort_out(struct mr_symbols *symbols)
 {
     size_t kept = 0;
-    sort(symbols->all, symbols->count);
+    qsort(symbols->all, symbols->count, sizeof *symbols->all, order);
     for (size_t i = 0; i < symbols->count; i++) {
         if (!kept || symbols->all[kept - 1].address != symbols->all[i].address)
             symbols->all[kept++] = symbols->all[i];

@@ -80,9 +80,9 @@ void app_configured(struct app *app)
     predict_configure(&app->predict, app->slack_in);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
-    else if (app->box.state == BLACKBOX_MISSING)
+    else if (app->box.state == MR_BOX_MISSING)
         blackbox_start(&app->box);
-    runwaystore_follow(&app->runwaystore, app->box.state != BLACKBOX_MISSING);
+    runwaystore_follow(&app->runwaystore, app->box.state != MR_BOX_MISSING);
 }
 
 static void tell_configuration(struct app *app)
@@ -242,7 +242,7 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
 /* What would end the last landing's record before its last pages are written has to wait. */
 static bool box_closing(const struct app *app)
 {
-    return app->box.state == BLACKBOX_CLOSING;
+    return app->box.state == MR_BOX_CLOSING;
 }
 
 static enum mr_status enter_rom(struct app *app)
@@ -408,7 +408,7 @@ static void take_slow(struct app *app, uint32_t index)
              .block = index);
     slowlog_block(&app->slowlog, &app->telemetry, index, app->tension_lb[index % 4],
                   thermometer->last_c,
-                  landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING);
+                  landing->state != MR_LANDING_LANDING && landing->state != MR_LANDING_SETTLING);
 }
 
 static void take_block(struct app *app, const struct mr_block *block)
@@ -418,7 +418,7 @@ static void take_block(struct app *app, const struct mr_block *block)
                                     MR_SWITCHES_WAITING);
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
-    bool was_armed = app->landing.state == LANDING_ARMED;
+    bool was_armed = app->landing.state == MR_LANDING_ARMED;
 
     tasks_begin(MR_TASK_LANDING);
     health_set_block(block->index);
@@ -438,7 +438,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         landinglink_block(&app->telemetry, block);
     channels_tell(&app->channels, &app->telemetry, &app->landing, block->index,
                   app->displacement_in[row], app->baseline.in, app->tension_lb[row]);
-    if (news.state && app->landing.state == LANDING_DONE) {
+    if (news.state && app->landing.state == MR_LANDING_DONE) {
         /* before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, block->index);
@@ -519,7 +519,7 @@ static void share_memory(struct app *app)
 {
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
-    runwaystore_follow(store, box->state != BLACKBOX_MISSING);
+    runwaystore_follow(store, box->state != MR_BOX_MISSING);
     if (!runwaystore_busy(store, &app->predict, app->slack_in)) {
         blackbox_poll(box, app->next_index);
         if (blackbox_idle(box))

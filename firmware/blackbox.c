@@ -9,8 +9,6 @@
 #define VERIFY_TRIES 2u
 #define ERASE_TRIES  2u
 #define FAILURES_MAX 64u
-/* a sector that looked erased at start is looked at page by page: all of them in 22 min */
-#define LOOK_MS      20u
 #define ERASE_MS     60u /* until one was timed */
 #define READ_TRIES   4u
 #define SCAN_TRIES   32u /* each page of a sector twice */
@@ -27,8 +25,8 @@ enum {
     SECTOR_LAST = 0xfb,
     SECTOR_DIRTY = 0xfc,
     SECTOR_FOREIGN = 0xfd, /* holds pages of more records than there are places: left alone */
-    SECTOR_BLANK = 0xfe,   /* looked erased at start */
-    SECTOR_ERASED = 0xff,  /* erased and looked at */
+    /* or its first page looked erased at start: one that is not is found when it is written */
+    SECTOR_ERASED = 0xff,
 };
 _Static_assert(BLACKBOX_RECORDS <= SECTOR_BAD, "a place must not look like a state");
 
@@ -53,10 +51,6 @@ static uint32_t address_of(unsigned sector, unsigned page)
     return sector * NOR_SECTOR + page * NOR_PAGE;
 }
 
-static bool is_ready(uint8_t state)
-{
-    return state == SECTOR_ERASED || state == SECTOR_BLANK;
-}
 static bool is_dirty(uint8_t state)
 {
     return state == SECTOR_DIRTY || state == SECTOR_LAST;
@@ -65,19 +59,18 @@ static bool is_dirty(uint8_t state)
 static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 {
     uint8_t before = box->sector[sector];
-    box->ready = box->ready - is_ready(before) + is_ready(state);
+    box->ready = box->ready - (before == SECTOR_ERASED) + (state == SECTOR_ERASED);
     box->dirty = box->dirty - is_dirty(before) + is_dirty(state);
     box->bad = box->bad - (before == SECTOR_BAD) + (state == SECTOR_BAD);
     box->sector[sector] = state;
 }
 
-/* The next sector from `from` on, around the memory, whose state lies in [low, high]; NOR_SECTORS:
- * none. */
-static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t low, uint8_t high)
+/* The next sector of a state from `from` on, around the memory; NOR_SECTORS: none. */
+static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t state)
 {
     for (unsigned n = 0; n < NOR_SECTORS; n++) {
         unsigned sector = (from + n) % NOR_SECTORS;
-        if (box->sector[sector] >= low && box->sector[sector] <= high)
+        if (box->sector[sector] == state)
             return sector;
     }
     return NOR_SECTORS;
@@ -132,7 +125,7 @@ static void drop_record(struct blackbox *box, unsigned place)
 /* The ring forgets its oldest page when it is full: nothing is written. */
 static bool is_rolling(const struct blackbox *box)
 {
-    return box->state == BLACKBOX_ROLLING || box->state == BLACKBOX_SCANNING;
+    return box->state == MR_BOX_READY || box->state == MR_BOX_LOOKING;
 }
 
 static void open_page(struct blackbox_writer *writer, uint8_t *page)
@@ -246,7 +239,7 @@ static void put_key(struct blackbox *box, const struct mr_block *block)
 void blackbox_block(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->armed || (!is_rolling(box) && box->state != BLACKBOX_RECORDING))
+    if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
         return;
     box->last_block = block->index;
     if (!has_room(box)) {
@@ -262,7 +255,7 @@ void blackbox_block(struct blackbox *box, const struct mr_block *block)
 void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->armed || (!is_rolling(box) && box->state != BLACKBOX_RECORDING))
+    if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
         return;
     if (!has_room(box)) {
         box->end.notes_lost++;
@@ -389,7 +382,7 @@ static void scan_head(struct blackbox *box)
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, 0);
         return;
     }
-    set_sector(box, box->job_sector, SECTOR_BLANK);
+    set_sector(box, box->job_sector, SECTOR_ERASED);
     scan_next(box);
 }
 
@@ -452,8 +445,7 @@ static void scan_ends(struct blackbox *box)
             drop_record(box, i);
     }
     box->head = (box->newest_sector + 1) % NOR_SECTORS;
-    box->look_sector = box->head;
-    box->state = BLACKBOX_ROLLING;
+    box->state = MR_BOX_READY;
 }
 
 static bool begin_scan(struct blackbox *box)
@@ -494,7 +486,7 @@ static void next_read(struct blackbox *box)
     if (box->read_sector == box->records[place].last_sector)
         box->read_over = true;
     else
-        box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place, (uint8_t)place);
+        box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place);
 }
 
 static void read_page(struct blackbox *box)
@@ -523,7 +515,7 @@ static void read_page(struct blackbox *box)
 void blackbox_trigger(struct blackbox *box, uint32_t block)
 {
     int place = free_place(box);
-    if (box->state != BLACKBOX_ROLLING || !box->armed || place < 0)
+    if (box->state != MR_BOX_READY || !box->armed || place < 0)
         return;
     if (box->configuring)
         flush(box, &box->meta);
@@ -543,21 +535,21 @@ void blackbox_trigger(struct blackbox *box, uint32_t block)
     box->failures = 0;
     box->end_written = false;
     box->reading = -1;
-    box->state = BLACKBOX_RECORDING;
+    box->state = MR_BOX_RECORDING;
 }
 
 void blackbox_finish(struct blackbox *box)
 {
     box->armed = false;
     box->configuring = false;
-    if (box->state == BLACKBOX_RECORDING)
-        box->state = BLACKBOX_CLOSING;
+    if (box->state == MR_BOX_RECORDING)
+        box->state = MR_BOX_CLOSING;
 }
 
 /* The rest of the stream and the end page, as soon as the ring has room for both. */
 static void write_end(struct blackbox *box)
 {
-    if (box->state != BLACKBOX_CLOSING || box->end_written ||
+    if (box->state != MR_BOX_CLOSING || box->end_written ||
         box->put + 3 - box->got >= BLACKBOX_RING)
         return;
     flush(box, &box->stream);
@@ -578,7 +570,7 @@ static void close_record(struct blackbox *box, bool complete)
     record->lost = box->end.lost;
     if (record->first_sector == NOR_SECTORS)
         record->used = false; /* not a single page found its place */
-    box->state = BLACKBOX_ROLLING;
+    box->state = MR_BOX_READY;
     begin_ring(box);
 }
 
@@ -601,10 +593,10 @@ static bool begin_program(struct blackbox *box)
         return false;
     }
     if (box->head_page == PAGES) {
-        unsigned sector = find_sector(box, box->head, SECTOR_BLANK, SECTOR_ERASED);
+        unsigned sector = find_sector(box, box->head, SECTOR_ERASED);
         if (sector == NOR_SECTORS) {
             /* full: what is in the ring stays there and what comes is lost */
-            if (box->state == BLACKBOX_CLOSING)
+            if (box->state == MR_BOX_CLOSING)
                 close_record(box, false);
             return false;
         }
@@ -646,7 +638,7 @@ static void page_fails(struct blackbox *box)
     box->head = (box->head + 1) % NOR_SECTORS;
     box->head_page = PAGES;
     if (++box->failures == FAILURES_MAX) {
-        box->state = BLACKBOX_FAILED;
+        box->state = MR_BOX_FAILED;
         box->armed = false;
     }
 }
@@ -677,55 +669,35 @@ static void begin_erase(struct blackbox *box, unsigned sector)
     nor_begin_erase(address_of(sector, 0));
 }
 
+/* A sector just erased, page by page to its end. */
 static void look(struct blackbox *box)
 {
-    bool was_dirty = is_dirty(box->sector[box->job_sector]);
     if (mr_is_blank(box->buffer, NOR_PAGE)) {
         if (box->job_page + 1 == PAGES)
             set_sector(box, box->job_sector, SECTOR_ERASED);
-        else if (was_dirty) /* just erased: to the end; else a page now and then */
+        else
             begin_read(box, JOB_LOOK, box->job_sector, box->job_page + 1);
-        box->look_page = was_dirty ? 0 : (box->job_page + 1) % PAGES;
-        return;
-    }
-    box->look_page = 0;
-    if (!was_dirty)
-        set_sector(box, box->job_sector, SECTOR_DIRTY);
-    else if (box->state != BLACKBOX_ROLLING || box->armed)
+    } else if (box->state != MR_BOX_READY || box->armed) {
         return; /* it stays dirty until there is time again */
-    else if (++box->tries < ERASE_TRIES)
+    } else if (++box->tries < ERASE_TRIES) {
         begin_erase(box, box->job_sector);
-    else
+    } else {
         erase_fails(box);
+    }
 }
 
 static bool begin_idle_work(struct blackbox *box)
 {
     unsigned sector = NOR_SECTORS;
     if (box->dirty) {
-        sector = find_sector(box, box->head, SECTOR_DIRTY, SECTOR_DIRTY);
+        sector = find_sector(box, box->head, SECTOR_DIRTY);
         if (sector == NOR_SECTORS)
-            sector = find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST,
-                                 SECTOR_LAST);
-        if (sector == box->newest_sector)
-            sector = NOR_SECTORS;
+            sector = find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST);
     }
-    if (sector != NOR_SECTORS) {
-        box->tries = 0;
-        begin_erase(box, sector);
-        return true;
-    }
-    if (box->now_ms - box->looked_ms < LOOK_MS)
+    if (sector == NOR_SECTORS || sector == box->newest_sector)
         return false;
-    box->looked_ms = box->now_ms;
-    if (box->all_looked)
-        return false;
-    sector = find_sector(box, box->look_sector, SECTOR_BLANK, SECTOR_BLANK);
-    box->all_looked = sector == NOR_SECTORS; /* only the scan at start finds such */
-    if (box->all_looked)
-        return false;
-    box->look_sector = sector;
-    begin_read(box, JOB_LOOK, sector, box->look_page);
+    box->tries = 0;
+    begin_erase(box, sector);
     return true;
 }
 
@@ -754,10 +726,10 @@ static void check_mark(struct blackbox *box)
 static bool begin_next_job(struct blackbox *box)
 {
     switch (box->state) {
-    case BLACKBOX_SCANNING: return begin_scan(box);
-    case BLACKBOX_RECORDING:
-    case BLACKBOX_CLOSING: return begin_program(box);
-    case BLACKBOX_ROLLING:
+    case MR_BOX_LOOKING: return begin_scan(box);
+    case MR_BOX_RECORDING:
+    case MR_BOX_CLOSING: return begin_program(box);
+    case MR_BOX_READY:
         if (box->armed)
             return false;
         if (box->freeing >= 0) {
@@ -814,11 +786,11 @@ void blackbox_start(struct blackbox *box)
     box->erase_ms = ERASE_MS;
     box->freeing = -1;
     box->reading = -1;
-    box->state = BLACKBOX_SCANNING;
+    box->state = MR_BOX_LOOKING;
     begin_ring(box);
     if (nor_poll() == NOR_MISSING) {
         health_count(MR_FAULT_NOR_MISSING, 0);
-        box->state = BLACKBOX_MISSING;
+        box->state = MR_BOX_MISSING;
     }
 }
 
@@ -833,7 +805,7 @@ void blackbox_leave_out(struct blackbox *box)
 void blackbox_poll(struct blackbox *box, uint32_t now_ms)
 {
     box->now_ms = now_ms;
-    if (box->state == BLACKBOX_MISSING)
+    if (box->state == MR_BOX_MISSING)
         return;
     write_end(box);
     for (unsigned n = 0; n < STEPS; n++) {
@@ -842,7 +814,7 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
             return;
         if (status == NOR_MISSING) {
             health_count(MR_FAULT_NOR_MISSING, 1);
-            box->state = BLACKBOX_MISSING;
+            box->state = MR_BOX_MISSING;
             return;
         }
         finish_job(box, status == NOR_IDLE);
@@ -853,15 +825,14 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
 
 bool blackbox_idle(const struct blackbox *box)
 {
-    return box->job == JOB_NONE &&
-           (box->state == BLACKBOX_ROLLING || box->state == BLACKBOX_FAILED);
+    return box->job == JOB_NONE && (box->state == MR_BOX_READY || box->state == MR_BOX_FAILED);
 }
 
 enum mr_status blackbox_ready(const struct blackbox *box)
 {
-    if (box->state == BLACKBOX_MISSING || box->state == BLACKBOX_FAILED)
+    if (box->state == MR_BOX_MISSING || box->state == MR_BOX_FAILED)
         return MR_OK;
-    if (box->state != BLACKBOX_ROLLING || box->freeing >= 0)
+    if (box->state != MR_BOX_READY || box->freeing >= 0)
         return MR_WAIT;
     if (free_place(box) < 0 || box->ready + box->dirty < BLACKBOX_RESERVE)
         return MR_FULL;
@@ -873,9 +844,9 @@ float blackbox_wait_s(const struct blackbox *box)
     switch (blackbox_ready(box)) {
     case MR_OK: return 0.0f;
     case MR_WAIT:
-        if (box->state == BLACKBOX_SCANNING || box->freeing >= 0)
+        if (box->state == MR_BOX_LOOKING || box->freeing >= 0)
             return 1.0f;
-        if (box->state != BLACKBOX_ROLLING)
+        if (box->state != MR_BOX_READY)
             return 0.005f * (float)(box->put - box->got + 1);
         return 0.001f * (float)((BLACKBOX_RESERVE - box->ready) * (box->erase_ms + 1));
     default: return MR_NAN;
@@ -884,9 +855,9 @@ float blackbox_wait_s(const struct blackbox *box)
 
 enum mr_status blackbox_at_rest(const struct blackbox *box)
 {
-    if (box->state == BLACKBOX_SCANNING || box->state == BLACKBOX_CLOSING || box->freeing >= 0)
+    if (box->state == MR_BOX_LOOKING || box->state == MR_BOX_CLOSING || box->freeing >= 0)
         return MR_WAIT;
-    return box->state == BLACKBOX_ROLLING && !box->armed ? MR_OK : MR_NOT_NOW;
+    return box->state == MR_BOX_READY && !box->armed ? MR_OK : MR_NOT_NOW;
 }
 
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
@@ -921,7 +892,7 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
     box->read_sector = box->records[place].first_sector;
     for (uint32_t n = 0; n < page / PAGES && box->read_sector != box->records[place].last_sector;
          n++)
-        box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place, (uint8_t)place);
+        box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place);
     box->reading = place;
     box->read_page = page;
     box->read_cursor = 0;

@@ -39,17 +39,6 @@
 #define BLACKBOX_KEY_PAGES 16u  /* a reader that lost its way is back in so many pages */
 #define BLACKBOX_PART      128u /* bytes of a page that travel in one frame */
 
-enum blackbox_state {
-    /* no memory, or not configured: landings are taken without it */
-    BLACKBOX_MISSING = MR_BOX_MISSING,
-    BLACKBOX_SCANNING = MR_BOX_LOOKING,
-    BLACKBOX_ROLLING = MR_BOX_READY, /* idle or armed */
-    BLACKBOX_RECORDING = MR_BOX_RECORDING,
-    BLACKBOX_CLOSING = MR_BOX_CLOSING, /* a landing is over, its last pages are on their way */
-    /* page after page does not hold: given up until the next start */
-    BLACKBOX_FAILED = MR_BOX_FAILED,
-};
-
 struct blackbox_record {
     bool used, complete; /* not complete: the power went while it was recorded */
     uint16_t record, landing;
@@ -65,7 +54,10 @@ struct blackbox_writer {
 };
 
 struct blackbox {
-    enum blackbox_state state;
+    /* MISSING: no memory, or not configured: landings are taken without it; READY: idle or armed;
+     * CLOSING: a landing is over, its last pages are on their way; FAILED: page after page does not
+     * hold: given up until the next start */
+    enum mr_box_condition state;
     bool left_out;   /* by the configuration */
     uint32_t now_ms; /* block index */
 
@@ -107,10 +99,6 @@ struct blackbox {
     uint32_t erase_begun_ms, erase_ms;
     bool waits;  /* for an erase of the runway (app.c) */
     int freeing; /* place of a record; -1 */
-    /* where one that looked erased is sought from, and its next page */
-    unsigned look_sector, look_page;
-    bool all_looked;
-    uint32_t looked_ms;
     unsigned scan_sector, scan_place;
     bool freed[BLACKBOX_RECORDS];
 

@@ -12,13 +12,8 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/catalogue.h"
 #include "common/image.h"
-
-enum board_clock_source {
-    BOARD_CLOCK_CRYSTAL = MR_CLOCK_CRYSTAL, /* HSE and PLL, 168 MHz */
-    /* HSI and PLL, 168 MHz within 1 %: CAN stays silent */
-    BOARD_CLOCK_INTERNAL = MR_CLOCK_INTERNAL_PLL,
-};
 
 struct board_identity {
     uint32_t uid[3];       /* RM0090 39.1 */
@@ -26,7 +21,7 @@ struct board_identity {
     struct mr_image image; /* the image's header; zeros when there is none */
     uint8_t image_state;   /* enum mr_image_state, as found at start */
     uint8_t reset_cause;   /* bits as in the message hello */
-    uint8_t clock_source;  /* enum board_clock_source */
+    uint8_t clock_source;  /* enum mr_clock_source */
     uint8_t board;         /* which it is: common/boards.def */
 };
 

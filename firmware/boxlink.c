@@ -114,7 +114,7 @@ void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry 
                    const struct landing *landing, const struct mr_block *block, bool was_armed)
 {
     blackbox_block(box, block);
-    if (was_armed && landing->state == LANDING_LANDING)
+    if (was_armed && landing->state == MR_LANDING_LANDING)
         blackbox_trigger(box, block->index);
     if (!landing_recording(landing) && box->armed)
         blackbox_finish(box);

@@ -11,7 +11,7 @@ enum mr_status camera_command(struct camera *camera)
 {
     if (!config.site[0].camera)
         return MR_NOT_NOW;
-    camera->due = CAMERA_BY_COMMAND;
+    camera->due = MR_CAMERA_BY_COMMAND;
     return MR_OK;
 }
 
@@ -21,7 +21,7 @@ void camera_arm(struct camera *camera)
     camera->frame_known = false;
     camera->passed = __builtin_isnan(config.site[0].camera_station_ft);
     if (config.site[0].camera && camera->passed)
-        camera->due = CAMERA_BY_ARMING;
+        camera->due = MR_CAMERA_BY_ARMING;
 }
 
 static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index,
@@ -49,7 +49,7 @@ static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint
 /* Where the wheel is when the pulse would begin: the block is over by then. */
 static bool at_station(const struct landing *landing, uint32_t tick)
 {
-    return landing->state == LANDING_LANDING &&
+    return landing->state == MR_LANDING_LANDING &&
            landing_wheel_at(landing, tick + MR_TICKS_PER_BLOCK).station_ft >=
                config.site[0].camera_station_ft;
 }
@@ -59,7 +59,7 @@ static void trigger(struct camera *camera, struct telemetry *telemetry, uint32_t
     uint32_t tick = board_camera(true);
     TELL(telemetry, TO_RECORD, camera, CAMERA, .tick = tick, .cause = (uint8_t)camera->due,
          .block16 = (uint16_t)index);
-    camera->due = CAMERA_BY_NOTHING;
+    camera->due = 0;
     camera->high = true;
     camera->high_block = index;
 }
@@ -77,13 +77,13 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         camera->high = false;
     }
     if (!fitted) {
-        camera->due = CAMERA_BY_NOTHING; /* it was for the camera that is gone */
+        camera->due = 0; /* it was for the camera that is gone */
         return;
     }
     tell_frames(camera, telemetry, index, until_tick, landing_recording(landing));
     if (!camera->passed && at_station(landing, tick)) {
         camera->passed = true;
-        camera->due = CAMERA_BY_STATION;
+        camera->due = MR_CAMERA_BY_STATION;
     }
     if (camera->due && !camera->high)
         trigger(camera, telemetry, index);

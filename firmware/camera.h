@@ -18,17 +18,10 @@
 /* taken of one block; a thousand a second may stand in 2 ms of blocks that wait */
 #define CAMERA_FRAMES       8u
 
-enum camera_cause {
-    CAMERA_BY_NOTHING,
-    CAMERA_BY_ARMING = MR_CAMERA_BY_ARMING,
-    CAMERA_BY_STATION = MR_CAMERA_BY_STATION,
-    CAMERA_BY_COMMAND = MR_CAMERA_BY_COMMAND,
-};
-
 struct camera {
-    bool fitted;           /* frame pulses are captured */
-    bool passed;           /* it was triggered by station in this landing, or need not be */
-    enum camera_cause due; /* to be triggered in the next block */
+    bool fitted; /* frame pulses are captured */
+    bool passed; /* it was triggered by station in this landing, or need not be */
+    uint8_t due; /* why it is triggered in the next block (enum mr_camera_cause); 0: it is not */
     bool high;
     uint32_t high_block; /* since */
     bool frame_known;

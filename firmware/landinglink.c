@@ -65,7 +65,7 @@ static float error_of(const struct telemetry *telemetry, const struct mr_estimat
                       double times)
 {
     double error = estimate->error;
-    if (telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL) {
+    if (telemetry->identity.clock_source != MR_CLOCK_CRYSTAL) {
         double clock = CLOCK_ERROR * times * estimate->value;
         error = __builtin_sqrt(error * error + clock * clock);
     }
@@ -124,7 +124,7 @@ enum mr_status live_begin(struct live *live, struct landing *landing,
 {
     if (command->argument < 0 || command->argument > LIVE_MOST_S)
         return MR_USAGE;
-    if (landing->state != LANDING_IDLE)
+    if (landing->state != MR_LANDING_IDLE)
         return MR_NOT_NOW;
     live->until_block = index + 1000u * (uint32_t)command->argument;
     landing->live = command->argument > 0;

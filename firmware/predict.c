@@ -298,7 +298,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
                  uint32_t index)
 {
     uint32_t held = predict_held(&p->predictor, landing);
-    bool moved = landing->state != LANDING_ARMED || (held & (held - 1u)) != 0;
+    bool moved = landing->state != MR_LANDING_ARMED || (held & (held - 1u)) != 0;
     bool folded = p->status == MR_OK && p->predictor.armed && moved;
     if (p->status != MR_OK || !p->predictor.armed)
         return false;

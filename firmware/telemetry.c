@@ -81,7 +81,7 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
     memset(telemetry, 0, sizeof *telemetry);
     telemetry->box = box;
     board_identify(&telemetry->identity);
-    bool silent = telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL;
+    bool silent = telemetry->identity.clock_source != MR_CLOCK_CRYSTAL;
     canwatch_start(&telemetry->can, silent);
     if (silent)
         health_count(MR_FAULT_CAN_SILENT, 0);

@@ -4,8 +4,8 @@
 
 #include "common/wire.h"
 
-static void change(struct landing *landing, enum landing_state state, enum landing_cause cause,
-                   uint32_t block)
+static void change(struct landing *landing, enum mr_landing_state state,
+                   enum mr_landing_cause cause, uint32_t block)
 {
     landing->state = state;
     landing->cause = cause;
@@ -28,7 +28,7 @@ static void forget_passage(struct landing *landing)
 
 enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t block)
 {
-    if (landing->state != LANDING_IDLE && landing->state != LANDING_DONE)
+    if (landing->state != MR_LANDING_IDLE && landing->state != MR_LANDING_DONE)
         return MR_NOT_NOW;
     landing->live = false;
     landing->number = number ? number : (uint16_t)(landing->number + 1);
@@ -39,7 +39,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     landing->motion_known = false;
     landing->fitting = false;
     landing->summary_known = false;
-    change(landing, LANDING_ARMED, LANDING_BY_COMMAND, block);
+    change(landing, MR_LANDING_ARMED, MR_LANDING_BY_COMMAND, block);
     return MR_OK;
 }
 
@@ -51,18 +51,18 @@ void landing_reconfigure(struct landing *landing)
 void landing_disarm(struct landing *landing, uint32_t block)
 {
     forget_passage(landing);
-    change(landing, LANDING_IDLE, LANDING_BY_COMMAND, block);
+    change(landing, MR_LANDING_IDLE, MR_LANDING_BY_COMMAND, block);
 }
 
 bool landing_recording(const struct landing *landing)
 {
-    return landing->state == LANDING_ARMED || landing->state == LANDING_LANDING ||
-           landing->state == LANDING_SETTLING;
+    return landing->state == MR_LANDING_ARMED || landing->state == MR_LANDING_LANDING ||
+           landing->state == MR_LANDING_SETTLING;
 }
 
 bool landing_quiet(const struct landing *landing, uint32_t block)
 {
-    return landing->state == LANDING_ARMED && !mr_passage_unclear(&landing->passage, block);
+    return landing->state == MR_LANDING_ARMED && !mr_passage_unclear(&landing->passage, block);
 }
 
 bool landing_may_warn(const struct landing *landing, uint32_t block)
@@ -137,8 +137,8 @@ static void take_named(struct landing *landing, const struct mr_config *config,
     landing->last_gate_block = index;
     if (news.started)
         landing->first_block = index;
-    if (landing->state != LANDING_LANDING)
-        change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
+    if (landing->state != MR_LANDING_LANDING)
+        change(landing, MR_LANDING_LANDING, MR_LANDING_BY_EDGE, index);
 }
 
 static void take_answer(struct landing *landing, const struct mr_config *config,
@@ -236,7 +236,7 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
                                   uint32_t index, uint32_t tick, float staircase_code,
                                   const uint32_t *edge_ticks, unsigned edge_count)
 {
-    enum landing_state before = landing->state;
+    enum mr_landing_state before = landing->state;
     landing->news = (struct landing_news){0};
 
     mr_switches_level(&landing->switches, tick, staircase_code);
@@ -245,22 +245,23 @@ struct landing_news landing_block(struct landing *landing, const struct mr_confi
         put_notes(landing, index);
         mr_switches_close(&landing->switches);
     }
-    if (landing->state == LANDING_LANDING) {
+    if (landing->state == MR_LANDING_LANDING) {
         if (index - landing->last_gate_block >= blocks_to_rest(landing))
-            change(landing, LANDING_SETTLING, LANDING_BY_STOP, index);
+            change(landing, MR_LANDING_SETTLING, MR_LANDING_BY_STOP, index);
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
-            change(landing, LANDING_SETTLING, LANDING_BY_LIMIT, index);
-        if (landing->state == LANDING_SETTLING)
+            change(landing, MR_LANDING_SETTLING, MR_LANDING_BY_LIMIT, index);
+        if (landing->state == MR_LANDING_SETTLING)
             start_fit(landing, config);
-    } else if (landing->state == LANDING_SETTLING &&
+    } else if (landing->state == MR_LANDING_SETTLING &&
                index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
-        change(landing, LANDING_DONE, LANDING_BY_SETTLED, index);
+        change(landing, MR_LANDING_DONE, MR_LANDING_BY_SETTLED, index);
     } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
         /* it rolled past a board that was not armed, or back onto a landing that is done */
         forget_passage(landing);
     }
-    if (landing->fitting && landing->state == LANDING_SETTLING && index % LANDING_FIT_BLOCKS == 0)
+    if (landing->fitting && landing->state == MR_LANDING_SETTLING &&
+        index % LANDING_FIT_BLOCKS == 0)
         go_on_fitting(landing, index);
     landing->news.state = landing->state != before;
     return landing->news;

@@ -43,23 +43,6 @@
 /* without one the gear is at rest, whatever was predicted */
 #define LANDING_NO_EDGE_BLOCKS    3000u
 
-/* Their numbers are those of the catalogue. */
-enum landing_state {
-    LANDING_IDLE = MR_LANDING_IDLE,
-    LANDING_ARMED = MR_LANDING_ARMED,
-    LANDING_LANDING = MR_LANDING_LANDING,
-    LANDING_SETTLING = MR_LANDING_SETTLING,
-    LANDING_DONE = MR_LANDING_DONE,
-};
-enum landing_cause {
-    LANDING_BY_NOTHING = MR_LANDING_BY_NOTHING,
-    LANDING_BY_COMMAND = MR_LANDING_BY_COMMAND,
-    LANDING_BY_EDGE = MR_LANDING_BY_EDGE,
-    LANDING_BY_STOP = MR_LANDING_BY_STOP,
-    LANDING_BY_SETTLED = MR_LANDING_BY_SETTLED,
-    LANDING_BY_LIMIT = MR_LANDING_BY_LIMIT,
-};
-
 /* What a block changed, for telemetry. */
 struct landing_news {
     bool state;
@@ -72,8 +55,8 @@ struct landing_news {
 };
 
 struct landing {
-    enum landing_state state;
-    enum landing_cause cause;
+    enum mr_landing_state state;
+    enum mr_landing_cause cause;
     uint16_t number;
     uint32_t changed_block; /* of the last change of state */
     uint32_t first_block;   /* in which the landing was known to be one */

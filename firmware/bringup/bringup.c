@@ -68,7 +68,7 @@ static void say_chip(void)
     say_none("package", "id");
     say_number("flash", (int32_t)(FLASH_SIZE_WORD >> 16), "KiB");
     say_hex("reset_cause", identity.reset_cause, "bits");
-    say_word("clock", identity.clock_source == BOARD_CLOCK_CRYSTAL ? "crystal" : "internal_pll",
+    say_word("clock", identity.clock_source == MR_CLOCK_CRYSTAL ? "crystal" : "internal_pll",
              "source");
 }
 

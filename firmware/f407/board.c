@@ -89,7 +89,7 @@ void board_start(void)
     clock_reset();
     /* Before the crystal, which may take 100 ms: until then outputs float. */
     pins_start();
-    enum board_clock_source clock = clock_start();
+    enum mr_clock_source clock = clock_start();
     memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.board = BOARD_NUMBER;
@@ -102,7 +102,7 @@ void board_start(void)
         identity.uid[i] = UID[i];
 
     uart_start();
-    if (clock == BOARD_CLOCK_CRYSTAL)
+    if (clock == MR_CLOCK_CRYSTAL)
         can_start();
     if (!quiet) {
         capture_start();

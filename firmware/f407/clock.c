@@ -116,7 +116,7 @@ static bool start_crystal(void)
     return false;
 }
 
-enum board_clock_source clock_start(void)
+enum mr_clock_source clock_start(void)
 {
     RCC->APB1ENR |= RCC_APB1ENR_PWR;
     (void)RCC->APB1ENR; /* a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
@@ -125,7 +125,7 @@ enum board_clock_source clock_start(void)
     bool crystal = start_crystal();
     while (!start_pll(crystal)) {
     }
-    return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;
+    return crystal ? MR_CLOCK_CRYSTAL : MR_CLOCK_INTERNAL_PLL;
 }
 
 uint32_t clock_crystal_khz(void)

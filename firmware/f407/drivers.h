@@ -17,7 +17,7 @@
  * left others on. */
 void clock_reset(void);
 /* crystal and PLL, or internal oscillator and PLL. */
-enum board_clock_source clock_start(void);
+enum mr_clock_source clock_start(void);
 /* Of the crystal, by the internal oscillator, as measured at start; 0: none swings. */
 uint32_t clock_crystal_khz(void);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, blocks; board_scans_configure begins, unless this was not
@@ -51,8 +51,7 @@ void rom_if_asked(void);
  * in the message hello. True: too many in a row, the board only speaks. */
 bool fault_recall(uint8_t cause);
 void fault_set_image_crc(uint32_t crc);
-/* memory.c: paint the stack and test the RAM that nobody uses. Before anything is in DMA
- * buffers. */
+/* memory.c: paint the stack and test the buffers of DMA. Before anything is in them. */
 void memory_start(void);
 void memory_set_image_crc(uint32_t crc);
 #endif

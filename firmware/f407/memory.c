@@ -1,11 +1,10 @@
-/* Tests of memory: RAM that nobody uses at start, RAM in use and the program piece by piece while
- * idle, how deep the stack went.
+/* Tests of memory: RAM in use and the program piece by piece while idle, how deep the stack went.
  *
  * RAM in use is tested four words at a time, in registers alone and with interrupts masked, by
  * March C- (van de Goor 1991: up w0; up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) on two
  * backgrounds; what was there is put back. That finds bits that stick or that follow each other
- * within the four words; faults of address lines it cannot find, but the test of the unused RAM, as
- * a whole, can. Buffers of DMA are tested once, at start: what DMA does cannot be masked. */
+ * within the four words; faults of address lines it cannot find. Buffers of DMA are tested once, at
+ * start: what DMA does cannot be masked. */
 #include <string.h>
 
 #include "common/fault.h"
@@ -21,7 +20,7 @@
 #define STREAMS      16u
 
 /* linker script */
-extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[], ram_end[];
+extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[];
 extern const uint8_t program_start[], program_end[];
 
 static struct board_upkeep upkeep;
@@ -56,45 +55,17 @@ static __attribute__((naked, noinline)) uint32_t march(__attribute__((unused)) u
 #undef ELEMENT
 }
 
-static void fail_ram(const uint32_t *words, enum mr_self_test_number which)
+static void fail_ram(const uint32_t *words)
 {
     if (!upkeep.ram_bad)
         upkeep.bad_address = (uint32_t)(uintptr_t)words;
     upkeep.ram_bad = true;
-    health_count(MR_FAULT_SELFTEST, (uint8_t)which);
+    health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_RAM);
 }
 
 static bool window_holds(uint32_t *words)
 {
     return (march(words, 0x00000000u) | march(words, 0x55555555u)) == 0;
-}
-
-/* March C- over a whole region; what was there is lost. */
-static bool region_holds(volatile uint32_t *from, volatile uint32_t *to, uint32_t background)
-{
-    uint32_t other = ~background, wrong = 0;
-    volatile uint32_t *p;
-    for (p = from; p < to; p++)
-        *p = background;
-    for (p = from; p < to; p++) {
-        wrong |= *p ^ background;
-        *p = other;
-    }
-    for (p = from; p < to; p++) {
-        wrong |= *p ^ other;
-        *p = background;
-    }
-    for (p = to; p-- > from;) {
-        wrong |= *p ^ background;
-        *p = other;
-    }
-    for (p = to; p-- > from;) {
-        wrong |= *p ^ other;
-        *p = background;
-    }
-    for (p = from; p < to; p++)
-        wrong |= *p ^ background;
-    return wrong == 0;
 }
 
 void memory_start(void)
@@ -105,10 +76,8 @@ void memory_start(void)
         *p = PAINT;
     for (uint32_t *p = dma_start; p < dma_end; p += WINDOW_WORDS) {
         if (!window_holds(p))
-            fail_ram(p, MR_SELF_TEST_RAM);
+            fail_ram(p);
     }
-    if (!region_holds(ram_used_end, ram_end, 0x55555555u))
-        fail_ram(ram_used_end, MR_SELF_TEST_RAM_START);
     board_upkeep_restart();
 }
 
@@ -149,7 +118,7 @@ static void test_ram(void)
     unsigned count = find_streams(address);
     for (unsigned i = 0; i < WINDOWS; i++) {
         if (!in_use_by_dma(at, address, count) && !window_holds(at))
-            fail_ram(at, MR_SELF_TEST_RAM);
+            fail_ram(at);
         at += WINDOW_WORDS;
         if (at >= ram_used_end) {
             at = stack_bottom;

@@ -66,15 +66,25 @@ static int write_file(const char *path)
     return to && fclose(to) == 0 && written;
 }
 
+/* 12 hexadecimal digits, "-dirty" or not behind them; or "unknown". */
+static int take_commit(struct mr_image *image, const char *text)
+{
+    unsigned long long value = strtoull(text, NULL, 16);
+    bool unknown = strcmp(text, "unknown") == 0;
+    size_t digits = strspn(text, "0123456789abcdef");
+    image->commit = unknown ? 0 : (uint32_t)(value >> 16);
+    image->commit_more = unknown ? 0 : (uint16_t)value;
+    image->changed = !unknown && text[digits] != 0;
+    return unknown || (digits == 12 && (!text[12] || strcmp(text + 12, "-dirty") == 0));
+}
+
 int main(int argc, char **argv)
 {
-    struct mr_image image, built_from = {0};
+    struct mr_image image;
     if (argc != 3)
         return fail("not two words", "usage: stamp ELF COMMIT");
     if (!read_file(argv[1]))
         return fail("cannot read the image", argv[1]);
-    if (mr_image_commit_parse(&built_from, argv[2]) != MR_OK)
-        return fail("not a commit", argv[2]);
     uint8_t *head = loaded(MR_IMAGE_FLASH, MR_IMAGE_HEAD);
     enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
     if (status != MR_OK && status != MR_CRC)
@@ -83,9 +93,8 @@ int main(int argc, char **argv)
     if (!board || image.program_end > MR_IMAGE_FLASH + board->flash_kib * 1024u)
         return fail("no such board, or more than its flash holds", argv[1]);
     image.program_crc = program_crc(image.program_start, image.program_end);
-    image.commit = built_from.commit;
-    image.commit_more = built_from.commit_more;
-    image.changed = built_from.changed;
+    if (!take_commit(&image, argv[2]))
+        return fail("not a commit", argv[2]);
     mr_image_put(&image, head);
     return write_file(argv[1]) ? 0 : fail("cannot write the image", argv[1]);
 }

@@ -348,7 +348,7 @@ TEST_IN(an_inexact_clock_is_part_of_the_errors, start, NULL)
     struct mr_frame frame;
     struct mr_touchdown touchdown = {0};
     fake_reset();
-    fake.clock_source = BOARD_CLOCK_INTERNAL;
+    fake.clock_source = MR_CLOCK_INTERNAL_PLL;
     app_start(&app);
     play(100);
     command("arm 7");
@@ -367,7 +367,7 @@ TEST_IN(an_inexact_clock_is_part_of_the_errors, start, NULL)
 TEST_IN(can_is_silent_on_the_internal_oscillator, start, NULL)
 {
     fake_reset();
-    fake.clock_source = BOARD_CLOCK_INTERNAL;
+    fake.clock_source = MR_CLOCK_INTERNAL_PLL;
     app_start(&app);
     play(100);
     assert_int_equal(fake.sent_count, 0);
@@ -435,7 +435,7 @@ TEST_IN(switches_alone_send_neither_readings_nor_box, start_with_switches, put_b
     play(2000);
     command("arm 1");
     play(100);
-    assert_int_equal(app.landing.state, LANDING_ARMED);
+    assert_int_equal(app.landing.state, MR_LANDING_ARMED);
     for (uint16_t id = MR_ID_DISPLACEMENT_1_3; id <= MR_ID_TENSION_13_14; id++)
         assert_int_equal(count_frames(id), 0);
     assert_int_equal(count_frames(MR_ID_BOX_STATE), 0);
@@ -637,7 +637,7 @@ TEST_IN(a_pushback_is_told, start, NULL)
     GET_LAST(pushback, PUSHBACK, &pushback);
     assert_int_equal(pushback.count, 1);
     assert_int_equal(pushback.position, 8);
-    assert_int_equal(pushback.state, LANDING_IDLE);
+    assert_int_equal(pushback.state, MR_LANDING_IDLE);
     assert_near(pushback.speed_ft_s, -2.0, 0.003);
 }
 

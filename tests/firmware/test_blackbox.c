@@ -115,7 +115,7 @@ static uint16_t land(uint16_t landing, unsigned before, unsigned blocks)
         play(blocks - n < 100 ? blocks - n : 100);
     }
     blackbox_finish(&box);
-    for (unsigned n = 0; box.state == BLACKBOX_CLOSING && n < 2000 && !fake_nor.dark; n++)
+    for (unsigned n = 0; box.state == MR_BOX_CLOSING && n < 2000 && !fake_nor.dark; n++)
         play(1);
     return record;
 }
@@ -281,7 +281,7 @@ TEST_IN(nothing_is_erased_from_arm_to_done, fresh, NULL)
     for (unsigned i = 3000; i < 4000; i++)
         fake_nor.cell[i * NOR_SECTOR] = 0x11;
     boot();
-    while (box.state == BLACKBOX_SCANNING) {
+    while (box.state == MR_BOX_LOOKING) {
         assert_int_equal(blackbox_ready(&box), MR_WAIT);
         ms_passes(), index_now++;
     }
@@ -333,7 +333,7 @@ static void fill(unsigned least)
     print_message("%u landings of 10 s, %u sectors left\n", landings, box.ready);
     assert_int_equal(fake_nor.overwritten, 0);
     boot();
-    while (box.state == BLACKBOX_SCANNING)
+    while (box.state == MR_BOX_LOOKING)
         ms_passes();
     for (unsigned i = 0; i < landings; i++) {
         /* block contents: the last ones, which the test still knows */
@@ -356,7 +356,7 @@ static void fill(unsigned least)
     assert_in_range(box.ready - ready, 60, 155);
     assert_int_equal(blackbox_free(&box, third), MR_UNKNOWN);
     boot();
-    while (box.state == BLACKBOX_SCANNING)
+    while (box.state == MR_BOX_LOOKING)
         ms_passes();
     unsigned left = 0;
     for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
@@ -511,7 +511,7 @@ TEST_IN(without_a_chip_landings_go_on, fresh, NULL)
 {
     fake_nor.present = false;
     boot();
-    assert_int_equal(box.state, BLACKBOX_MISSING);
+    assert_int_equal(box.state, MR_BOX_MISSING);
     assert_int_equal(blackbox_ready(&box), MR_OK);
     arm(1);
     play(10);
@@ -528,7 +528,7 @@ TEST_IN(without_a_chip_landings_go_on, fresh, NULL)
     play(100);
     fake_nor.present = false;
     play(100);
-    assert_int_equal(box.state, BLACKBOX_MISSING);
+    assert_int_equal(box.state, MR_BOX_MISSING);
     fake_nor.present = true; /* or holds nothing any more */
     fake_nor_reset();
     boot();
@@ -536,7 +536,7 @@ TEST_IN(without_a_chip_landings_go_on, fresh, NULL)
     fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
     fake_nor.to = FAKE_NOR_SIZE;
     land(1, 10, 2000);
-    assert_int_equal(box.state, BLACKBOX_FAILED);
+    assert_int_equal(box.state, MR_BOX_FAILED);
     assert_int_equal(blackbox_ready(&box), MR_OK);
 }
 
@@ -596,7 +596,7 @@ TEST_IN(a_landing_longer_than_the_space_keeps_its_beginning, fresh, NULL)
             fake_nor.cell[i * NOR_SECTOR] = 0x11; /* something else, to be erased first */
     }
     boot();
-    while (box.state == BLACKBOX_SCANNING)
+    while (box.state == MR_BOX_LOOKING)
         ms_passes(), index_now++;
     assert_int_equal(box.ready, BLACKBOX_RESERVE);
     assert_int_equal(blackbox_ready(&box), MR_OK);
@@ -722,31 +722,6 @@ TEST_IN(a_page_beyond_the_end_is_the_end, fresh, NULL)
         ms_passes();
     }
     fail_msg("reading never ended");
-}
-
-/* A sector that begins blank and is not, as an erase that the power cut off leaves it: found by
- * looking when there is time, erased, and once all have been looked at there is nothing to be
- * done. */
-TEST_IN(what_only_begins_blank_is_found_and_erased, fresh, NULL)
-{
-    static const uint32_t at[] = {7 * NOR_SECTOR + 1000, 2000 * NOR_SECTOR + NOR_SECTOR - 1};
-    for (unsigned i = 0; i < COUNT_OF(at); i++)
-        fake_nor.cell[at[i]] = 0x55;
-    boot();
-    assert_true(get_ready(1000));
-    for (unsigned n = 0; n < 200000 && !box.all_looked; n++) {
-        index_now += 20;
-        ms_passes();
-    }
-    assert_true(box.all_looked);
-    for (unsigned i = 0; i < COUNT_OF(at); i++)
-        assert_int_equal(fake_nor.cell[at[i]], 0xff);
-    assert_int_equal(fake_nor.erases, COUNT_OF(at));
-    assert_int_equal(box.dirty + box.bad, 0);
-    for (unsigned n = 0; n < 1000; n++)
-        index_now += 20, ms_passes();
-    assert_true(blackbox_idle(&box));
-    assert_int_equal(fake_nor.erases, COUNT_OF(at));
 }
 
 /* What cannot be read from where the reader was: any page of a record may be missing; then at most

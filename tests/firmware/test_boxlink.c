@@ -64,7 +64,7 @@ static void land(void)
         pass(position < 3 ? 178 : 178 + 20 * position);
     }
     pass(8000);
-    assert_int_equal(app.landing.state, LANDING_DONE);
+    assert_int_equal(app.landing.state, MR_LANDING_DONE);
 }
 
 /* Pages and the end from what serial carried. Returns the pages that the end told; 0: no end. */
@@ -271,7 +271,7 @@ TEST_IN(a_full_box_refuses_arming, begin, NULL)
     GET_LAST(box_state, BOX_STATE, &told);
     assert_int_equal(told.records, BLACKBOX_RECORDS);
     assert_true(isnan(told.wait_s));
-    assert_int_equal(app.landing.state, LANDING_IDLE);
+    assert_int_equal(app.landing.state, MR_LANDING_IDLE);
 }
 
 /* A configuration that keeps the black box does not make it look through its memory again. */
@@ -280,7 +280,7 @@ TEST_IN(another_configuration_leaves_the_box_as_it_is, begin, NULL)
     arm_when_ready("arm 7");
     assert_int_equal(ask("disarm"), MR_OK);
     app_configured(&app);
-    assert_int_equal(app.box.state, BLACKBOX_ROLLING);
+    assert_int_equal(app.box.state, MR_BOX_READY);
     assert_int_equal(ask("arm 8"), MR_OK);
 }
 

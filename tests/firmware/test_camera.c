@@ -35,7 +35,7 @@ TEST_IN(armed_it_is_triggered_for_ten_milliseconds, without_camera, NULL)
     assert_true(fake.camera);
     GET_LAST(camera, CAMERA, &told);
     assert_int_equal(told.tick, 777);
-    assert_int_equal(told.cause, CAMERA_BY_ARMING);
+    assert_int_equal(told.cause, MR_CAMERA_BY_ARMING);
     assert_int_equal(told.block16, 5);
     play(9);
     assert_true(fake.camera);
@@ -58,7 +58,7 @@ TEST_IN(by_station_it_is_triggered_where_the_gear_is, without_camera, NULL)
     fly(8.0);
     assert_int_equal(fake.camera_pulses, 1);
     GET_LAST(camera, CAMERA, &told);
-    assert_int_equal(told.cause, CAMERA_BY_STATION);
+    assert_int_equal(told.cause, MR_CAMERA_BY_STATION);
     double passed_s = touchdown_s + 5.0 - sqrt(12.5);
     /* the estimate is good to a tenth of a foot */
     assert_near(told.block16 * 1e-3, passed_s, 0.004);
@@ -79,7 +79,7 @@ TEST_IN(by_command_it_is_triggered_at_any_time, without_camera, NULL)
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.status, MR_OK);
     GET_LAST(camera, CAMERA, &told);
-    assert_int_equal(told.cause, CAMERA_BY_COMMAND);
+    assert_int_equal(told.cause, MR_CAMERA_BY_COMMAND);
     assert_int_equal(fake.camera_pulses, 1);
 }
 

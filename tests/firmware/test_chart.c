@@ -91,7 +91,7 @@ TEST_IN(a_chart_counts_for_one_landing, start, NULL)
     give(&plan, mr_risk_plan_crc(&plan)); /* not now */
     assert_int_equal(last_status(), MR_NOT_NOW);
     fly(13.0); /* rest, and done */
-    assert_int_equal(app.landing.state, LANDING_DONE);
+    assert_int_equal(app.landing.state, MR_LANDING_DONE);
     give(&plan, mr_risk_plan_crc(&plan)); /* one landing ago */
     assert_int_equal(last_status(), MR_VERSION);
     command("arm 2");

@@ -81,7 +81,7 @@ static void roll(void)
     }
 }
 
-static void until(enum landing_state wanted)
+static void until(enum mr_landing_state wanted)
 {
     for (unsigned n = 0; n < 20000 && app.landing.state != wanted; n++)
         pass(1);
@@ -106,15 +106,15 @@ static void reach(enum state wanted)
     if (wanted == ARMED)
         return;
     roll();
-    until(LANDING_LANDING);
+    until(MR_LANDING_LANDING);
     if (wanted == LANDING)
         return;
-    until(LANDING_SETTLING);
+    until(MR_LANDING_SETTLING);
     if (wanted == SETTLING)
         return;
-    until(LANDING_DONE);
-    assert_int_equal(app.box.state, BLACKBOX_CLOSING);
-    for (unsigned n = 0; wanted == DONE && n < 5000 && app.box.state == BLACKBOX_CLOSING; n++)
+    until(MR_LANDING_DONE);
+    assert_int_equal(app.box.state, MR_BOX_CLOSING);
+    for (unsigned n = 0; wanted == DONE && n < 5000 && app.box.state == MR_BOX_CLOSING; n++)
         pass(1);
 }
 
@@ -160,7 +160,7 @@ TEST_IN(without_scans_it_is_not_armed, start_whole, put_back)
     app_supervise(&app);
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.status, MR_NOT_NOW);
-    assert_int_equal(app.landing.state, LANDING_IDLE);
+    assert_int_equal(app.landing.state, MR_LANDING_IDLE);
     pass(1);
     command("arm 1");
     pass(1);

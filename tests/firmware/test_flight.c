@@ -14,7 +14,7 @@ TEST_IN(a_landing_goes_through_its_states, start, NULL)
     command("arm 7");
     double rest_s = fly(9.0);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.state, MR_LANDING_DONE);
     assert_int_equal(message.landing, 7);
     assert_int_equal(count_frames(MR_ID_EDGE), 17); /* -2.5, 2.5, ... 77.5 */
     GET_LAST(touchdown, TOUCHDOWN, &touchdown);
@@ -32,7 +32,7 @@ TEST_IN(a_landing_goes_through_its_states, start, NULL)
     command("disarm");
     play(1);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_IDLE);
+    assert_int_equal(message.state, MR_LANDING_IDLE);
 }
 
 TEST_IN(every_switch_is_named, start, NULL)
@@ -119,7 +119,7 @@ TEST_IN(a_warning_ends_with_the_landing, start, NULL)
     assert_true(fake.warning);
     play(4100); /* three seconds without another switch, two of settling */
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.state, MR_LANDING_DONE);
     assert_false(fake.warning);
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_int_equal(lead.warning, 0);
@@ -146,7 +146,7 @@ TEST_IN(a_kinematic_warning_ends_before_the_landing, start, NULL)
     app.predict.motion.known = false;
     play(5100);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.state, MR_LANDING_DONE);
     assert_false(fake.warning);
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_int_equal(lead.warning, 0);
@@ -154,7 +154,7 @@ TEST_IN(a_kinematic_warning_ends_before_the_landing, start, NULL)
     for (size_t i = 0; i < fake.sent_count; i++) {
         if (fake.sent[i].id == MR_ID_LANDING &&
             mr_landing_get(&message, fake.sent[i].data, 8) == MR_OK)
-            done |= message.state == LANDING_DONE;
+            done |= message.state == MR_LANDING_DONE;
         assert_false(done && fake.sent[i].id == MR_ID_ZONE_LEAD);
     }
 }
@@ -197,7 +197,7 @@ TEST_IN(two_landings_in_one_run, start, NULL)
     assert_near(stop.station_ft, 78.0, 0.003);
     GET_LAST(landing, LANDING, &message);
     assert_int_equal(message.landing, 8);
-    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.state, MR_LANDING_DONE);
 }
 
 /* Braking begins at touchdown; the switches on the track before it must not bend the parabola: from
@@ -227,14 +227,14 @@ TEST_IN(a_switch_while_settling_is_part_of_the_landing, start, NULL)
     command("arm 7");
     fly(7.0);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_SETTLING);
+    assert_int_equal(message.state, MR_LANDING_SETTLING);
     pass_switch(18, 7.0);
     play(8);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_LANDING);
+    assert_int_equal(message.state, MR_LANDING_LANDING);
     play(6000);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.state, MR_LANDING_DONE);
     assert_int_equal(count_frames(MR_ID_EDGE), 18);
     GET_LAST(stop, STOP, &stop);
     assert_int_equal(stop.switches, 18);
@@ -263,7 +263,7 @@ TEST_IN(chatter_is_no_landing, start, NULL)
     command("arm 1");
     chatter(0.020);
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_ARMED);
+    assert_int_equal(message.state, MR_LANDING_ARMED);
     assert_int_equal(count_frames(MR_ID_EDGE), LANDING_EDGES);
     assert_int_equal(count_frames(MR_ID_MOTION), 0);
     GET_LAST(switch_event, SWITCH_EVENT, &event);
@@ -281,7 +281,7 @@ TEST_IN(a_landing_ends_at_its_limit, start, NULL)
         play(2400);
     }
     GET_LAST(landing, LANDING, &message);
-    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.state, MR_LANDING_DONE);
     /* known to be one at the second switch */
     assert_near(message.block, 100 + 2400 + 20000 + 2000, 10.0);
 }

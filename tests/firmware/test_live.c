@@ -44,7 +44,7 @@ static void trip(unsigned position, unsigned blocks)
 
 static void nothing_was_recorded(void)
 {
-    assert_int_equal(app.landing.state, LANDING_IDLE);
+    assert_int_equal(app.landing.state, MR_LANDING_IDLE);
     assert_false(app.box.armed);
     assert_int_equal(app.box.stored, 0);
     assert_int_equal(count_frames(MR_ID_MOTION), 0);

@@ -535,11 +535,11 @@ TEST_IN(commands_before_the_memory_is_read, start_with_memory, put_back)
     live(200);
     assert_int_equal(told_store().source, MR_RUNWAY_UNKNOWN);
     boot();
-    for (unsigned i = 0; i < 400 && app.landing.state != LANDING_ARMED; i++) {
+    for (unsigned i = 0; i < 400 && app.landing.state != MR_LANDING_ARMED; i++) {
         command("arm 1");
         live(1);
     }
-    assert_int_equal(app.landing.state, LANDING_ARMED);
+    assert_int_equal(app.landing.state, MR_LANDING_ARMED);
     assert_true(app.runwaystore.loaded);
 }
 

@@ -12,17 +12,6 @@
 #include "tests/hil/ear.h"
 #include "tests/long.h"
 
-/* ---- the three rules ---- */
-
-TEST(each_kind_has_its_rule)
-{
-    assert_int_equal(mr_relative_to(MR_KIND_DISPLACEMENT), MR_RELATIVE_TO_REFERENCE);
-    assert_int_equal(mr_relative_to(MR_KIND_TENSION), MR_RELATIVE_TO_REFERENCE);
-    assert_int_equal(mr_relative_to(MR_KIND_STAIRCASE), MR_RELATIVE_TO_VDDA);
-    assert_int_equal(mr_relative_to(MR_KIND_REFERENCE), MR_RELATIVE_TO_VDDA);
-    assert_int_equal(mr_relative_to(MR_KIND_NONE), MR_RELATIVE_TO_NOTHING);
-}
-
 /* What landing 5 becomes at a supply. */
 struct heard {
     unsigned named, misnamed, edges;

@@ -34,8 +34,8 @@ static void next_block(uint32_t index, const uint32_t *ticks, unsigned count)
         landing_block(&landing, &rig, index, 4000000000u + 84000u * index,
                       (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
     pushed_told += (unsigned)news.pushed;
-    landing_states += (unsigned)(landing.state == LANDING_LANDING ||
-                                 landing.state == LANDING_SETTLING);
+    landing_states += (unsigned)(landing.state == MR_LANDING_LANDING ||
+                                 landing.state == MR_LANDING_SETTLING);
     assert_true(!(landing.passage.state == MR_PASSAGE_PUSHED && landing_may_warn(&landing, index)));
 }
 
@@ -93,7 +93,7 @@ TEST_IN(a_hundred_pushbacks_are_no_landing, rig_before, NULL)
     }
     assert_int_equal(landing.passage.pushbacks, 100);
     assert_int_equal(landing_states, 0);
-    assert_int_equal(landing.state, LANDING_ARMED);
+    assert_int_equal(landing.state, MR_LANDING_ARMED);
     assert_int_equal(landing.number, 7);
     assert_false(landing.summary_known);
     /* and the landing that was waited for is one: 28 ft/s */
@@ -101,7 +101,7 @@ TEST_IN(a_hundred_pushbacks_are_no_landing, rig_before, NULL)
         open_switch(&index, position);
         wait(&index, 5.0 / 28.0);
     }
-    assert_int_equal(landing.state, LANDING_LANDING);
+    assert_int_equal(landing.state, MR_LANDING_LANDING);
     assert_near(landing.motion.speed_ft_s.value, 28.0, 0.2);
     assert_int_equal(landing_arm(&landing, 8, index), MR_NOT_NOW); /* not in the middle of it */
     assert_int_equal(landing.number, 7);
@@ -121,7 +121,7 @@ TEST_IN(a_pushback_leaves_the_landing_before_as_it_was, rig_before, NULL)
         wait(&index, position < 3 ? 0.178 : 0.178 + 0.02 * position);
     }
     wait(&index, 6.0);
-    assert_int_equal(landing.state, LANDING_DONE);
+    assert_int_equal(landing.state, MR_LANDING_DONE);
     struct mr_gates_summary summary = landing.summary;
     assert_true(landing.summary_known);
     open_codes = 0.0;
@@ -130,7 +130,7 @@ TEST_IN(a_pushback_leaves_the_landing_before_as_it_was, rig_before, NULL)
     for (unsigned n = 0; n < 5; n++)
         push(&index);
     assert_int_equal(landing.passage.pushbacks, 5);
-    assert_int_equal(landing.state, LANDING_DONE);
+    assert_int_equal(landing.state, MR_LANDING_DONE);
     assert_int_equal(landing_states, states);
     assert_memory_equal(&summary, &landing.summary, sizeof summary);
 }
@@ -161,13 +161,13 @@ TEST_IN(interference_does_not_fill_the_links, rig_before, NULL)
         wait(&index, 30.1);
     }
     assert_int_equal(landing.edges, 2 * LANDING_EDGES);
-    assert_int_equal(landing.state, LANDING_ARMED);
+    assert_int_equal(landing.state, MR_LANDING_ARMED);
     for (unsigned position = 1; position < 4; position++) {
         /* 20 ft/s: what comes then is a landing */
         open_switch(&index, position);
         wait(&index, 0.25);
     }
-    assert_int_equal(landing.state, LANDING_LANDING);
+    assert_int_equal(landing.state, MR_LANDING_LANDING);
     for (unsigned n = 0; n < 100; n++) /* and 255 edges are "255 or more" */
         open_switch(&index, 24), open_codes -= step_of(24), wait(&index, 0.02);
     assert_int_equal(landing.edges, UINT8_MAX);
@@ -192,7 +192,7 @@ TEST_IN(a_burst_beyond_what_waits_is_cut, rig_before, NULL)
         told += landing.news.edges;
     }
     assert_int_equal(told, MR_SWITCHES_WAITING);
-    assert_int_equal(landing.state, LANDING_ARMED);
+    assert_int_equal(landing.state, MR_LANDING_ARMED);
     assert_int_equal(landing.passage.state, MR_PASSAGE_NONE);
 }
 
@@ -267,8 +267,8 @@ TEST_IN(two_rigs_do_not_know_of_each_other, rig_before, NULL)
         landing_block(&far_one, &far, index, tick, (float)codes, &edge, opens);
         codes += opens ? step_of(next++) : 0.0;
     }
-    assert_int_equal(near_one.state, LANDING_LANDING);
-    assert_int_equal(far_one.state, LANDING_LANDING);
+    assert_int_equal(near_one.state, MR_LANDING_LANDING);
+    assert_int_equal(far_one.state, MR_LANDING_LANDING);
     assert_near(near_one.motion.speed_ft_s.value, 5.0 / 0.18, 0.1);
     assert_near(far_one.motion.speed_ft_s.value, 10.0 / 0.18, 0.2);
     assert_near(near_one.passage.gate[4].station_ft, -2.5 + 4 * 5.0, 1e-6);

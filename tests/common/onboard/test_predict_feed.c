@@ -14,7 +14,8 @@ static float readings_in[MR_TRANSDUCERS], zero_in[MR_TRANSDUCERS];
 /* A gear that passed a gate at 10 ft, at 20 ft/s, braking at 4 ft/s2, at tick 1000. */
 static struct landing rolling(void)
 {
-    struct landing landing = {.state = LANDING_LANDING, .motion_known = true, .gates_on_track = 2};
+    struct landing landing = {
+        .state = MR_LANDING_LANDING, .motion_known = true, .gates_on_track = 2};
     landing.passage.state = MR_PASSAGE_ROLLING;
     landing.passage.gates = 5;
     landing.passage.gate[4].station_ft = 10.0;
