@@ -97,7 +97,6 @@ static enum mr_status take_landing(struct store *store, struct past *past,
                way_ft = summary->stop_station_ft.value - measured.landing.touchdown_ft;
         landing->measured = measured.fit_status == MR_OK && speed_ft_s > LEAST_FT_S &&
                             way_ft > 1.0 && summary->stop_t_s.value > 0.0;
-        landing->why = landing->measured ? NULL : "its gear's way to a stop is not known";
         past->touchdown_ft = measured.landing.touchdown_ft;
         if (landing->measured) {
             landing->seen.braking = (struct advise_braking){
@@ -120,12 +119,10 @@ static enum mr_status take_plan(struct store *store, int64_t after, struct past_
     struct store_advice *advice = NULL;
     size_t count = 0;
     enum mr_status status = store_advices(store, &advice, &count, error);
-    landing->planned_ft_s2 = landing->said = (double)NAN;
+    landing->planned_ft_s2 = (double)NAN;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        if (advice[i].after_run >= after && advice[i].after_run < landing->run) {
+        if (advice[i].after_run >= after && advice[i].after_run < landing->run)
             landing->planned_ft_s2 = advice[i].deceleration_ft_s2;
-            landing->said = advice[i].zone;
-        }
     }
     free(advice);
     return status;

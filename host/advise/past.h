@@ -10,12 +10,10 @@
 struct past_landing {
     int64_t run;
     bool measured;                 /* with a stop: it can be learned from */
-    const char *why;               /* not; static, NULL */
     bool relaid;                   /* the mats were laid anew before it: another series */
     struct advise_seen seen;       /* its braking's profile points to `profile` */
     struct advise_profile profile; /* as measured */
     double planned_ft_s2;          /* NaN: no advice was kept */
-    double said;                   /* probability of a zone then; NaN likewise */
 };
 
 struct past {

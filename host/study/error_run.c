@@ -114,26 +114,6 @@ static void add_orders(struct answer *answer, const struct error_study *study)
     answer_close(answer);
 }
 
-/* For programs the cheapest alone. */
-static void add_cheapest(struct answer *answer, const struct error_study *study)
-{
-    answer_list(answer, "cheapest", NULL);
-    for (size_t i = 0; i < error_level_count; i++) {
-        const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[i]);
-        answer_row(answer);
-        answer_value(answer, "err_lift", NULL, UNIT_NUMBER, error_levels_ft[i], 0);
-        if (run) {
-            answer_words(answer, "solver", NULL, "%s", run->solver);
-            answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
-            answer_value(answer, "dt", NULL, UNIT_TIME, or_null(run->dt_s > 0.0, run->dt_s), 0)
-                ->digits = 9;
-            answer_value(answer, "run_ms", NULL, UNIT_NUMBER, run->ms, 0);
-        } else
-            answer_none(answer, "solver", NULL, NULL);
-    }
-    answer_close(answer);
-}
-
 static void add_least_ms(struct answer *answer, const struct error_study *study)
 {
     const char *names[SOLVERS_MAX];
@@ -180,7 +160,6 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
     add_runs(answer, study);
     add_orders(answer, study);
-    add_cheapest(answer, study);
     add_least_ms(answer, study);
     answer_list(answer, "notes", "notes");
     for (size_t i = 0; study->notes[i][0]; i++)

@@ -280,29 +280,6 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
     answer_json_value(answer, "correlation", correlations);
 }
 
-static void add_residuals(struct answer *answer, const struct fit_landings *list,
-                          const struct fit_answer *fit)
-{
-    answer_list(answer, "residuals", NULL);
-    for (size_t l = 0; l < list->count; l++) {
-        const struct fit_landing *landing = &list->landing[l];
-        for (size_t w = 0; w < landing->windows; w++) {
-            const struct fit_window *window = &landing->window[w];
-            size_t s = landing->first + w;
-            answer_row(answer);
-            answer_count(answer, "run", NULL, landing->run);
-            answer_words(answer, "statistic", NULL, "%s", window->name);
-            answer_value(answer, "measured", NULL, UNIT_NUMBER, list->measured[s], 3);
-            answer_value(answer, "expected", NULL, UNIT_NUMBER, fit->expected[s], 3);
-            answer_value(answer, "standard_deviation", NULL, UNIT_NUMBER, fit->scatter[s], 3)
-                ->digits = 4;
-            if (window->channel != SIZE_MAX)
-                answer_count(answer, "transducer", NULL, landing->channel[window->channel].number);
-        }
-    }
-    answer_close(answer);
-}
-
 static void misfit_text(const struct misfit *misfit, char *text, size_t size)
 {
     if (!misfit->checked)
@@ -360,7 +337,6 @@ static struct answer *fit_described(const struct fit_landings *list, const struc
                         "the estimate did not settle in %u rounds: give narrower priors",
                         fit->rounds);
     add_misfit(answer, list, misfit);
-    add_residuals(answer, list, fit);
     return answer;
 }
 

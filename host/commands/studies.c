@@ -1,0 +1,210 @@
+/* The studies' options; what runs them is host/study/NAME_run.c, in matrig-study. */
+#include "host/commands/studies.h"
+#include "host/base/xmalloc.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/version.h"
+#include "host/base/command.h"
+#include "host/base/data_dir.h"
+#include "host/commands/commands.h"
+#include "host/commands/program.h"
+#include "host/landing_series/series.h"
+
+#define NAME "matrig-study"
+
+static bool try(char *path, size_t size, const char *folder, size_t length, const char *below)
+{
+    struct stat file;
+    int need = snprintf(path, size, "%.*s%s" NAME, (int)length, folder, below);
+    return need > 0 && (size_t)need < size && stat(path, &file) == 0 && S_ISREG(file.st_mode) &&
+           access(path, X_OK) == 0;
+}
+
+/* Where matrig-study is: beside the matrig of this path, else in ../libexec/matrig from there, else
+ * in the first folder of `search` that has it (as PATH; empty ones are left out; NULL: none).
+ * False: nowhere. */
+static bool study_find(const char *matrig, const char *search, char *path, size_t size)
+{
+    const char *slash = strrchr(matrig, '/');
+    size_t length = slash ? (size_t)(slash - matrig) : 0;
+    if (slash && (try(path, size, matrig, length, "/") ||
+                  try(path, size, matrig, length, "/../libexec/matrig/")))
+        return true;
+    while (search && *search) {
+        length = strcspn(search, ":");
+        if (length > 0 && try(path, size, search, length, "/"))
+            return true;
+        search += length + (search[length] == ':');
+    }
+    return false;
+}
+
+static int fail(const char *command, const char *why)
+{
+    struct error error = {0};
+    error_set(&error, MR_IO,
+              "cannot start " NAME ", which runs matrig %s: %s; make all builds it, make install "
+              "or the package matrig-study puts it where matrig "
+              "looks",
+              command, why);
+    return cli_fail(&error);
+}
+
+int study_start(int argc, char **argv, const struct cli *cli)
+{
+    char matrig[PATH_MAX], path[PATH_MAX], why[PATH_MAX + 100];
+    char **words = xcalloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
+    size_t count = 0;
+    data_dir_program(matrig, sizeof matrig);
+    if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
+        free(words);
+        snprintf(why, sizeof why, "not beside %s, not in ../libexec/matrig from there, not on PATH",
+                 matrig);
+        return fail(argv[0], why);
+    }
+    words[count++] = NAME;
+    words[count++] = STUDY_STARTED_BY;
+    words[count++] = (char *)VERSION_TEXT;
+    words[count++] = matrig;
+    count += program_options((const char **)words + count, cli);
+    memcpy(words + count, argv, (size_t)argc * sizeof *argv);
+    fflush(NULL);
+    execv(path, words);
+    snprintf(why, sizeof why, "%s (%s)", path, strerror(errno));
+    free(words);
+    return fail(argv[0], why);
+}
+
+/* ---- error ---- */
+
+#define VALUES struct error_request
+static const struct command_part error_parts[] = {
+    HELP_ITEM("SCENE", "scene file, JSON, of model report or consistent; the chain has one solver"),
+    OPTION_TEXT("--plot", "F", plot,
+                "draw error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
+    HELP_NOTE("\n"
+              "Each solver that the scene's model has runs over tolerances or steps, against a "
+              "reference that two different\n"
+              "methods agree on; when they do not, there is no table: exit 5."),
+    HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
+};
+
+const struct command command_error = {
+    "error",
+    study_start,
+    "SCENE [--plot F]",
+    "every solver's error against its run time",
+    COMMAND_PARTS(error_parts),
+    {1, 1, "SCENE"},
+};
+#undef VALUES
+
+/* ---- study ---- */
+
+#define VALUES struct study_request
+static const struct command_part study_parts[] = {
+    HELP_ITEM(
+        "FILE",
+        "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
+    OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
+                 "that many seeds from the file's first one on, instead of the file's number"),
+    OPTION_CHOICE(
+        "--ground", "G", ground, "ground", "weightless|elastic",
+        "weightless: the gear has thrust and no weight. elastic: axle lines with weight on "
+        "ground that gives way (the file's key elastic). Else as the file says"),
+    OPTION_TEXT("--plot", "F", plot,
+                "draw movement and buckles along the runway (.svg, .png, .pdf)"),
+    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
+    HELP_EXAMPLE(
+        "matrig study host/landing_series/series/friction.json --ground elastic --seeds 4"),
+    HELP_EXAMPLE("matrig study host/landing_series/series/standard.json --plot standard.svg"),
+};
+
+const struct command command_study = {
+    "study",
+    study_start,
+    "FILE [--seeds N] [--ground weightless|elastic] [--plot F]",
+    "a series of landings on an ensemble of runways: which one survives",
+    COMMAND_PARTS(study_parts),
+    {1, 1, "FILE"},
+};
+#undef VALUES
+
+/* ---- sweep ---- */
+
+#define VALUES struct sweep_request
+static const struct command_part sweep_parts[] = {
+    HELP_ITEM("FILE", "the sweep, JSON (host/sweep/README.md): base scene or study file, what is "
+                      "varied, which results are wanted.\n"
+                      "Alone: its cases, a line of JSON each"),
+    OPTION_TEXT(
+        "--cases", "N..M", cases,
+        "run cases N to M (or the last one), or N alone, one after the other; a result is a "
+        "line of JSON.\n"
+        "GNU parallel or a Slurm job array runs many: docs/howto/sweep-on-a-cluster.md"),
+    OPTION_FLAG("--table", table,
+                "gather the results in the files after FILE: counts, reasons of failures, indices "
+                "of sensitivity, all cases.\n"
+                "Exit 1 when cases are missing"),
+    OPTION_TEXT("-o", "F", output,
+                "write the results of --cases, or the cases of --table as CSV, to F"),
+    HELP_NOTE("A case that fails is a result: its line has the reason.\n"
+              ""),
+    HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
+                 "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),
+};
+
+const struct command command_sweep = {
+    "sweep",
+    study_start,
+    "FILE | FILE --cases N..M [-o R.jsonl] | FILE --table R.jsonl... [-o T.csv]",
+    "many cases of one scene or study: Cartesian, Latin hypercube, thresholds, indices",
+    COMMAND_PARTS(sweep_parts),
+    {1, 1 + SWEEP_FILES_MAX, "FILE"},
+};
+#undef VALUES
+
+/* ---- fit ---- */
+
+#define VALUES struct fit_request
+static const struct command_part fit_parts[] = {
+    HELP_ITEM("DB [RUN...]",
+              "campaign database and landings in it; else all whose motion is known. Exit 1 when "
+              "the model cannot be the data's"),
+    OPTION_TEXT("--scene", "S", scene,
+                "scene file that gives the runway (model chain) and the priors' values; else the "
+                "model runway"),
+    OPTION_TEXT("--fit", "NAMES", fitted,
+                "of gap,grit,f,share,KL: these are fitted, the others stay as they are; else all"),
+    OPTION_TEXT("--prior", "NAME=V:E,...", prior,
+                "what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL "
+                "and an unsurveyed gap are\n"
+                "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the "
+                "survey's to 3 %"),
+    OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
+                 "simulated data sets a round, at least {low}; else {standard}"),
+    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
+                 "of what is drawn; else {standard}. The same seed gives the same answer"),
+    OPTION_TEXT("--plot", "F", plot, "a plot of the residuals, SVG, PNG or PDF (gnuplot)"),
+    OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
+    OPTION_FORCE(force),
+    HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
+};
+
+const struct command command_fit = {
+    "fit",
+    study_start,
+    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] "
+    "[--plot F] [-o F] [--force]",
+    "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
+    COMMAND_PARTS(fit_parts),
+    {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},
+};
+#undef VALUES
