@@ -853,7 +853,7 @@ static enum mr_status close_records(struct session *session, const struct argume
         status = status == MR_OK ? closed : status;
     }
     if (session->profile) {
-        bool failed = hil_profile_print(board, &session->symbols, session->profile) != MR_OK;
+        bool failed = hil_profile_end(board, &session->symbols, session->profile) != MR_OK;
         closed = close_record("--profile", a->profile, session->profile, failed);
         status = status == MR_OK ? closed : status;
     }

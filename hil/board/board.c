@@ -301,11 +301,6 @@ void hil_board_destroy(struct hil_board *board)
 {
     if (!board)
         return;
-    const struct hil_onlookers *lookers = &board->core.onlookers;
-    if (lookers->tracer)
-        lookers->tracer->end(lookers->tracer_who);
-    if (lookers->profiler)
-        lookers->profiler->end(lookers->profiler_who);
     hil_cpu_destroy(&board->core);
     hil_symbols_free(&board->symbols);
     munmap(board->memories, sizeof *board->memories);

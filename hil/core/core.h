@@ -100,9 +100,8 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
  * Nothing here changes what a board does: a debugger holds virtual time, the others only look. */
 struct hil_debugger_calls {
     bool (*holds)(const void *who);
-    /* a watchpoint was hit: hold at the block's end */
-    bool (*hit)(const void *who);
-    void (*hold_hit)(void *who);
+    /* was a watchpoint hit? Then hold, at the block's end */
+    bool (*holds_hit)(void *who);
     /* the firmware's own instruction */
     void (*hold_bkpt)(void *who);
     /* must this block be walked through? */
@@ -115,13 +114,11 @@ struct hil_tracer_calls {
     /* something may have changed at this cycle */
     void (*sample)(void *who, uint64_t at);
     void (*exception)(void *who); /* the core goes to another exception */
-    void (*end)(void *who);       /* the board is destroyed */
 };
 
 struct hil_profiler_calls {
     /* so many of that block have run */
     void (*count)(void *who, uint32_t address, uint32_t size, uint32_t instructions);
-    void (*end)(void *who);
 };
 
 struct hil_onlookers {

@@ -278,8 +278,7 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
         return;
     }
     count_block(core);
-    if (lookers->debugger && lookers->debugger->hit(lookers->debugger_who)) {
-        lookers->debugger->hold_hit(lookers->debugger_who);
+    if (lookers->debugger && lookers->debugger->holds_hit(lookers->debugger_who)) {
         uc_emu_stop(uc);
         return;
     }

@@ -219,16 +219,12 @@ static bool holds(const void *who)
     return d->hold != HIL_HOLD_NONE;
 }
 
-static bool is_hit(const void *who)
+static bool holds_hit(void *who)
 {
     const struct hil_debug *d = who;
+    if (d->watch_hit)
+        hil_debug_hold(d->board, HIL_HOLD_WATCHPOINT);
     return d->watch_hit;
-}
-
-static void hold_hit(void *who)
-{
-    const struct hil_debug *d = who;
-    hil_debug_hold(d->board, HIL_HOLD_WATCHPOINT);
 }
 
 static void hold_bkpt(void *who)
@@ -239,8 +235,7 @@ static void hold_bkpt(void *who)
 
 static const struct hil_debugger_calls calls = {
     .holds = holds,
-    .hit = is_hit,
-    .hold_hit = hold_hit,
+    .holds_hit = holds_hit,
     .hold_bkpt = hold_bkpt,
     .wants = wants,
     .stops_before = stops_before,

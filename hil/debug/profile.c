@@ -70,12 +70,7 @@ static void count(void *who, uint32_t address, uint32_t size, uint32_t instructi
     profile->slow += place->slow;
 }
 
-static const struct hil_profiler_calls calls = {.count = count, .end = free};
-
-static struct hil_profile *profile_of(const struct hil_board *board)
-{
-    return board->core.onlookers.profiler_who;
-}
+static const struct hil_profiler_calls calls = {.count = count};
 
 void hil_profile_begin(struct hil_board *board)
 {
@@ -85,13 +80,6 @@ void hil_profile_begin(struct hil_board *board)
     profile->core = &board->core;
     board->core.onlookers.profiler_who = profile;
     board->core.onlookers.profiler = &calls;
-}
-
-void hil_profile_end(struct hil_board *board)
-{
-    free(profile_of(board));
-    board->core.onlookers.profiler = NULL;
-    board->core.onlookers.profiler_who = NULL;
 }
 
 /* --- the report --- */
@@ -137,10 +125,10 @@ static size_t collect(const struct hil_profile *profile, const struct mr_symbols
     return count;
 }
 
-enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols,
-                                 FILE *file)
+enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols *symbols,
+                               FILE *file)
 {
-    const struct hil_profile *profile = profile_of(board);
+    struct hil_profile *profile = board->core.onlookers.profiler_who;
     uint64_t total = profile->elsewhere;
     struct row *rows = calloc(symbols->count + 1u, sizeof *rows);
     if (!rows)
@@ -164,5 +152,7 @@ enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_
                 percent(rows[i].instructions, total), (unsigned long long)rows[i].entries,
                 rows[i].symbol ? rows[i].symbol->name : "(no function)");
     free(rows);
+    free(profile);
+    board->core.onlookers.profiler = NULL;
     return fflush(file) == 0 && !ferror(file) ? MR_OK : MR_IO;
 }

@@ -20,11 +20,9 @@ struct hil_board;
 /* Is a 32-bit instruction a VDIV or VSQRT (ARMv7-M A6.4)? */
 bool hil_profile_is_slow(uint16_t first, uint16_t second);
 
-/* Begin to count. Ends with hil_profile_end, which frees it. */
 void hil_profile_begin(struct hil_board *board);
-void hil_profile_end(struct hil_board *board);
-/* The counts so far as text. MR_IO when not all could be written. */
-enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols,
-                                 FILE *file);
+/* The counts as text; nothing is counted any more. MR_IO when not all could be written. */
+enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols *symbols,
+                               FILE *file);
 
 #endif

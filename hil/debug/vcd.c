@@ -188,16 +188,9 @@ static void begin(struct hil_vcd *vcd)
     fputs("$end\n", vcd->file);
 }
 
-static void on_end(void *who)
-{
-    const struct hil_vcd *vcd = who;
-    (void)hil_vcd_close(vcd->board, NULL, 0);
-}
-
 static const struct hil_tracer_calls calls = {
     .sample = sample,
     .exception = on_exception,
-    .end = on_end,
 };
 
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
