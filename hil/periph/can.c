@@ -312,23 +312,10 @@ static void mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
 
 /* --- acceptance filters (32.7.4): banks of 32 bits, mask or list --- */
 
-struct best {
-    bool any;
-    unsigned rank; /* lower wins: list before mask */
-    unsigned fifo;
-    unsigned match;
-};
-
-static uint32_t image32(const struct hil_can_frame *f)
+/* The identifier register of a frame, as mailboxes and filters have it. */
+static uint32_t identifier_word(const struct hil_can_frame *f)
 {
-    uint32_t id = f->extended ? f->id << 3 | 4u : f->id << 21;
-    return id | (uint32_t)f->remote << 1;
-}
-
-static void offer(struct best *best, bool matches, unsigned rank, unsigned fifo, unsigned match)
-{
-    if (matches && (!best->any || rank < best->rank))
-        *best = (struct best){true, rank, fifo, match};
+    return (f->extended ? f->id << 3 | 4u : f->id << 21) | (uint32_t)f->remote << 1;
 }
 
 bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,
@@ -336,27 +323,25 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
 {
     unsigned number[2] = {0, 0}; /* filters so far, per FIFO; inactive banks count too */
     unsigned banks = can->fmr >> 8 & 0x3fu;
-    struct best best = {0};
+    uint32_t word = identifier_word(frame);
+    bool found = false;
     if (can->fmr & FMR_FINIT) /* nothing is received while filters are written */
         return false;
-    uint32_t wide = image32(frame);
     for (unsigned i = 0; i < banks && i < HIL_CAN_BANKS; i++) {
-        unsigned to = can->ffa1r >> i & 1u;
         bool list = (can->fm1r >> i & 1u) != 0;
-        bool active = (can->fa1r >> i & 1u) != 0;
-        uint32_t a = can->filter[i][0], b = can->filter[i][1];
-        unsigned n = number[to];
-        if (list) {
-            offer(&best, active && (wide & ~1u) == (a & ~1u), 0, to, n);
-            offer(&best, active && (wide & ~1u) == (b & ~1u), 0, to, n + 1);
-        } else {
-            offer(&best, active && ((wide ^ a) & b & ~1u) == 0, 1, to, n);
-        }
+        uint32_t off_a = (word ^ can->filter[i][0]) & ~1u, off_b = (word ^ can->filter[i][1]) & ~1u;
+        bool matches = list ? !off_a || !off_b : !(off_a & can->filter[i][1]);
+        unsigned to = can->ffa1r >> i & 1u, n = number[to];
         number[to] += list ? 2 : 1;
+        if (!(can->fa1r >> i & 1u) || !matches || (found && !list))
+            continue;
+        *fifo = to;
+        *match = n + (list && off_a);
+        found = true;
+        if (list) /* before any mask */
+            break;
     }
-    *fifo = best.fifo;
-    *match = best.match;
-    return best.any;
+    return found;
 }
 
 static void receive(struct hil_can_device *dev, const struct hil_can_frame *frame)
@@ -368,8 +353,7 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
         return;
     }
     struct hil_can_received r = {
-        .rir = (frame->extended ? frame->id << 3 | 4u : frame->id << 21) | (uint32_t)frame->remote
-                                                                               << 1,
+        .rir = identifier_word(frame),
         .rdtr = frame->length | match << 8,
     };
     for (unsigned i = 0; i < frame->length; i++)
