@@ -69,27 +69,20 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
     struct textfile image = {0};
     /* of this process: the draft that another one left is not touched */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
-    enum mr_status status = MR_OK;
     if (access(r->path, F_OK) == 0)
-        status = error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
-    if (status == MR_OK)
-        status = store_open(r->words[0], STORE_OPEN, &store, error);
-    if (status == MR_OK)
-        status = find_image(r, store, cli, &image, error);
-    if (status == MR_OK)
-        status = store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length,
-                                   error);
-    if (status == MR_OK)
-        status = rename(draft, r->path) == 0
-                   ? MR_OK
-                   : error_set(error, MR_IO, "cannot be written: %s; check path and rights",
-                               r->path);
+        error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
+    if (error->status == MR_OK && store_open(r->words[0], STORE_OPEN, &store, error) == MR_OK &&
+        find_image(r, store, cli, &image, error) == MR_OK &&
+        store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length, error) ==
+            MR_OK &&
+        rename(draft, r->path) != 0)
+        error_set(error, MR_IO, "cannot be written: %s; check path and rights", r->path);
     store_close(store);
     remove_draft(draft);
     free(draft);
     *image_bytes = image.length;
     textfile_close(&image);
-    return status;
+    return error->status;
 }
 
 static int bundle_command(int argc, char **argv, const struct cli *cli)

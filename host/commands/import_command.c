@@ -169,26 +169,20 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     struct mapping mapping = {0};
     struct import_result result = {0};
     struct store_import row = {0};
-    enum mr_status status = command_parse(&command_import, argc, argv, cli, &r, words, &error);
+    command_parse(&command_import, argc, argv, cli, &r, words, &error);
     request->path = words[1];
-    if (status == MR_OK && r.base)
-        status = link_read_base(r.base, "--base", &request->base, &error);
-    if (status == MR_OK)
-        status = textfile_open(request->path, &file, &error);
-    if (status == MR_OK && output_is_database(request->path))
-        status = error_set(&error, MR_MALFORMED,
-                           "a campaign, no log: %s; matrig show %s says what it holds",
-                           request->path, request->path);
-    if (status == MR_OK)
-        status = describe(&file, request, r.map, &mapping, &row, &error);
-    if (status == MR_OK)
-        status = read_readings(&file, request, &mapping, &result, &error);
-    if (status == MR_OK)
-        status = store_open(words[0], STORE_CREATE, &store, &error);
-    if (status == MR_OK)
-        status = refuse_twice(store, &row, request, r.again, &error);
-    if (status == MR_OK)
-        status = import(store, &file, request, &mapping, &row, &result, &error);
+    if (error.status == MR_OK && output_is_database(request->path))
+        error_set(&error, MR_MALFORMED, "a campaign, no log: %s; matrig show %s says what it holds",
+                  request->path, request->path);
+    (void)(error.status == MR_OK &&
+           (!r.base || link_read_base(r.base, "--base", &request->base, &error) == MR_OK) &&
+           textfile_open(request->path, &file, &error) == MR_OK &&
+           describe(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
+           read_readings(&file, request, &mapping, &result, &error) == MR_OK &&
+           store_open(words[0], STORE_CREATE, &store, &error) == MR_OK &&
+           refuse_twice(store, &row, request, r.again, &error) == MR_OK &&
+           import(store, &file, request, &mapping, &row, &result, &error));
+    enum mr_status status = error.status;
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);
     if (told && result_answer(store, request, &row, &result, answer, &unread) != MR_OK &&

@@ -126,31 +126,27 @@ static enum mr_status find_image(struct replay *replay, struct store *store, str
     return status;
 }
 
+static enum mr_status write_input(struct replay *replay, struct store *store, struct error *error)
+{
+    char path[PATH_MAX + 20];
+    snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
+    return replay_input_write(store, &replay->recorded, path, &replay->input, error);
+}
+
 static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli,
                                  struct error *error)
 {
     struct diff_options options = {0};
-    char path[PATH_MAX + 20];
-    enum mr_status status = answers_load(store, replay->run, &replay->recorded, error);
-    if (status == MR_OK)
-        status = temporary_folder_make(replay->directory, "replay", error);
-    if (status == MR_OK)
-        status = find_image(replay, store, error);
-    if (status == MR_OK)
-        status = replay_board_check(&replay->board, error);
-    if (status == MR_OK)
-        status = replay_image_check(replay->board.elf, &replay->recorded, error);
-    snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
-    if (status == MR_OK)
-        status = replay_input_write(store, &replay->recorded, path, &replay->input, error);
-    if (status == MR_OK)
-        status = give_configuration(replay, store, error);
-    if (status == MR_OK)
-        status = find_losses(store, replay, &options, error);
-    if (status == MR_OK)
-        status = run_board(replay, cli, error);
-    if (status != MR_OK)
-        return status;
+    if (!(answers_load(store, replay->run, &replay->recorded, error) == MR_OK &&
+          temporary_folder_make(replay->directory, "replay", error) == MR_OK &&
+          find_image(replay, store, error) == MR_OK &&
+          replay_board_check(&replay->board, error) == MR_OK &&
+          replay_image_check(replay->board.elf, &replay->recorded, error) == MR_OK &&
+          write_input(replay, store, error) == MR_OK &&
+          give_configuration(replay, store, error) == MR_OK &&
+          find_losses(store, replay, &options, error) == MR_OK &&
+          run_board(replay, cli, error) == MR_OK))
+        return error->status;
     replay->same_image = replay->recorded.landing.image_crc == replay->replayed.landing.image_crc;
     options.exact = replay->exact_asked || replay->same_image;
     options.shift_blocks = replay->input.shift_blocks;

@@ -425,28 +425,17 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               struct error *error)
 {
     struct work w = {.store = store, .mapping = mapping, .request = request};
-    enum mr_status status = MR_OK;
-    if (request->like) {
-        status = measured_load(store, request->like, &w.like, error);
-        if (status == MR_OK)
-            status = store_edges(store, request->like, &w.edge, &w.edges, error);
-    }
-    if (status == MR_OK)
-        status = place_in_time(&w, error);
-    if (status == MR_OK)
-        status = put_landing(&w, error);
-    if (status == MR_OK)
-        status = put_channels(&w, error);
-    if (status == MR_OK)
-        status = put_gear(&w, error);
-    if (status == MR_OK)
-        status = store_session_end(store, w.session, (int64_t)link_now_us(), "end", error);
-    if (status == MR_OK) {
+    if ((!request->like ||
+         (measured_load(store, request->like, &w.like, error) == MR_OK &&
+          store_edges(store, request->like, &w.edge, &w.edges, error) == MR_OK)) &&
+        place_in_time(&w, error) == MR_OK && put_landing(&w, error) == MR_OK &&
+        put_channels(&w, error) == MR_OK && put_gear(&w, error) == MR_OK &&
+        store_session_end(store, w.session, (int64_t)link_now_us(), "end", error) == MR_OK) {
         result->session = w.session;
         result->run[result->runs++] = w.run;
     }
     free(w.edge);
     if (request->like)
         measured_free(&w.like);
-    return status;
+    return error->status;
 }
