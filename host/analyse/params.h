@@ -24,23 +24,18 @@ struct estimate params_inertia(struct estimate weight_lb, struct estimate spacin
  * lb/ft. */
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in);
 
-/* Readings y against x of something that yields freely up to some x and is a spring beyond: y = k
- * max(0, x - free). */
-struct params_travel {
-    /* false: y falls with x, is scatter about 0, fewer than three readings lie beyond, or the slope
-     * is not told from none (Student's t, one in 200) */
-    bool known;
-    size_t beyond;           /* readings beyond the free travel; the rest is taken to lie within */
-    double scatter;          /* of y about its law */
-    struct estimate k, free; /* of those beyond; known only */
+/* Readings y against x of something that yields freely up to some x and is a spring beyond: the
+ * straight line of readings beyond, y = k (x - free). */
+struct params_spring {
+    bool known;     /* the slope is told from none (Student's t, one in 200) */
+    size_t within;  /* readings below `free`: they lie within the free travel, the line is none */
+    double scatter; /* of y about the line */
+    struct estimate k, free;
 };
 
-/* The least squares of that law: every place where the readings can be divided is tried. k and free
- * with their errors are of the straight line through the readings beyond; what lies within says how
- * much a reading scatters. MR_TOO_FEW below three readings or when all x are the same, else
- * MR_OK. */
-enum mr_status params_travel(const double *x, const double *y, size_t count,
-                             struct params_travel *travel, struct error *error);
+/* MR_TOO_FEW below three readings or when all x are the same, else MR_OK. */
+enum mr_status params_spring(const double *x, const double *y, size_t count,
+                             struct params_spring *spring, struct error *error);
 
 /* A joint's stiffness in turning from that of a strip: wider is by how much the joint is. */
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider);

@@ -229,45 +229,38 @@ static struct estimate take(struct reader *r, const char *name)
 }
 
 /* A law of two lists of numbers that are pairs, the first ones times `factor`. */
-static struct params_travel take_travel(struct reader *r, const char *x_name, double factor,
-                                        const char *y_name, const char *y_unit, size_t *count)
+static struct params_spring take_spring(struct reader *r, const char *x_name, double factor,
+                                        const char *y_name, const char *y_unit)
 {
     const json_t *lists[] = {json_object_get(r->readings, x_name),
                              json_object_get(r->readings, y_name)};
     double x[READINGS_MAX], y[READINGS_MAX];
-    struct params_travel travel = {.k = {1.0, 0.0}};
-    *count = json_array_size(lists[0]);
+    struct params_spring spring = {.k = {1.0, 0.0}};
+    size_t count = json_array_size(lists[0]);
     if (r->error->status != MR_OK)
-        return travel;
-    bool good = *count <= READINGS_MAX && json_array_size(lists[1]) == *count;
-    for (size_t i = 0; i < *count && good; i++) {
+        return spring;
+    bool good = count <= READINGS_MAX && json_array_size(lists[1]) == count;
+    for (size_t i = 0; i < count && good; i++) {
         x[i] = factor * number_of(x_name, json_array_get(lists[0], i));
         y[i] = number_of(y_name, json_array_get(lists[1], i));
         good = !isnan(x[i]) && !isnan(y[i]);
     }
-    if (!good || *count == 0)
+    if (!good || count == 0)
         error_set(r->error, MR_MALFORMED,
                   "no pairs of readings: %s: %s has %zu and %zu; give %s and %s, lists of as many "
                   "numbers, at most %d",
-                  r->path, r->test, *count, json_array_size(lists[1]), x_name, y_name,
-                  READINGS_MAX);
-    else if (params_travel(x, y, *count, &travel, r->error) == MR_OK && !travel.known)
+                  r->path, r->test, count, json_array_size(lists[1]), x_name, y_name, READINGS_MAX);
+    else if (params_spring(x, y, count, &spring, r->error) == MR_OK && spring.within)
+        error_set(r->error, MR_MALFORMED,
+                  "readings within the free travel: %s: %s: %zu of %zu lie below the begin of "
+                  "their line; leave them out",
+                  r->path, r->test, spring.within, count);
+    else if (r->error->status == MR_OK && !spring.known)
         error_set(r->error, MR_TOO_FEW,
-                  "no spring beyond a free travel: %s: %s: %zu of %zu readings lie beyond it, "
-                  "scatter %.2g %s; check the signs, and give three or more beyond",
-                  r->path, r->test, travel.beyond, *count, travel.scatter, y_unit);
-    return travel;
-}
-
-/* "WHAT", or "WHAT, 4 of 7 readings beyond the free travel". */
-static void from_travel(char from[PUSH_REASON], const char *what,
-                        const struct params_travel *travel, size_t count)
-{
-    if (travel->beyond == count)
-        snprintf(from, PUSH_REASON, "%s", what);
-    else
-        snprintf(from, PUSH_REASON, "%s, %zu of %zu readings beyond the free travel", what,
-                 travel->beyond, count);
+                  "no spring: %s: %s: %zu readings with a scatter of %.2g %s about their line do "
+                  "not rise; check the signs, and give more beyond the free travel",
+                  r->path, r->test, count, spring.scatter, y_unit);
+    return spring;
 }
 
 static void read_inertia(struct reader *r)
@@ -282,24 +275,20 @@ static void read_inertia(struct reader *r)
 static void read_tension(struct reader *r)
 {
     struct estimate joint = take(r, "joint_in"), slope;
-    char from[PUSH_REASON] = "joint pulled";
     if (has(r, "slope_lb_in_in")) {
         slope = take(r, "slope_lb_in_in");
     } else {
-        size_t count;
         struct estimate strip = take(r, "strip_in");
-        struct params_travel travel = take_travel(r, "stretch_in", 1.0, "force_lb", "lb", &count);
-        slope = params_friction(travel.k, strip); /* a quotient */
-        from_travel(from, "joint pulled", &travel, count);
+        struct params_spring spring = take_spring(r, "stretch_in", 1.0, "force_lb", "lb");
+        slope = params_friction(spring.k, strip); /* a quotient */
     }
-    add(r, "KL", "lb/ft", from, params_joint_stiffness(slope, joint));
+    add(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
 }
 
 static void read_hinge(struct reader *r)
 {
     struct estimate wider = {1.0, 0.0};
-    char from[PUSH_REASON];
-    size_t i, count;
+    size_t i;
     json_t *angle;
     json_array_foreach(json_object_get(r->readings, "angle_deg"), i, angle)
     {
@@ -311,19 +300,17 @@ static void read_hinge(struct reader *r)
     }
     if (has(r, "strip_in"))
         wider = params_friction(take(r, "joint_in"), take(r, "strip_in"));
-    struct params_travel travel = take_travel(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb",
-                                              &count);
-    struct estimate tad = {travel.free.value / RAD_PER_DEG, travel.free.error / RAD_PER_DEG};
+    struct params_spring spring = take_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb");
+    struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
     if (r->error->status == MR_OK && tad.value < -3.0 * tad.error)
         error_set(r->error, MR_MALFORMED,
                   "a moment without turning: %s: hinge: the readings' line meets no moment at %.3g "
                   "+- %.2g degrees; check where angle and moment are 0",
                   r->path, tad.value, tad.error);
     tad.value = fmax(0.0, tad.value); /* below 0 by less than its error */
-    from_travel(from, "slope of moment against angle", &travel, count);
-    add(r, "KT", "ft lb/rad", from, params_hinge_stiffness(travel.k, wider));
-    from_travel(from, "angle without moment", &travel, count);
-    add(r, "TAD_deg", "deg", from, tad);
+    add(r, "KT", "ft lb/rad", "slope of moment against angle",
+        params_hinge_stiffness(spring.k, wider));
+    add(r, "TAD_deg", "deg", "angle without moment", tad);
 }
 
 static void read_pull(struct reader *r)

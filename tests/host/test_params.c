@@ -57,107 +57,75 @@ static double scatter(unsigned *seed)
     return sum;
 }
 
-static struct params_travel hinge(double from_deg, double step_deg, size_t count,
+static struct params_spring hinge(double from_deg, double step_deg, size_t count,
                                   double noise_ft_lb, unsigned *seed)
 {
     double angle[32], moment[32];
-    struct params_travel travel;
+    struct params_spring spring;
     struct error error = {0};
     for (size_t i = 0; i < count; i++) {
         angle[i] = (from_deg + step_deg * (double)i) * DEG;
         moment[i] = 1e5 * fmax(0, angle[i] - 10 * DEG) + noise_ft_lb * scatter(seed);
     }
-    assert_int_equal(params_travel(angle, moment, count, &travel, &error), MR_OK);
-    return travel;
+    assert_int_equal(params_spring(angle, moment, count, &spring, &error), MR_OK);
+    return spring;
 }
 
 TEST(hinge_of_the_report)
 {
     unsigned seed = 1;
-    struct params_travel travel = hinge(11, 1, 5, 0, &seed);
-    assert_true(travel.known);
-    assert_int_equal(travel.beyond, 5);
-    assert_near(travel.k.value, 1e5, 1e-6);
-    assert_near(travel.free.value / DEG, 10, 1e-9);
-    assert_near(travel.k.error, 0, 1e-5);
-    struct estimate wide = params_hinge_stiffness(travel.k, (struct estimate){72, 0.72});
+    struct params_spring spring = hinge(11, 1, 5, 0, &seed);
+    assert_true(spring.known);
+    assert_int_equal(spring.within, 0);
+    assert_near(spring.k.value, 1e5, 1e-6);
+    assert_near(spring.free.value / DEG, 10, 1e-9);
+    assert_near(spring.k.error, 0, 1e-5);
+    struct estimate wide = params_hinge_stiffness(spring.k, (struct estimate){72, 0.72});
     assert_near(wide.value, 72e5, 1e-4);
     assert_near(wide.error / wide.value, 0.01, 1e-9);
     const double angle[] = {1, 2, 3, 4}, falling[] = {-1, -2, -3, -4.1}, same[] = {2, 2, 2, 2};
     struct error error = {0}, alike = {0};
-    assert_int_equal(params_travel(angle, falling, 4, &travel, &error), MR_OK);
-    assert_false(travel.known);
-    assert_int_equal(params_travel(angle, falling, 2, &travel, &error), MR_TOO_FEW);
-    assert_int_equal(params_travel(same, angle, 4, &travel, &alike), MR_TOO_FEW);
+    assert_int_equal(params_spring(angle, falling, 4, &spring, &error), MR_OK);
+    assert_false(spring.known);
+    assert_int_equal(params_spring(angle, falling, 2, &spring, &error), MR_TOO_FEW);
+    assert_int_equal(params_spring(same, angle, 4, &spring, &alike), MR_TOO_FEW);
 }
 
-/* Readings from inside the free travel give no spring. */
+/* Readings from inside the free travel give no spring, and among others they are found. */
 TEST(readings_inside_the_free_travel)
 {
     unsigned seed = 5;
-    struct params_travel travel = hinge(1, 1, 9, 0, &seed);
-    assert_true(!travel.known && travel.beyond == 0);
     int taken = 0;
-    for (int test = 0; test < 2000; test++)
-        taken += hinge(1, 1, 8, 5, &seed).known;
-    if (taken > 40)
+    for (int test = 0; test < 2000; test++) {
+        struct params_spring spring = hinge(1, 1, 8, 5, &seed);
+        taken += spring.known && !spring.within;
+    }
+    if (taken > 20)
         fail_msg("scatter taken for a spring %d times of 2000", taken);
-    /* a hinge that drags alike at all angles */
-    const double angle[] = {1, 2, 3, 4, 5, 6}, drag[] = {20.3, 19.8, 20.1, 19.7, 20.4, 19.9};
-    struct error error = {0};
-    assert_int_equal(params_travel(angle, drag, 6, &travel, &error), MR_OK);
-    assert_false(travel.known);
+    for (double from_deg = 2; from_deg < 8; from_deg += 1)
+        assert_true(hinge(from_deg, 1, 14, 20, &seed).within > 0);
+    assert_int_equal(hinge(10, 1, 5, 0, &seed).within, 0); /* the edge itself */
 }
 
-/* Readings on both sides: those inside are left out, whatever their order; too few beyond are
- * refused. */
-TEST(readings_on_both_sides)
-{
-    unsigned seed = 7;
-    struct params_travel travel = hinge(2, 1, 14, 0, &seed); /* to 15 degrees */
-    assert_true(travel.known);
-    assert_true(travel.beyond == 5 || travel.beyond == 6); /* 10 degrees is the edge itself */
-    assert_near(travel.k.value, 1e5, 1e-4);
-    assert_near(travel.free.value / DEG, 10, 1e-7);
-    travel = hinge(2, 2, 6, 0, &seed); /* 12 alone is beyond */
-    assert_false(travel.known);
-    assert_true(travel.beyond >= 1 && travel.beyond <= 2);
-    /* free 10, 100 per degree */
-    const double angle[] = {14, 3, 12, 6, 13, 9, 15}, moment[] = {400, 0, 200, 0, 300, 0, 500};
-    struct error error = {0};
-    assert_int_equal(params_travel(angle, moment, 7, &travel, &error), MR_OK);
-    assert_true(travel.known);
-    assert_int_equal(travel.beyond, 4);
-    assert_near(travel.k.value, 100, 1e-9);
-    assert_near(travel.free.value, 10, 1e-9);
-}
-
-/* The stated errors are the spread over many repeated tests: all beyond the free travel, then half
- * of them. */
+/* The stated errors are the spread over many repeated tests. */
 TEST(errors_are_the_spread)
 {
     enum { TESTS = 4000 };
     unsigned seed = 3;
-    for (int mixed = 0; mixed < 2; mixed++) {
-        double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0, n = 0;
-        for (int test = 0; test < TESTS; test++) {
-            struct params_travel t = mixed ? hinge(4.3, 0.6, 20, 200, &seed)
-                                           : hinge(10.6, 0.6, 8, 200, &seed);
-            if (!t.known)
-                continue;
-            n++;
-            sum_k += t.k.value, sum_k2 += t.k.value * t.k.value, said_k += t.k.error * t.k.error;
-            sum_t += t.free.value, sum_t2 += t.free.value * t.free.value,
-                said_t += t.free.error * t.free.error;
-        }
-        double spread_k = sqrt(sum_k2 / n - pow(sum_k / n, 2)),
-               spread_t = sqrt(sum_t2 / n - pow(sum_t / n, 2));
-        assert_true(n > 0.99 * TESTS);
-        assert_near(sqrt(said_k / n) / spread_k, 1, mixed ? 0.2 : 0.05);
-        assert_near(sqrt(said_t / n) / spread_t, 1, mixed ? 0.2 : 0.05);
-        assert_near(sum_k / n, 1e5, mixed ? 1000 : 200);
-        assert_near(sum_t / n / DEG, 10, mixed ? 0.03 : 0.01);
+    double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0;
+    for (int test = 0; test < TESTS; test++) {
+        struct params_spring t = hinge(10.6, 0.6, 8, 200, &seed);
+        assert_true(t.known && t.within == 0);
+        sum_k += t.k.value, sum_k2 += t.k.value * t.k.value, said_k += t.k.error * t.k.error;
+        sum_t += t.free.value, sum_t2 += t.free.value * t.free.value,
+            said_t += t.free.error * t.free.error;
     }
+    double spread_k = sqrt(sum_k2 / TESTS - pow(sum_k / TESTS, 2)),
+           spread_t = sqrt(sum_t2 / TESTS - pow(sum_t / TESTS, 2));
+    assert_near(sqrt(said_k / TESTS) / spread_k, 1, 0.05);
+    assert_near(sqrt(said_t / TESTS) / spread_t, 1, 0.05);
+    assert_near(sum_k / TESTS, 1e5, 200);
+    assert_near(sum_t / TESTS / DEG, 10, 0.01);
 }
 
 TEST(means)
