@@ -310,37 +310,13 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
     return MR_OK;
 }
 
-static void take(struct error_study *study, const struct reference *reference)
-{
-    study->agreement_u_ft = reference->u_ft;
-    study->agreement_lift_ft = reference->lift_ft;
-    study->peak_u_ft = sim_record_peak(&reference->record).u_ft;
-    study->max_lift_ft = reference->max_lift_ft;
-}
-
-static enum mr_status planar(struct error_study *study, const struct sim_scene *scene,
-                             struct error *error)
+enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
+                               error_told *told, void *told_ctx, struct error *error)
 {
     static const struct stepper_kind *const kinds[] = {
         &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rkgs, &stepper_hamming};
     struct reference reference;
     double rate = 0.0;
-    if (planar_reference(&reference, study, scene, error) == MR_OK &&
-        fastest_rate(scene, &rate, error) == MR_OK) {
-        take(study, &reference);
-        study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
-        for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
-            over_tolerances(study, &reference, scene, kinds[i], error);
-        if (error->status == MR_OK)
-            over_steps(study, &reference, scene, error);
-    }
-    sim_record_free(&reference.record);
-    return error->status;
-}
-
-enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
-                               error_told *told, void *told_ctx, struct error *error)
-{
     *study = (struct error_study){.told = told, .told_ctx = told_ctx};
     if (told)
         told(told_ctx, 0);
@@ -352,7 +328,19 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
                          "sim, or give model report or consistent",
                          sim_scene_name(scene));
     study->end_s = sim_scene_end_s(scene);
-    planar(study, scene, error);
+    if (planar_reference(&reference, study, scene, error) == MR_OK &&
+        fastest_rate(scene, &rate, error) == MR_OK) {
+        study->agreement_u_ft = reference.u_ft;
+        study->agreement_lift_ft = reference.lift_ft;
+        study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
+        study->max_lift_ft = reference.max_lift_ft;
+        study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
+        for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
+            over_tolerances(study, &reference, scene, kinds[i], error);
+        if (error->status == MR_OK)
+            over_steps(study, &reference, scene, error);
+    }
+    sim_record_free(&reference.record);
     if (error->status == MR_OK)
         error_study_fit(study);
     return error->status;

@@ -82,7 +82,7 @@ struct model {
     signed char held_lift[2]; /* lift of the mats before and after it, were it up */
 
     /* The window: mats integrated. The rest is flat, at rest, and its displacements constant
-     * (window.c). */
+     * (model.c). */
     bool prunes; /* whether mats are left out; set before model_start */
     int first, last;
     double *rest_u_ft; /* per mat: displacement of those outside */

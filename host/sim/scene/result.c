@@ -1,8 +1,12 @@
 #include "host/sim/scene/result.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+#include "host/base/xmalloc.h"
 
 const char *sim_status_name(enum sim_status status)
 {
@@ -57,4 +61,168 @@ void sim_result_free(struct sim_result *result)
     free(result->sample_u_ft);
     free(result->sample_y_ft);
     *result = (struct sim_result){0};
+}
+
+/* ---- record ---- */
+
+#define EVEN_TIMES 64
+
+static int by_time(const void *a, const void *b)
+{
+    const struct sim_snapshot *x = a, *y = b;
+    return x->t_s < y->t_s ? -1 : x->t_s > y->t_s;
+}
+
+static void find_next(struct sim_record *record)
+{
+    record->next_s = (double)INFINITY;
+    if (record->next_snapshot < record->snapshot_count)
+        record->next_s = record->snapshots[record->next_snapshot].t_s;
+    if (record->next_sample < record->sample_count)
+        record->next_s = fmin(record->next_s, (double)record->next_sample * record->sample_dt_s);
+}
+
+void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
+                     const struct sim_options *options)
+{
+    size_t row = (size_t)scene->mats + 1;
+    size_t outputs = scene->t_out_s.count > 0 ? scene->t_out_s.count : 1;
+    double end_s = sim_scene_end_s(scene);
+    *record = (struct sim_record){.mats = scene->mats,
+                                  .end_s = end_s,
+                                  .snapshot_count = EVEN_TIMES + outputs,
+                                  .lift_node = 1};
+    if (options->sample_dt_s > 0.0) {
+        record->sample_dt_s = options->sample_dt_s;
+        record->sample_count = (size_t)floor(end_s / options->sample_dt_s * (1.0 + 1e-12)) + 1;
+        record->station_count = options->station_count;
+    }
+    record->snapshots = xcalloc(record->snapshot_count, sizeof *record->snapshots);
+    record->storage = xcalloc(record->snapshot_count * row, sizeof *record->storage);
+    record->station_mat = xcalloc(record->station_count + 1, sizeof *record->station_mat);
+    size_t samples = record->sample_count * record->station_count + 1;
+    record->sample_u_ft = xcalloc(samples, sizeof *record->sample_u_ft);
+    if (scene->model != SIM_CHAIN)
+        record->sample_y_ft = xcalloc(samples, sizeof *record->sample_y_ft);
+    for (size_t s = 0; s < record->station_count; s++) {
+        int mat = (int)floor(options->station_ft[s] / scene->length_ft + 1e-9) + 1;
+        record->station_mat[s] = mat > scene->mats ? scene->mats : mat;
+    }
+    for (size_t i = 0; i < EVEN_TIMES; i++)
+        record->snapshots[i] = (struct sim_snapshot){.t_s = end_s * (double)(i + 1) / EVEN_TIMES,
+                                                     .output = -1};
+    for (size_t i = 0; i < outputs; i++)
+        record->snapshots[EVEN_TIMES + i] = (struct sim_snapshot){
+            .t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s, .output = (int)i};
+    qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, by_time);
+    for (size_t i = 0; i < record->snapshot_count; i++)
+        record->snapshots[i].u_ft = record->storage + i * row;
+    find_next(record);
+}
+
+void sim_record_take(struct sim_record *record, double t_s, const double *u_ft,
+                     const double *v_ft_s)
+{
+    while (record->next_s <= t_s) {
+        if (record->next_snapshot < record->snapshot_count &&
+            record->snapshots[record->next_snapshot].t_s <= record->next_s) {
+            struct sim_snapshot *snapshot = &record->snapshots[record->next_snapshot++];
+            snapshot->lift_ft = record->lift_ft;
+            snapshot->lift_node = record->lift_node;
+            for (int n = 1; n <= record->mats; n++)
+                snapshot->u_ft[n] = u_ft[n] - v_ft_s[n] * (t_s - snapshot->t_s);
+        } else {
+            double back_s = t_s - record->next_s;
+            size_t begin = record->next_sample++ * record->station_count;
+            double *row = record->sample_u_ft + begin;
+            for (size_t s = 0; record->sample_y_ft && s < record->station_count; s++)
+                record->sample_y_ft[begin + s] = record->height_ft[record->station_mat[s]];
+            for (size_t s = 0; s < record->station_count; s++)
+                row[s] = u_ft[record->station_mat[s]] - v_ft_s[record->station_mat[s]] * back_s;
+        }
+        find_next(record);
+    }
+}
+
+struct sim_difference sim_record_difference(const struct sim_record *a, const struct sim_record *b)
+{
+    struct sim_difference most = {0.0, 1, 0.0};
+    for (size_t i = 0; i < a->snapshot_count; i++) {
+        for (int n = 1; n <= a->mats; n++) {
+            double difference = fabs(a->snapshots[i].u_ft[n] - b->snapshots[i].u_ft[n]);
+            if (difference > most.u_ft)
+                most = (struct sim_difference){difference, n, a->snapshots[i].t_s};
+        }
+    }
+    for (size_t i = 0; i < a->sample_count * a->station_count; i++) {
+        double difference = fabs(a->sample_u_ft[i] - b->sample_u_ft[i]);
+        if (difference > most.u_ft)
+            most = (struct sim_difference){difference, a->station_mat[i % a->station_count],
+                                           (double)(i / a->station_count) * a->sample_dt_s};
+    }
+    return most;
+}
+
+double sim_record_lift_difference(const struct sim_record *a, const struct sim_record *b)
+{
+    double most = 0.0;
+    for (size_t i = 0; i < a->snapshot_count; i++)
+        most = fmax(most, fabs(a->snapshots[i].lift_ft - b->snapshots[i].lift_ft));
+    return most;
+}
+
+struct sim_difference sim_record_peak(const struct sim_record *record)
+{
+    struct sim_difference most = {0.0, 1, 0.0};
+    for (size_t i = 0; i < record->snapshot_count; i++) {
+        for (int n = 1; n <= record->mats; n++) {
+            double u_ft = fabs(record->snapshots[i].u_ft[n]);
+            if (u_ft > most.u_ft)
+                most = (struct sim_difference){u_ft, n, record->snapshots[i].t_s};
+        }
+    }
+    return most;
+}
+
+void sim_record_deliver(struct sim_record *record, struct sim_result *result)
+{
+    size_t row = (size_t)record->mats + 1;
+    size_t outputs = 0;
+    for (size_t i = 0; i < record->next_snapshot; i++)
+        outputs += record->snapshots[i].output >= 0;
+    result->outputs = xcalloc(outputs + 1, sizeof *result->outputs);
+    result->output_count = outputs;
+    bool complete = record->next_snapshot == record->snapshot_count; /* else in order of time */
+    size_t delivered = 0;
+    for (size_t i = 0; i < record->next_snapshot; i++) {
+        const struct sim_snapshot *snapshot = &record->snapshots[i];
+        if (snapshot->output < 0)
+            continue;
+        double *copy = xmalloc(row * sizeof *copy);
+        memcpy(copy, snapshot->u_ft, row * sizeof *copy);
+        result->outputs[complete ? (size_t)snapshot->output : delivered++] =
+            (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
+    }
+    if (record->sample_dt_s > 0.0) {
+        result->sample_u_ft = record->sample_u_ft;
+        result->sample_y_ft = record->sample_y_ft;
+        record->sample_y_ft = NULL;
+        result->sample_count = record->next_sample;
+        result->station_count = record->station_count;
+        result->sample_dt_s = record->sample_dt_s;
+        record->sample_u_ft = NULL;
+    }
+}
+
+void sim_record_free(struct sim_record *record)
+{
+    free(record->snapshots);
+    free(record->storage);
+    free(record->station_mat);
+    free(record->sample_u_ft);
+    free(record->sample_y_ft);
+    record->snapshots = NULL;
+    record->storage = NULL;
+    record->station_mat = NULL;
+    record->sample_u_ft = record->sample_y_ft = NULL;
 }

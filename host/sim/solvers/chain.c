@@ -11,7 +11,7 @@
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/elements/wheel.h"
-#include "host/sim/solvers/record.h"
+#include "host/sim/scene/result.h"
 
 /* The horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and "Chain
  * and landings". Mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. */

@@ -3,7 +3,7 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_PASS_H
 #define MATRIG_HOST_SIM_SOLVERS_PASS_H
 
-#include "host/sim/solvers/record.h"
+#include "host/sim/scene/result.h"
 #include "host/sim/solvers/stepper.h"
 
 struct pass_request {

@@ -106,7 +106,7 @@ static void follow_heaves(struct planar_engine *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
-    /* what is loaded at once: as window.c */
+    /* what is loaded at once: as model.c */
     int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);

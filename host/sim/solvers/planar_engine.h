@@ -9,7 +9,6 @@
 #include "host/sim/elements/mods.h"
 #include "host/sim/models/model.h"
 #include "host/sim/scene/result.h"
-#include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
 
 /* Mats first..last, from 0; empty when last < first. */
