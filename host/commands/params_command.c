@@ -252,8 +252,8 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
                   r->path, r->test, count, json_array_size(lists[1]), x_name, y_name, READINGS_MAX);
     else if (params_spring(x, y, count, &spring, r->error) == MR_OK && spring.within)
         error_set(r->error, MR_MALFORMED,
-                  "readings within the free travel: %s: %s: %zu of %zu lie below the begin of "
-                  "their line; leave them out",
+                  "readings within the free travel: %s: %s: %zu of %zu lie below where "
+                  "their line begins; leave out what moved freely",
                   r->path, r->test, spring.within, count);
     else if (r->error->status == MR_OK && !spring.known)
         error_set(r->error, MR_TOO_FEW,
