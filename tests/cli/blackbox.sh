@@ -6,18 +6,9 @@ run=tests/runs/landing5.run
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
 
-# with_board ARGUMENTS...: matrig against a board that idles with the memory; its exit code
-with_board() {
-    local board status
-    timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --for 40 2>"$tmp/board.err" &
-    board=$!
-    timeout 600 build/matrig "$@"
-    status=$?
-    kill $board 2>/dev/null
-    wait $board 2>/dev/null
-    return $status
-}
-box() { with_board --json --quiet board --serial "unix:$sockets/serial" "$@"; }
+# at_board ARGUMENTS...: matrig against a board that idles with the memory; its exit code
+at_board() { with_board --serial "unix:$sockets/serial" --nor "$tmp/nor" -- build/matrig "$@"; }
+box() { at_board --json --quiet board --serial "unix:$sockets/serial" "$@"; }
 one() { python3 -c 'import json,sys; print(json.load(open(sys.argv[1]))'"$2"')' "$1"; }
 blocks() { sqlite3 "$1" "select hex(record) from blocks where landing = 1 and idx >= $2 order by idx"; }
 
@@ -97,7 +88,7 @@ check "and lacks nothing that the log has" it_lacks_nothing_that_the_log_has
 check "ten seconds of landing are read within ten" reading_takes_less_than_10_s
 check "board free gives the space back" it_is_freed
 check "board read of a record that is not there" fails_with 2 "no record 9 in the black box: unix:.*see matrig board list" \
-    bash -c "$(declare -f with_board box); elf=$elf sockets=$sockets tmp=$tmp; box read 9 --db $tmp/x"
+    bash -c "$(declare -f with_board at_board box); elf=$elf sockets=$sockets tmp=$tmp; box read 9 --db $tmp/x"
 check "board read without a place to put it" fails_with 2 "nowhere to put it: matrig board read needs --db DB" \
     build/matrig board --serial unix:x read 1
 check "board without a verb it knows" fails_with 2 "not list, read, free, config, runway, arm, disarm, zero, shunt, bringup, health, self-test or reset: 'erase'" build/matrig board --serial unix:x erase 1

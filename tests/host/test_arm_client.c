@@ -30,15 +30,6 @@ static void begin(unsigned state, scripted_board *obeys)
     board.board = obeys;
 }
 
-static enum mr_status arm(struct error *error)
-{
-    *error = (struct error){0};
-    enum mr_status status = arm_client_order(&talk, MR_COMMAND_ARM, 7, error);
-    assert_int_equal(board.commands, 1);
-    dialogue_close(&dialogue);
-    return status;
-}
-
 static void arms(struct scripted *s, const struct mr_command *command)
 {
     say_ack(s, command, MR_OK);
@@ -74,56 +65,37 @@ static void waits(struct scripted *s, const struct mr_command *command)
     say_ack(s, command, MR_WAIT);
 }
 
-TEST(armed_is_said)
-{
-    struct error error;
-    begin(0, arms);
-    assert_int_equal(arm(&error), MR_OK);
-    assert_int_equal(talk.landing.landing, 7);
-}
+static const struct {
+    unsigned state; /* before */
+    scripted_board *board;
+    enum mr_status status;
+    const char *text;
+} arming[] = {
+    {0, arms, MR_OK, NULL},
+    {0, arms_unheard, MR_OK, NULL}, /* a lost answer is seen in the state */
+    /* it was armed before: its state does not tell that this order did it */
+    {1, arms_unheard, MR_TIMEOUT,
+     "the board does not answer `arm` within 3 s: scripted; look what state it is in before trying "
+     "again"},
+    {0, stays, MR_TIMEOUT, "does not answer `arm`"},
+    {0, takes_and_stays, MR_TIMEOUT,
+     "the board took `arm` and does not say it is armed: scripted;"},
+    {2, refuses, MR_NOT_NOW, "with landing 7: wait for its end"},
+    {0, waits, MR_WAIT, "its black box is ready in about 13 s"},
+};
 
-TEST(a_lost_answer_is_seen_in_the_state)
+TEST(what_comes_of_arming)
 {
-    struct error error;
-    begin(0, arms_unheard);
-    assert_int_equal(arm(&error), MR_OK);
-}
-
-/* It was armed before: its state does not tell that this order did it. */
-TEST(a_state_that_was_there_before_shows_nothing)
-{
-    struct error error;
-    begin(1, arms_unheard);
-    assert_int_equal(arm(&error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT,
-                 "the board does not answer `arm` within 3 s: scripted; look what state it is in "
-                 "before trying again");
-}
-
-TEST(a_lost_order_is_told)
-{
-    struct error error;
-    begin(0, stays);
-    assert_int_equal(arm(&error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "does not answer `arm`");
-}
-
-TEST(an_order_taken_and_not_followed_is_told)
-{
-    struct error error;
-    begin(0, takes_and_stays);
-    assert_int_equal(arm(&error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT,
-                 "the board took `arm` and does not say it is armed: scripted;");
-}
-
-TEST(a_refusal_names_what_goes_on)
-{
-    struct error error;
-    begin(2, refuses);
-    assert_int_equal(arm(&error), MR_NOT_NOW);
-    assert_error(&error, MR_NOT_NOW, "with landing 7: wait for its end");
-    begin(0, waits);
-    assert_int_equal(arm(&error), MR_WAIT);
-    assert_error(&error, MR_WAIT, "its black box is ready in about 13 s");
+    for (size_t i = 0; i < sizeof arming / sizeof arming[0]; i++) {
+        struct error error = {0};
+        print_message("# row %zu\n", i);
+        begin(arming[i].state, arming[i].board);
+        assert_int_equal(arm_client_order(&talk, MR_COMMAND_ARM, 7, &error), arming[i].status);
+        assert_int_equal(board.commands, 1);
+        dialogue_close(&dialogue);
+        if (arming[i].text)
+            assert_error(&error, arming[i].status, arming[i].text);
+        else
+            assert_int_equal(talk.landing.landing, 7);
+    }
 }
