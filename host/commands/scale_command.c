@@ -5,7 +5,6 @@
 #include <string.h>
 #include <strings.h>
 
-#include "common/similitude.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
 #include "host/base/quantity.h"
@@ -16,8 +15,7 @@
 #define WORDS_MAX 32
 
 struct request {
-    enum mr_similitude_rule rule;
-    bool to_model, force;
+    bool modulus, to_model, force; /* modulus: kept, else density */
     double n;
     const char *to, *keep; /* as they were given; NULL: not */
     const char *output_path;
@@ -33,15 +31,25 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
     while (request->count < WORDS_MAX && request->words[request->count])
         request->count++;
     request->to_model = request->to && strcmp(request->to, "model") == 0;
-    request->rule = request->keep && strcmp(request->keep, "modulus") == 0 ? MR_KEEP_MODULUS
-                                                                           : MR_KEEP_DENSITY;
+    request->modulus = request->keep && strcmp(request->keep, "modulus") == 0;
     return MR_OK;
 }
 
-/* What a value of this dimension is multiplied by. */
-static double scale_factor(const struct request *request, struct mr_dimension dimension)
+/* Similitude: by what power of the length scale n, in halves, prototype / model, a value in this
+ * unit changes. Lengths change by n, times by sqrt(n) (gravity is the same), forces by n^3 when the
+ * materials' density is kept (the 1/7 model: Table 2.2) or by n^2 when their stiffness is (the pilot
+ * model: Table B.2). Everything else follows from its dimensions. */
+static int half_powers(const struct request *request, const char *unit)
 {
-    double ratio = mr_similitude_ratio(request->rule, request->n, dimension);
+    int powers[3]; /* of force, length, time */
+    quantity_dimension(unit, powers);
+    return (request->modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
+}
+
+/* What a value in this unit is multiplied by. */
+static double factor_of(const struct request *request, const char *unit)
+{
+    double ratio = pow(request->n, 0.5 * half_powers(request, unit));
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
@@ -49,13 +57,54 @@ static double scale_factor(const struct request *request, struct mr_dimension di
 static struct answer *scale_answer(const struct request *request)
 {
     struct answer *answer = answer_new(false); /* scene keys have their units */
-    answer_words(answer, "keep", NULL, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    answer_words(answer, "keep", NULL, request->modulus ? "modulus" : "density");
     answer_value(answer, "n", NULL, UNIT_NUMBER, request->n, 0)->digits = 17;
     answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
     return answer;
 }
 
 /* ---- quantities ---- */
+
+static const struct quantity {
+    const char *name, *symbol, *unit;
+} quantities[] = {
+    {"length", "l", "ft"},
+    {"area", "A", "ft2"},
+    {"time", "t", "s"},
+    {"velocity", "v", "ft/s"},
+    {"acceleration", "a", "ft/s2"},
+    {"gravity", "g", "ft/s2"},
+    {"angle", "theta", "deg"},
+    {"friction", "f", ""},
+    {"landings", "N", ""},
+    {"weight", "W", "lb"},
+    {"force", "F", "lb"},
+    {"moment", "M", "ft lb"},
+    {"mass", "m", "slug"},
+    {"density", "rho", "slug/ft3"},
+    {"modulus", "E", "lb/ft2"},
+    {"pressure", "p", "lb/ft2"},
+    {"soil_modulus", "k", "lb/ft3"},
+    {"inertia", "I", "slug ft2"},
+    {"stiffness", "KL", "lb/ft"},
+    {"soil_stiffness", "KV", "lb/ft"},
+    {"torsional_stiffness", "KT", "ft lb/rad"},
+    {"damping", "CL", "lb s/ft"},
+    {"soil_damping", "CV", "lb s/ft"},
+    {"torsional_damping", "CT", "ft lb s/rad"},
+    {"line_force", "q", "lb/ft"},
+};
+#define QUANTITIES (sizeof quantities / sizeof quantities[0])
+
+static const struct quantity *quantity_find(const char *name,
+                                            int (*compare)(const char *, const char *))
+{
+    for (size_t i = 0; i < QUANTITIES; i++) {
+        if (compare(quantities[i].name, name) == 0 || compare(quantities[i].symbol, name) == 0)
+            return &quantities[i];
+    }
+    return NULL;
+}
 
 /* "n^3", "n^2.5", "n", "1/n", "1". */
 static void power_text(int half_powers, char text[16])
@@ -75,18 +124,18 @@ static int show_ratios(const struct request *request, const struct cli *cli)
 {
     struct answer *answer = scale_answer(request);
     answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->n,
-                    request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+                    request->modulus ? "modulus" : "density");
     answer_table(answer, "ratios", "");
-    for (size_t i = 0; i < mr_quantity_count; i++) {
-        const struct mr_quantity *quantity = &mr_quantities[i];
+    for (size_t i = 0; i < QUANTITIES; i++) {
+        const struct quantity *quantity = &quantities[i];
         char power[16];
-        power_text(mr_similitude_half_powers(request->rule, quantity->dimension), power);
+        int halves = half_powers(request, quantity->unit);
+        power_text(halves, power);
         answer_row(answer);
         answer_words(answer, "name", "quantity", "%s", quantity->name);
         answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
         answer_words(answer, "power", "power", "%s", power);
-        answer_value(answer, "ratio", "ratio", UNIT_NUMBER,
-                     mr_similitude_ratio(request->rule, request->n, quantity->dimension), -6)
+        answer_value(answer, "ratio", "ratio", UNIT_NUMBER, pow(request->n, 0.5 * halves), -6)
             ->digits = 12;
     }
     answer_close(answer);
@@ -94,7 +143,7 @@ static int show_ratios(const struct request *request, const struct cli *cli)
 }
 
 struct value {
-    const struct mr_quantity *quantity;
+    const struct quantity *quantity;
     double from, to;
 };
 
@@ -120,14 +169,12 @@ static enum mr_status read_value(const char *word, struct value *value, struct e
                          word);
     memcpy(name, word, (size_t)(equals - word));
     name[equals - word] = '\0';
-    value->quantity = mr_quantity_find(name);
-    for (size_t i = 0; !value->quantity && i < mr_quantity_count; i++) {
-        if (strcasecmp(name, mr_quantities[i].symbol) == 0 ||
-            strcasecmp(name, mr_quantities[i].name) == 0)
-            return error_set(error, MR_USAGE,
-                             "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names",
-                             name, mr_quantities[i].symbol, mr_quantities[i].name);
-    }
+    value->quantity = quantity_find(name, strcmp);
+    const struct quantity *meant = quantity_find(name, strcasecmp);
+    if (!value->quantity && meant)
+        return error_set(error, MR_USAGE,
+                         "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names", name,
+                         meant->symbol, meant->name);
     if (!value->quantity)
         return error_set(error, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names",
                          name);
@@ -148,12 +195,12 @@ static int scale_values(const struct request *request, const struct cli *cli)
         }
         if (error.status != MR_OK)
             return cli_fail(&error);
-        values[i].to = values[i].from * scale_factor(request, values[i].quantity->dimension);
+        values[i].to = values[i].from * factor_of(request, values[i].quantity->unit);
     }
     struct answer *answer = scale_answer(request);
     answer_open(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
-        const struct mr_quantity *quantity = values[i].quantity;
+        const struct quantity *quantity = values[i].quantity;
         answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from,
                      values[i].to, quantity->unit);
         answer_open(answer, quantity->name, NULL);
@@ -167,16 +214,6 @@ static int scale_values(const struct request *request, const struct cli *cli)
 }
 
 /* ---- scene and study files ---- */
-
-/* What a value in this unit is multiplied by. */
-static double factor_of(const struct request *request, const char *unit)
-{
-    int powers[3];
-    quantity_dimension(unit, powers);
-    return scale_factor(request,
-                        (struct mr_dimension){(signed char)powers[0], (signed char)powers[1],
-                                              (signed char)powers[2]});
-}
 
 /* A number in `unit`, or text with its own, on the other side; lists of them; what is neither stays
  * for the reader to refuse. */
@@ -341,7 +378,7 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
                             json_sprintf("To %s scale by matrig scale: n %g, %s kept. Texts (name, "
                                          "observed) are the original's.",
                                          request->to_model ? "model" : "prototype", request->n,
-                                         request->rule == MR_KEEP_DENSITY ? "density" : "modulus"));
+                                         request->modulus ? "modulus" : "density"));
     json_decref(whole);
     return other;
 }

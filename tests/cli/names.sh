@@ -31,7 +31,6 @@ host/landing_series/play.h two-panel wave
 host/landing_series/series.h unhinging
 common/closure.h compression zone
 host/sim/scene/result.h bow_wave
-common/similitude.h similitude
 host/sim/models/model.h lift shear
 host/sim/elements/law.h TAD
 common/gates.h touchdown

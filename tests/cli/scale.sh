@@ -16,6 +16,25 @@ check "2 slug ft2 become 1.19e-4" says '"to":0\.000118998' I=2 --to model
 check "joint stiffness by n squared" says '"to":367346\.93' KL=1.8e7 --to model
 check "the pilot model: 40 kip become 918 lb" says '"to":918\.27' weight=40000 --to model --n 6.6 --keep modulus
 
+tables() { # Tables 2.2 and B.2, and what the text works out with n 7
+    $m --json scale >"$tmp/density" && $m --json scale --keep modulus --n 6.6 >"$tmp/modulus" && python3 - "$tmp/density" "$tmp/modulus" <<'P'
+import json, sys
+density, modulus = ({r[k]: r for r in json.load(open(f))["ratios"] for k in ("name", "symbol")} for f in sys.argv[1:])
+halves = {"gravity": 0, "length": 2, "density": 0, "weight": 6, "acceleration": 0, "friction": 0, "landings": 0, "velocity": 1, "modulus": 2, "pressure": 2,
+          "time": 1, "soil_modulus": 0, "inertia": 10, "torsional_stiffness": 8, "stiffness": 4}
+pilot = {"gravity": 0, "length": 2, "modulus": 0, "weight": 4, "density": -2, "friction": 0, "velocity": 1, "pressure": 0}
+for table, n, powers in ((density, 7, halves), (modulus, 6.6, pilot)):
+    bad = [k for k, p in powers.items() if abs(table[k]["ratio"] / n ** (p / 2) - 1) > 1e-10]
+    assert not bad, bad
+d = {k: r["ratio"] for k, r in density.items()}
+for got, want, within in ((1440 * d["W"], 495000, 1500), (1220 * d["W"], 419000, 1000), (82 / d["p"], 12, .5), (28 * d["v"] * 3600 / 5280, 50, 1),
+        (46 * d["v"] * 3600 / 5280, 85, 2.5), (1450 / d["line_force"], 30, .5), (120 * d["length"], 840, 1e-6), (.25 / d["l"], .036, .0005),
+        (2 / d["I"], 1.19e-4, .005e-4), (1.8e7 / d["KL"], 3.67e5, .005e5), (1e5 / d["KT"], 41.5, .2), (40000 / modulus["W"]["ratio"], 920, 2)):
+    assert abs(got - want) <= within, (got, want)
+P
+}
+check "the report's two tables, and numbers of its text" tables
+
 check "a force in newtons: 108 N are 24.28 lb" says '"from":24\.279[34]' F=108N
 check "and with a blank" says '"from":24\.279[34]' "F=108 N"
 check "a unit of another kind" fails_with 2 "a length instead of a force: '3mm' for F; write lb, .* or no unit for lb" $m scale F=3mm

@@ -72,7 +72,7 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
                      p->tears == q->tears && p->reach_ft == q->reach_ft / n &&
                      p->push_lb == q->push_lb / (n * n * n);
     }
-    assert_true(x.played > 0 && x.outcomes[x.played - 1].peak_in > 0.01);
+    assert_true(x.played > 0 && x.outcomes[x.played - 1].peak_in > 0.003);
     series_run_free(&x);
     series_run_free(&y);
     return worst_in;
