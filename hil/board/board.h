@@ -33,7 +33,7 @@
 #include "hil/core/core.h"
 #include "hil/periph/canbits.h"
 #include "hil/periph/options.h"
-#include "hil/rig/lines.h"
+#include "hil/rig/faults.h"
 
 struct hil_fault_script;
 struct hil_replay;

@@ -15,7 +15,6 @@
 #include "hil/rig/rig.h"
 #include "hil/rig/electronics.h"
 #include "hil/rig/faults.h"
-#include "hil/rig/lines.h"
 #include "hil/rig/replay.h"
 #include "hil/core/elf.h"
 

@@ -1,6 +1,6 @@
 /* What a peripheral is wired to: its neighbours within the chip, and what lies between a link's
  * pins and its other end. That takes what is sent, and says what befalls each frame or byte on the
- * way. The peripheral asks; who answers is the rig (hil/rig/lines.h). */
+ * way. The peripheral asks; who answers is the rig (hil/rig/faults.h). */
 #ifndef MATRIG_HIL_WIRE_H
 #define MATRIG_HIL_WIRE_H
 

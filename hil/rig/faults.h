@@ -68,9 +68,12 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "common/status.h"
-#include "hil/rig/lines.h"
+#include "hil/core/state.h"
+#include "hil/periph/canbits.h"
+#include "hil/periph/wire.h"
 #include "hil/rig/rig.h"
 
 struct hil_can_device;
@@ -84,6 +87,52 @@ struct hil_tmp112;
 struct hil_tmp112_device;
 struct hil_w25q_device;
 
+/* ---- the two links, from the board's pins to the host's end, and what befalls frames and bytes on
+ * the way ---- */
+
+#define HIL_FAULT_HELD  16u    /* frames on their way late; more than that are not delayed */
+#define HIL_FAULT_BYTES 16384u /* bytes on their way late; likewise */
+#define HIL_FAULT_ALL   UINT32_MAX
+
+struct hil_callbacks {
+    void *ctx;
+    /* A frame of the board whose last bit (end of frame) ended at t_ps. */
+    void (*on_can_frame)(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame);
+    /* n bytes of the board; the stop bit of the last one ended at t_ps. */
+    void (*on_serial_bytes)(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n);
+};
+
+struct hil_line_effect {
+    uint32_t left; /* HIL_FAULT_ALL: no end */
+    double probability;
+    uint64_t duration_ps;
+    unsigned file_line;
+};
+
+struct hil_lines {
+    uint64_t random;
+    struct hil_line_effect effect[HIL_LINES][HIL_LINE_FAULTS];
+    uint32_t held_count; /* CAN frames on their way to the host */
+    uint64_t held_ps[HIL_FAULT_HELD];
+    uint8_t held_frame[HIL_FAULT_HELD][24];
+    uint32_t bytes_count; /* serial bytes likewise */
+    uint64_t bytes_ps;
+    uint8_t bytes[HIL_FAULT_BYTES];
+};
+
+struct hil_lines_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_lines *state;
+    struct hil_callbacks callbacks;     /* the host's end */
+    struct hil_callbacks pin_callbacks; /* on the board's pins: before what befalls the links */
+    struct hil_call frame_sent;         /* a CAN frame has left the board */
+};
+
+/* Nothing befalls them. `seed` of the probabilities and of corrupted bits. */
+void hil_lines_create(struct hil_lines_device *dev, uint64_t seed);
+/* The links as the peripherals see them. */
+struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
 /* ---- the supply: when it goes, when it dips, and when the chip runs again ---- */
 
 #define HIL_CSR_POWER_ON 0x0e000000u /* flags of RCC_CSR at power on: POR, pin, brown-out */
