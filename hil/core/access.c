@@ -165,24 +165,18 @@ bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t
         return false;
     uint16_t first = (uint16_t)(code[0] | code[1] << 8),
              second = (uint16_t)(code[2] | code[3] << 8);
+    bool fp = (second >> 8 & 0xeu) == 0xau;
+    bool multiple = (first & 0xfe40u) == 0xe800u ||                /* LDM, STM */
+                    ((first & 0xfe40u) == 0xe840u &&               /* double; word */
+                     ((first & 0x0120u) || !(first & 0x0080u))) || /* exclusives */
+                    (fp && (first & 0xfe00u) == 0xec00u && (first & 0x01e0u) != 0x0040u) ||
+                    (fp && (first & 0xff20u) == 0xed00u);
     unsigned base = first & 15u;
-    struct access access;
-    if ((first & 0xf000u) == 0xc000u) { /* STM, LDM */
+    struct access access = {0};
+    if ((first & 0xf000u) == 0xc000u) /* STM, LDM */
         access = decode16(core, pc, first);
-    } else if (base == 13 || base == 15) {
-        return false;
-    } else if ((first & 0xfe40u) == 0xe800u) { /* LDM, STM */
+    else if (multiple && base != 13 && base != 15)
         access = decode32(core, pc, first, second);
-    } else if ((first & 0xfe40u) == 0xe840u && ((first & 0x0120u) || !(first & 0x0080u))) {
-        access = decode32(core, pc, first, second); /* double; word exclusives */
-    } else if ((first & 0xfe00u) == 0xec00u && (second >> 8 & 0xeu) == 0xau &&
-               (first & 0x01e0u) != 0x0040u) {
-        access = decode32(core, pc, first, second); /* of the floating-point unit */
-    } else if ((first & 0xff20u) == 0xed00u && (second >> 8 & 0xeu) == 0xau) {
-        access = decode32(core, pc, first, second);
-    } else {
-        return false;
-    }
     *address = access.low;
     return access.any;
 }
