@@ -1,8 +1,8 @@
 #include "hil/core/nvic.h"
 
+#include <string.h>
 #include <unicorn/unicorn.h>
 
-#include "common/wire.h"
 #include "hil/core/access.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
@@ -301,42 +301,32 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
         hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
 
-/* D0 to D7 and FPSCR, out of the core or into it. */
-static void move_fp(struct hil_core *core, uint64_t d[8], uint32_t *fpscr, bool into)
-{
-    int ids[9];
-    void *values[9];
-    for (int i = 0; i < 8; i++) {
-        ids[i] = UC_ARM_REG_D0 + i;
-        values[i] = &d[i];
-    }
-    ids[8] = UC_ARM_REG_FPSCR;
-    values[8] = fpscr;
-    if (into)
-        uc_reg_write_batch(core->uc, ids, values, 9);
-    else
-        uc_reg_read_batch(core->uc, ids, values, 9);
-}
-
-static void save_fp(struct hil_core *core, uint8_t *p)
-{
-    uint64_t d[8] = {0};
-    uint32_t fpscr = 0;
-    move_fp(core, d, &fpscr, false);
-    for (unsigned i = 0; i < 8; i++)
-        p = mr_put_u32(mr_put_u32(p, (uint32_t)d[i]), (uint32_t)(d[i] >> 32));
-    mr_put_u32(mr_put_u32(p, fpscr), 0);
-}
-
-static void restore_fp(struct hil_core *core, const uint8_t *p)
-{
+/* What is on the stack (ARMv7-M B1.5.6); without the floating-point unit's, FRAME_BASIC bytes. */
+struct frame {
+    uint32_t r[6], pc, xpsr; /* r0 to r3, r12, lr */
     uint64_t d[8];
-    for (unsigned i = 0; i < 8; i++) {
-        d[i] = mr_get_u32(&p);
-        d[i] |= (uint64_t)mr_get_u32(&p) << 32;
+    uint32_t fpscr, reserved;
+};
+_Static_assert(sizeof(struct frame) == FRAME_FP, "as the core stores it");
+
+/* R0 to R3, R12, LR and, with `fp`, D0 to D7 and FPSCR: out of the core or into it. */
+static void move_registers(struct hil_core *core, struct frame *frame, bool fp, bool into)
+{
+    int ids[15] = {UC_ARM_REG_R0, UC_ARM_REG_R1,  UC_ARM_REG_R2,
+                   UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR};
+    void *values[15];
+    for (unsigned i = 0; i < 6; i++)
+        values[i] = &frame->r[i];
+    for (int i = 0; i < 8; i++) {
+        ids[6 + i] = UC_ARM_REG_D0 + i;
+        values[6 + i] = &frame->d[i];
     }
-    uint32_t fpscr = mr_get_u32(&p);
-    move_fp(core, d, &fpscr, true);
+    ids[14] = UC_ARM_REG_FPSCR;
+    values[14] = &frame->fpscr;
+    if (into)
+        uc_reg_write_batch(core->uc, ids, values, fp ? 15 : 6);
+    else
+        uc_reg_read_batch(core->uc, ids, values, fp ? 15 : 6);
 }
 
 /* There is no memory for the frame. A handler of bus faults or hard faults runs all the same, and
@@ -370,24 +360,20 @@ static unsigned instead_of(struct hil_core *core, unsigned exception, uint32_t f
 
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
 {
-    uint32_t r[6] = {0};
     uint32_t xpsr = 0, sp = 0, control = 0;
-    int ids[9] = {UC_ARM_REG_R0, UC_ARM_REG_R1,   UC_ARM_REG_R2, UC_ARM_REG_R3,     UC_ARM_REG_R12,
-                  UC_ARM_REG_LR, UC_ARM_REG_XPSR, UC_ARM_REG_SP, UC_ARM_REG_CONTROL};
-    void *values[9] = {&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &xpsr, &sp, &control};
-    uc_reg_read_batch(core->uc, ids, values, 9);
+    int ids[3] = {UC_ARM_REG_XPSR, UC_ARM_REG_SP, UC_ARM_REG_CONTROL};
+    void *values[3] = {&xpsr, &sp, &control};
+    uc_reg_read_batch(core->uc, ids, values, 3);
 
     bool fp = (control & CONTROL_FPCA) && (core->state.scb.fpccr & FPCCR_ASPEN);
-    bool align = (sp & 4u) != 0;
-    uint32_t frame_at = (sp - (fp ? FRAME_FP : FRAME_BASIC)) & ~7u;
-    uint8_t *p = hil_memory_at(core, frame_at, fp ? FRAME_FP : FRAME_BASIC, true);
-    if (p) {
-        for (unsigned i = 0; i < 6; i++)
-            p = mr_put_u32(p, r[i]);
-        p = mr_put_u32(p, pc & ~1u);
-        p = mr_put_u32(p, (xpsr & ~XPSR_ALIGN) | (align ? XPSR_ALIGN : 0));
-        if (fp)
-            save_fp(core, p);
+    uint32_t size = fp ? FRAME_FP : FRAME_BASIC;
+    uint32_t frame_at = (sp - size) & ~7u;
+    uint8_t *to = hil_memory_at(core, frame_at, size, true);
+    if (to) {
+        struct frame frame = {.pc = pc & ~1u,
+                              .xpsr = (xpsr & ~XPSR_ALIGN) | ((sp & 4u) ? XPSR_ALIGN : 0)};
+        move_registers(core, &frame, fp, false);
+        memcpy(to, &frame, size);
     } else {
         exception = instead_of(core, exception, frame_at, pc);
         if (!exception)
@@ -419,26 +405,21 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
 
     uint32_t frame_at = psp ? psp_value : msp;
     uint32_t size = fp ? FRAME_FP : FRAME_BASIC;
-    const uint8_t *frame = hil_memory_at(core, frame_at, size, false);
-    if (!frame) {
+    const uint8_t *from = hil_memory_at(core, frame_at, size, false);
+    if (!from) {
         hil_core_stop(core, MR_HALTED, "exception return 0x%08x: no frame in memory at 0x%08x",
                       (unsigned)exc_return, (unsigned)frame_at);
         return;
     }
-    uint32_t r[6];
-    const uint8_t *p = frame;
-    for (unsigned i = 0; i < 6; i++)
-        r[i] = mr_get_u32(&p);
-    uint32_t pc = mr_get_u32(&p);
-    uint32_t xpsr = mr_get_u32(&p);
+    struct frame frame = {0};
+    memcpy(&frame, from, size);
+    uint32_t xpsr = frame.xpsr, pc = frame.pc | 1u;
     if (((xpsr & XPSR_NUMBER) != 0) != handler || !(xpsr & XPSR_T)) {
         hil_core_stop(core, MR_HALTED,
                       "exception return 0x%08x does not fit the stacked xPSR 0x%08x (PC 0x%08x)",
-                      (unsigned)exc_return, (unsigned)xpsr, (unsigned)pc);
+                      (unsigned)exc_return, (unsigned)xpsr, (unsigned)frame.pc);
         return;
     }
-    if (fp)
-        restore_fp(core, p);
     uint32_t sp = frame_at + size;
     if (xpsr & XPSR_ALIGN)
         sp |= 4u;
@@ -454,11 +435,8 @@ static void unstack(struct hil_core *core, uint32_t exc_return)
     uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &privileged);
     uc_reg_write(core->uc, UC_ARM_REG_MSP, &msp);
     uc_reg_write(core->uc, UC_ARM_REG_PSP, &psp_value);
-    pc |= 1u;
-    int ids[7] = {UC_ARM_REG_R0,  UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3,
-                  UC_ARM_REG_R12, UC_ARM_REG_LR, UC_ARM_REG_PC};
-    void *values[7] = {&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &pc};
-    uc_reg_write_batch(core->uc, ids, values, 7);
+    move_registers(core, &frame, fp, true);
+    uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
     if (new_control & CONTROL_NPRIV)
         uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
     renew_core_flags(core);
