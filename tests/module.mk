@@ -64,12 +64,6 @@ series: in-build all $(B)/tests/runs/synthesise ## studies | landings 1 to 5 of 
 	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
 	@tests/series.sh | tee $(B)/runs/series.txt
 
-.PHONY: report-series
-report-series: in-build all $(B)/tests/runs/synthesise ## studies | the same five landings with surveys, compared, on one page: build/report-series/report.html
-	@mkdir -p $(B)/runs
-	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
-	@tests/report_series.sh
-
 .PHONY: budget
 budget: in-build all ## studies | what each task of the firmware costs in a landing, on the emulated board: build/budget/budget.txt
 	@tests/budget.sh

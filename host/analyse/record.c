@@ -16,22 +16,14 @@
 
 /* ---- what was said ---- */
 
-static enum mr_status take_risk(struct store *store, const struct measured *measured,
-                                struct record_row *row, struct error *error)
+static enum mr_status take_risk(struct store *store, struct record_row *row, struct error *error)
 {
     struct store_risk *risk = NULL;
     size_t risks = 0;
-    row->risk_most = row->risk_most_t_s = (double)NAN;
+    row->risk_most = (double)NAN;
     enum mr_status status = store_risks(store, row->run, &risk, &risks, error);
-    for (size_t i = 0; status == MR_OK && i < risks; i++) {
-        double t_s = measured_block_s(measured, risk[i].block);
-        if (isnan(risk[i].risk))
-            continue;
-        if (isnan(row->risk_most) || risk[i].risk > row->risk_most) {
-            row->risk_most = risk[i].risk;
-            row->risk_most_t_s = t_s;
-        }
-    }
+    for (size_t i = 0; status == MR_OK && i < risks; i++)
+        row->risk_most = fmax(row->risk_most, risk[i].risk);
     free(risk);
     return status;
 }
@@ -143,7 +135,7 @@ static enum mr_status judge_landing(struct store *store, const struct outcome_be
 {
     take_warning(given->measured, given->zones, row);
     take_plan(given->measured, row);
-    enum mr_status status = take_risk(store, given->measured, row, error);
+    enum mr_status status = take_risk(store, row, error);
     if (status == MR_OK && !row->is_void)
         status = outcome_load(store, given->measured, between, &row->outcome, error);
     if (status == MR_OK)

@@ -95,7 +95,7 @@ struct record_row {
     enum record_warned warned;
     double warned_t_s, warned_ft, wheel_ft; /* first warning; NaN: none */
     double lead_s;                          /* to when the wheel came to a zone; NaN */
-    double risk_most, risk_most_t_s;        /* told in it; NaN: none */
+    double risk_most;                       /* told in it; NaN: none */
     bool advised;
     struct store_advice advice; /* the newest before it */
     bool off_plan;

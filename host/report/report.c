@@ -182,7 +182,6 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->source = measured->source;
     facts->torn = measured->torn;
     facts->fitted = measured->fit_status == MR_OK;
-    facts->sampled = measured->samples > 0;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
     facts->surveyed = landing->survey.surveyed;

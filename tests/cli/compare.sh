@@ -102,26 +102,10 @@ wrong_input_is_told() {
         fails_with 2 'for one landing: -o' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
         fails_with 2 'needs DB RUN, DB CAMPAIGN or DB --series' $matrig compare "$db"
 }
-# The sentence once more from the table's figures, by other code; the text has it, the report too.
-ends_with_a_sentence() {
-    $matrig --json compare "$db" 1 "$tmp/slippery.json" >"$tmp/differs.json" && $matrig compare "$db" 1 "$tmp/slippery.json" >"$tmp/differs.txt" &&
-        $matrig --quiet report "$db" -o "$tmp/differs.html" && python3 - "$tmp/differs.json" "$tmp/differs.txt" "$tmp/differs.html" <<'END'
-import html, json, re, sys
-j, text, page = json.load(open(sys.argv[1])), open(sys.argv[2]).read(), html.unescape(open(sys.argv[3]).read())
-values = [(c[v + "_en"], v, c) for c in j["channels"] if c["compared"] for v in ("peak", "end", "arrival") if c[v + "_en"] is not None]
-en, what, c = max(values, key=lambda v: v[0])
-a = j["agreement"]
-print(a["sentence"])
-unit = "_s" if what == "arrival" else "_in"
-measured, simulated = c[what + "_measured" + unit], c[what + "_simulated" + unit]
-assert en > 1 and (a["differ"], a["judged"]) == (sum(v[0] > 1 for v in values), len(values)), a
-assert (a["value"], a["number"], a["en"]) == (what, c["number"], en) and a["measured" + unit] == measured and a["simulated" + unit] == simulated, a
-told = re.fullmatch(r"Landing 1 differs from slippery.json: (\d+) of (\d+) .*; largest: the (\w+) at transducer (\d+), ([\d.]+) ft, "
-                    r"measured ([\d.]+) \w+, simulated ([\d.]+) \w+, En ([\d.e+]+)", a["sentence"])
-assert told and told.group(3, 4) == (what, str(c["number"])) and float(told.group(5)) == c["station_ft"], a
-assert abs(float(told.group(6)) - measured) < 6e-5 and abs(float(told.group(7)) - simulated) < 6e-5 and abs(float(told.group(8)) / en - 1) < 0.01, a
-assert a["sentence"] in re.sub(r"\s+", " ", text) and a["sentence"] + "." in page
-END
+ends_with_a_sentence() { # the text has it, the report too (tests/host/test_compare has which value it names)
+    local sentence='Landing 1 differs from slippery.json: [0-9]* of [0-9]* peaks, ends and arrivals differ by more than twice their errors; largest: the '
+    $matrig compare "$db" 1 "$tmp/slippery.json" | tr -s ' \n' ' ' | grep -o "$sentence.* En [0-9.]*" >"$tmp/said" && cat "$tmp/said" &&
+        $matrig --quiet report "$db" -o "$tmp/differs.html" && grep -qF "$(cat "$tmp/said")" "$tmp/differs.html"
 }
 report_has_the_table() {
     cp $scene "$tmp/<b>x.json" && $matrig compare "$db" 1 "$tmp/<b>x.json" >/dev/null && $matrig --quiet report "$db" -o "$tmp/r.html" || return 1

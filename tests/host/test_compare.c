@@ -83,22 +83,6 @@ TEST(gaps_from_the_survey)
     session_end(&s);
 }
 
-TEST(motion_not_known_is_refused)
-{
-    struct session s;
-    struct measured m;
-    struct zones_closure survey;
-    struct sim_scene scene;
-    load_one(&s, &m, &survey);
-    runway(&scene);
-    m.fit_status = MR_TOO_FEW;
-    assert_int_equal(compare_scene(&m, &survey, &scene, &s.error), MR_TOO_FEW);
-    assert_error(&s.error, MR_TOO_FEW, "RUN 1");
-    sim_scene_free(&scene);
-    measured_free(&m);
-    session_end(&s);
-}
-
 static void load_model(struct compare_model *model, const char *text)
 {
     char path[200];
@@ -488,16 +472,6 @@ TEST(limits_that_are_wrong)
         compare_limits_free(&limits);
         assert_error(&error, MR_MALFORMED, wrong[i].says);
     }
-}
-
-TEST(another_scale_is_refused)
-{
-    struct compare_model model;
-    struct error error = {0};
-    assert_int_equal(compare_model_load(&model, "host/scenes/full_width_36000.json", 0, &error),
-                     MR_USAGE);
-    assert_error(&error, MR_USAGE,
-                 "another scale: host/scenes/full_width_36000.json has 53 mats of 2 ft");
 }
 
 /* Two transducers that agree in all six values. */
