@@ -162,7 +162,7 @@ struct compare_channel {
 struct compare_figures {
     int64_t run;
     char against[120]; /* file; empty: not kept */
-    /* why the measured numbers are doubtful (host/analyse/doubts.h); "": they are not */
+    /* why the measured numbers are doubtful (measured_torn_text); "": they are not */
     char torn[MEASURED_TORN_TEXT];
     double run_ms, error_in; /* of the simulation, and its own estimate */
     int64_t seeds;

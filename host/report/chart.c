@@ -194,7 +194,7 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes)
     put_range(out, "yr", axes->y_low, axes->y_high);
     for (size_t i = 0; i < axes->ticks; i++) {
         if (i == 0)
-            fprintf(out, ",\"%s\":[", axes->on_x ? "xt" : "yt");
+            fputs(",\"yt\":[", out);
         fprintf(out, "%s[%.1f,", i ? "," : "", (double)i + 0.5);
         put_text(out, axes->tick(axes->context, i));
         putc(']', out);

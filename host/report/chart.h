@@ -37,10 +37,9 @@ struct chart_axes {
     const char *title, *x, *y;
     double x_low, x_high, y_low, y_high;
     unsigned height_px;
-    const char *(*tick)(void *context, size_t i); /* names at y (x: on_x) of i + 0.5 */
+    const char *(*tick)(void *context, size_t i); /* names at y of i + 0.5 */
     void *context;
     size_t ticks;
-    bool on_x;
 };
 /* Until the next one, or figure_end. */
 void figure_plot(struct figure *figure, const struct chart_axes *axes);

@@ -208,9 +208,9 @@ const matrigCharts = (() => {
       const ticks = (list) => list && (() => list.map(([v, text]) => ({ v, label: escaped(text) })));
       const series = {};
       spec.series.forEach((s, k) => { series['s' + k] = { ...lookOf(s), ...(s.k === 'whiskers' ? { plotter: (e) => { whiskers(e); Dygraph.Plotters.linePlotter(e); } } : s.k === 'marked' ? { plotter: marked(s.l) } : {}) }; });
-      const x = spec.xt ? { ticker: ticks(spec.xt), axisLabelFormatter: undefined } : {}, y = spec.yt ? { ticker: ticks(spec.yt), drawGrid: false } : {};
+      const y = spec.yt ? { ticker: ticks(spec.yt), drawGrid: false } : {};
       this.graph = plot(this.box, rowsOf(spec), {
-        labels: ['x', ...(labels.length ? labels : ['none'])], series, dateWindow: this.xr, valueRange: this.yr, pixelRatio: ratio, axes: { x, y },
+        labels: ['x', ...(labels.length ? labels : ['none'])], series, dateWindow: this.xr, valueRange: this.yr, pixelRatio: ratio, axes: { y },
         underlayCallback: shapes(spec), highlightCallback: (e, at) => this.figure.show(this, at), unhighlightCallback: () => this.figure.show(null),
         drawCallback: (g, first) => { if (!first) this.figure.follow(this); }, interactionModel: INTERACTION(this),
       });
