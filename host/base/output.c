@@ -247,3 +247,15 @@ enum mr_status output_bytes(const char *path, const void *bytes, size_t length, 
     fwrite(bytes, 1, length, output.file);
     return output_end(&output, error);
 }
+
+enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
+                           struct error *error)
+{
+    struct output output;
+    if (output_begin(&output, path, error) != MR_OK)
+        return error->status;
+    json_dumpf(json, output.file,
+               JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(digits));
+    fputc('\n', output.file);
+    return output_end(&output, error);
+}

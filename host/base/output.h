@@ -9,6 +9,7 @@
 #ifndef MATRIG_HOST_BASE_OUTPUT_H
 #define MATRIG_HOST_BASE_OUTPUT_H
 
+#include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -31,6 +32,10 @@ enum mr_status output_end(struct output *output, struct error *error);
 /* Both, of `length` bytes. */
 enum mr_status output_bytes(const char *path, const void *bytes, size_t length,
                             struct error *error);
+
+/* And of a JSON value, indented; `digits` of its numbers. */
+enum mr_status output_json(const char *path, const json_t *json, unsigned digits,
+                           struct error *error);
 
 /* Before work that takes long: whether output_begin would refuse `path` (NULL: nothing is written),
  * whether it can be written, and that it is none of what is read (`input`; NULL: nothing), which

@@ -435,17 +435,6 @@ static void add_found(struct answer *answer, const struct found *p)
     answer_json_value(answer, p->key, json);
 }
 
-static enum mr_status write_scene(const struct params_request *r, json_t *scene,
-                                  struct error *error)
-{
-    struct output output;
-    if (!r->output_path || output_begin(&output, r->output_path, error) != MR_OK)
-        return error->status;
-    json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
-    fputc('\n', output.file);
-    return output_end(&output, error);
-}
-
 static struct answer *answer_of(const struct reader *r, json_t *scene, const struct push *push)
 {
     struct answer *answer = answer_new(false);
@@ -497,7 +486,9 @@ static int params_command(int argc, char **argv, const struct cli *cli)
     if (error.status == MR_OK && r.push_path)
         read_push(&r, &reader, &push);
     json_t *scene = scene_of(&reader);
-    if (error.status == MR_OK && write_scene(&r, scene, &error) == MR_OK && r.plot_path)
+    if (error.status == MR_OK && r.output_path)
+        output_json(r.output_path, scene, 17, &error);
+    if (error.status == MR_OK && r.plot_path)
         push_plot(&r, &push, &error);
     struct answer *answer = error.status == MR_OK
                               ? answer_of(&reader, scene, r.push_path ? &push : NULL)

@@ -383,17 +383,6 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
     return other;
 }
 
-static enum mr_status write_file(const struct request *request, const json_t *scaled,
-                                 struct error *error)
-{
-    struct output output;
-    if (output_begin(&output, request->output_path, error) != MR_OK)
-        return error->status;
-    json_dumpf(scaled, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(17));
-    fputc('\n', output.file);
-    return output_end(&output, error);
-}
-
 /* A scene or a study, which has landings. */
 static int scale_file(const struct request *request, const struct cli *cli)
 {
@@ -405,7 +394,7 @@ static int scale_file(const struct request *request, const struct cli *cli)
     json_t *other = scaled_file(request, source, is_study, &error);
     int code = 0;
     if (error.status == MR_OK && (request->output_path || !cli->json))
-        write_file(request, other, &error);
+        output_json(request->output_path, other, 17, &error);
     if (error.status != MR_OK) {
         code = cli_fail(&error);
     } else if (cli->json) {

@@ -26,11 +26,13 @@ static const struct {
     const char *name, *word, *other; /* words that a column's name has */
     enum unit_kind kind;
     const char *units;
+    double most; /* in, lb */
 } roles[ROLES] = {
-    [TEST] = {"test", "test", "place", UNIT_NUMBER, ""},
-    [LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg"},
-    [FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg"},
-    [MOVED] = {"displacement", "displacement", "dial", UNIT_DISPLACEMENT, "in, mm, cm, m or ft"},
+    [TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
+    [LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MOST_LB},
+    [FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_MOST_LB},
+    [MOVED] = {"displacement", "displacement", "dial", UNIT_DISPLACEMENT, "in, mm, cm, m or ft",
+               PUSH_MOST_IN},
 };
 
 struct table {
@@ -126,8 +128,16 @@ static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
 static enum mr_status take_value(struct table *t, enum role role, const char *text, double *value)
 {
     struct quantity_wrong wrong;
-    if (calibrate_value(text, roles[role].kind, t->unit[role], value, &wrong))
-        return MR_OK;
+    if (calibrate_value(text, roles[role].kind, t->unit[role], value, &wrong)) {
+        if (fabs(*value) <= roles[role].most && (role != LOAD || *value > 0.0))
+            return MR_OK;
+        return error_set(
+            t->error, MR_MALFORMED,
+            "reading out of range: %s, line %u: %s %.*s; give at most %g %s, and a load "
+            "above 0",
+            t->path, t->line, roles[role].name, CELL_SHOWN, text, roles[role].most,
+            role == MOVED ? "in" : "lb");
+    }
     if (strstr(wrong.what, "instead of"))
         return error_set(t->error, MR_MALFORMED, "%s: %s, line %u: %s '%.*s'; give it in %s",
                          wrong.what, t->path, t->line, roles[role].name, CELL_SHOWN, text,
@@ -180,20 +190,10 @@ static enum mr_status take_row(struct table *t, char *cell[CELLS_MAX])
     }
     if ((load[0] || isnan(t->load_lb)) && take_value(t, LOAD, load, &t->load_lb) != MR_OK)
         return t->error->status;
-    if (!(t->load_lb > 0.0 && t->load_lb <= PUSH_MOST_LB))
-        return error_set(t->error, MR_MALFORMED,
-                         "reading out of range: %s, line %u: load %.*s; give what stands on the "
-                         "mat, above 0 and at most %g lb",
-                         t->path, t->line, CELL_SHOWN, load, PUSH_MOST_LB);
     if (take_value(t, FORCE, cell[t->cell_of[FORCE]], &force_lb) != MR_OK ||
         take_value(t, MOVED, cell[t->cell_of[MOVED]], &moved_in) != MR_OK ||
         series_of(t, &series) != MR_OK)
         return t->error->status;
-    if (fabs(force_lb) > PUSH_MOST_LB || fabs(moved_in) > PUSH_MOST_IN)
-        return error_set(t->error, MR_MALFORMED,
-                         "reading out of range: %s, line %u: %g lb, %g in; give at most %g lb and "
-                         "%g in",
-                         t->path, t->line, force_lb, moved_in, PUSH_MOST_LB, PUSH_MOST_IN);
     series->force_lb[series->count] = force_lb;
     series->moved_in[series->count++] = moved_in;
     return MR_OK;

@@ -427,12 +427,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     fit_landings_values(list, answer->z, value);
     fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share);
     set_scene(scene, list, value, &joints, share);
-    struct output output;
-    if (output_begin(&output, path, error) == MR_OK) {
-        json_dumpf(scene, output.file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
-        fputc('\n', output.file);
-        output_end(&output, error);
-    }
+    output_json(path, scene, 9, error);
     sim_scene_free(&joints);
     json_decref(scene);
     return error->status;

@@ -503,55 +503,32 @@ static enum mr_status read_samples(struct sweep *sweep, const char *path, struct
 
 /* ---- the search ---- */
 
-static enum mr_status find_number(const json_t *find, const char *key, double low, double high,
-                                  double otherwise, double *number, const char *path,
-                                  struct error *error)
-{
-    const json_t *value = json_object_get(find, key);
-    *number = value ? json_number_value(value) : otherwise;
-    if ((value && !json_is_number(value)) || !(*number >= low && *number <= high))
-        return error_set(error, MR_MALFORMED,
-                         "value out of range: %s: find %s; give a number, %g to %g", path, key, low,
-                         high);
-    return MR_OK;
-}
-
-static enum mr_status read_condition(struct sweep *sweep, const json_t *find, const char *path,
-                                     struct error *error)
-{
-    const json_t *above = json_object_get(find, "above"), *below = json_object_get(find, "below"),
-                 *is = json_object_get(find, "is");
-    sweep->find.field = json_string_value(json_object_get(find, "field"));
-    if (!sweep->find.field || !*sweep->find.field)
-        return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: find field; give the name of a field of the result",
-                         path);
-    if (!!above + !!below + !!is != 1 || (above && !json_is_number(above)) ||
-        (below && !json_is_number(below)) || (is && !json_is_boolean(is)))
-        return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: find; give one of \"above\": NUMBER, \"below\": NUMBER, "
-                         "\"is\": true or false",
-                         path);
-    sweep->find.below = below || json_is_false(is);
-    sweep->find.level = is ? 0.5 : json_number_value(above ? above : below);
-    return MR_OK;
-}
-
 static enum mr_status read_find(struct sweep *sweep, const char *path, struct error *error)
 {
-    const json_t *find = json_object_get(sweep->root, "find");
-    const char *name = json_string_value(json_object_get(find, "key"));
-    double scan;
-    if (!find)
+    json_t *root = json_object_get(sweep->root, "find"), *when = NULL;
+    struct sweep_find *find = &sweep->find;
+    const char *name;
+    double above = (double)NAN, below = (double)NAN, scan = 8.0;
+    int is = -1;
+    json_error_t wrong = {.text = ""};
+    if (!root)
         return MR_OK;
-    if (!name)
+    find->tolerance = 0.01;
+    if (json_unpack_ex(root, &wrong, 0, "{s:s,s:s,s?F,s?F,s?b,s?F,s?F,s?o}", "key", &name, "field",
+                       &find->field, "above", &above, "below", &below, "is", &is, "scan", &scan,
+                       "tolerance", &find->tolerance, "beyond_when", &when) != 0 ||
+        !isnan(above) + !isnan(below) + (is >= 0) != 1 || !(scan >= 1.0 && scan <= SCAN_MAX) ||
+        !(find->tolerance >= 1e-9 && find->tolerance <= 1.0) || (when && !json_is_array(when)))
         return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: find; give {\"key\": KEY, \"from\": A, \"to\": B, "
-                         "\"field\": FIELD, \"above\": LEVEL}",
-                         path);
-    if (read_axis(sweep, &sweep->find.key, path, "find", name, find, error) != MR_OK)
+                         "wrong value: %s: find: %s; give {\"key\": KEY, \"from\": A, \"to\": B, "
+                         "\"field\": FIELD, and one of \"above\": NUMBER, \"below\": NUMBER, "
+                         "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
+                         "\"beyond_when\" a list",
+                         path, wrong.text[0] ? wrong.text : "not one condition, or out of range",
+                         SCAN_MAX);
+    if (read_axis(sweep, &find->key, path, "find", name, root, error) != MR_OK)
         return error->status;
-    if (sweep->find.key.range.levels || sweep->find.key.range.from > sweep->find.key.range.to)
+    if (find->key.range.levels || find->key.range.from > find->key.range.to)
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: find %s; give \"from\" below \"to\"", path, name);
     for (size_t i = 0; i < sweep->axis_count; i++) {
@@ -560,17 +537,11 @@ static enum mr_status read_find(struct sweep *sweep, const char *path, struct er
                              "given twice: %s: \"%s\" is varied and searched; drop one", path,
                              name);
     }
-    sweep->find.beyond_when = json_object_get(find, "beyond_when");
-    if (sweep->find.beyond_when && !json_is_array(sweep->find.beyond_when))
-        return error_set(error, MR_MALFORMED,
-                         "wrong type: %s: find beyond_when; give a list of statuses: [\"folded\"]",
-                         path);
-    if (read_condition(sweep, find, path, error) != MR_OK ||
-        find_number(find, "scan", 1, SCAN_MAX, 8, &scan, path, error) != MR_OK ||
-        find_number(find, "tolerance", 1e-9, 1, 0.01, &sweep->find.tolerance, path, error) != MR_OK)
-        return error->status;
-    sweep->find.scan = (unsigned)scan;
-    sweep->find.wanted = true;
+    find->beyond_when = when;
+    find->below = !isnan(below) || is == 0;
+    find->level = is >= 0 ? 0.5 : isnan(above) ? below : above;
+    find->scan = (unsigned)scan;
+    find->wanted = true;
     return MR_OK;
 }
 

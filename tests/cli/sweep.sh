@@ -209,7 +209,7 @@ bad "a range without count" 4 'vary F; give "count"' "{$b, \"vary\": {\"F\": {\"
 bad "a log range below 0" 4 'a log range lies above 0' "{$b, \"vary\": {\"F\": {\"from\": -1, \"to\": 2, \"count\": 3, \"scale\": \"log\"}}, $o}"
 bad "too many cases" 4 'too many cases' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2, \"count\": 9999}, \"KL\": {\"from\": 1, \"to\": 2, \"count\": 9999}}, $o}"
 bad "a dotted key that leads nowhere" 4 'no such place' "{$b, \"vary\": {\"path.7.1\": [5]}, $o}"
-bad "a search without a field" 4 'find field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"
+bad "a search without a field" 4 'find: .*field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"
 bad "a search of a varied key" 4 'varied and searched' "{$b, \"vary\": {\"F\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"field\": \"peak_u_ft\", \"above\": 1}}"
 c='"base": "runway/series.json"' co='"outputs": ["buckled_share"]'
 bad "a scene given as a campaign" 4 'wrong value: .*landings' "{\"base\": {\"scene\": {}, \"landings\": []}, \"vary\": {\"seeds\": [1]}, $co}"

@@ -329,7 +329,6 @@ TEST(windows_follow_the_wheel)
         if (w == 1)
             continue;
         near_to(0.05 * sinh(list.measured[s] / 0.05), middle_s[w], 0.002, names[w]);
-        assert_string_equal(list.landing[0].window[s].name, names[w]);
         s++;
     }
     fit_landings_free(&list);

@@ -569,10 +569,6 @@ const struct fit_name fit_names[FIT_KEYS] = {
  * window. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
-static const char *const between[EDGES - 1] = {"16 to 8 ft ahead", "8 to 4 ft ahead",
-                                               "4 to 2 ft ahead", "2 to 0 ft ahead",
-                                               "0 to 4 ft behind"};
-
 void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene)
 {
     *list = (struct fit_landings){.survey_error_in = 0.005};
@@ -626,7 +622,7 @@ static double mean_over(const struct fit_series *series, double from_s, double t
 }
 
 static void add_window(struct fit_landing *landing, const struct fit_series *series, size_t channel,
-                       double from_s, double to_s, const char *name, double *measured)
+                       double from_s, double to_s, double *measured)
 {
     struct fit_window window = {.channel = channel, .from_s = from_s, .to_s = to_s};
     double mean_in = to_s - from_s >= LEAST_WINDOW_S
@@ -634,7 +630,6 @@ static void add_window(struct fit_landing *landing, const struct fit_series *ser
                        : (double)NAN;
     if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
         return;
-    snprintf(window.name, sizeof window.name, "%s", name);
     measured[landing->windows] = fit_bent(mean_in);
     landing->window[landing->windows++] = window;
 }
@@ -653,9 +648,9 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
     for (size_t e = 0; e + 1 < EDGES; e++) {
         double from_s = passes_s(&landing->scene, series->station_ft - edges_ft[e]);
         double to_s = fmin(passes_s(&landing->scene, series->station_ft - edges_ft[e + 1]), stop_s);
-        add_window(landing, series, channel, from_s, to_s, between[e], measured);
+        add_window(landing, series, channel, from_s, to_s, measured);
     }
-    add_window(landing, series, channel, end_s - END_S, end_s, "end", measured);
+    add_window(landing, series, channel, end_s - END_S, end_s, measured);
 }
 
 static void add_segments(struct fit_landing *landing, double *measured)
@@ -665,7 +660,6 @@ static void add_segments(struct fit_landing *landing, double *measured)
             landing->windows == FIT_WINDOWS_MAX)
             continue;
         struct fit_window window = {.channel = SIZE_MAX, .segment = s, .samples = 1.0};
-        snprintf(window.name, sizeof window.name, "segment %zu after", s + 1);
         measured[landing->windows] = landing->after_in[s];
         landing->window[landing->windows++] = window;
     }

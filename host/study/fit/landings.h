@@ -58,7 +58,6 @@ struct fit_window {
     size_t segment;
     double from_s, to_s;
     double samples; /* valid ones in it */
-    char name[24];  /* "8 to 4 ft ahead", "end", "segment 12" */
 };
 
 #define FIT_WINDOWS_MAX (MR_TRANSDUCERS * 8u + MR_SEGMENTS)
