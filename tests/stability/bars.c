@@ -26,32 +26,17 @@ void bars_free(struct bars *bars)
 
 void bars_head(FILE *table)
 {
-    fprintf(table, "scene");
-    for (int k = 0; k < DRAW_KEYS; k++)
-        fprintf(table, ",lg_%s", draw_key_names[k]);
-    fprintf(table, ",model,N,profile,left,right,TAD_deg,tad_mode,slack,friction,thrust,lift_shear,"
-                   "bump,wheel_load,path,tend,asked,solver,end,cpu_s,steps,events,peak_u,max_lift,"
-                   "error_u,error_lift,unsure_s,truth,apart_u,apart_lift,truth_error_u,"
-                   "truth_error_lift,ratio_u,ratio_lift\n");
+    draw_head(table);
+    fprintf(table, ",asked,solver,end,cpu_s,steps,events,peak_u,max_lift,error_u,error_lift,"
+                   "unsure_s,truth,apart_u,apart_lift,truth_error_u,truth_error_lift,ratio_u,"
+                   "ratio_lift\n");
 }
 
 static void write_row(FILE *table, size_t index, const double *exponents, const struct sim_scene *s,
                       const char *asked, const struct study_answer *a,
                       const struct study_answer *truth, const struct study_difference *d)
 {
-    static const char *const laws[] = {"stick", "tanh", "sign", "none"};
-    static const char *const shears[] = {"rising", "none", "following", "both"};
-    fprintf(table, "%zu", index);
-    for (int k = 0; k < DRAW_KEYS; k++)
-        fprintf(table, ",%.3f", exponents[k]);
-    fprintf(table, ",%s,%d,%s,%s,%s,%g,%s,%.3g,%s%s,%s,%s,%g,%g,%zu,%g", sim_model_name(s->model),
-            s->mats, s->profile == SIM_FULL ? "full" : "low",
-            s->left == SIM_FIXED ? "fixed" : "free", s->right == SIM_FIXED ? "fixed" : "free",
-            s->tad_deg, s->tad_mode == SIM_SWITCHED ? "switched" : "deadband", s->slack_ft,
-            laws[s->friction_law], s->friction_normal == SIM_SOIL ? "/soil" : "",
-            s->thrust == SIM_LINEAR ? "linear" : "jump", shears[s->lift_shear],
-            s->bump_ft.count > 0 ? s->bump_ft.values[s->bump_ft.count / 2] : 0.0, s->wheel_load_lb,
-            s->path_count, s->t_end_s);
+    draw_row(table, index, exponents, s);
     fprintf(table, ",%s,%s,%s,%.3f,%llu,%llu,%.6g,%.6g,%.2g,%.2g,%.3g", asked, a->solver,
             study_end_names[a->end], a->cpu_s, (unsigned long long)a->steps,
             (unsigned long long)a->events, a->peak_u_ft, a->max_lift_ft, a->error_u_ft,

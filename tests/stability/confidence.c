@@ -59,15 +59,10 @@ static const struct study_answer *truth(const struct sim_scene *scene,
 
 void confidence_head(FILE *table)
 {
-    fprintf(table, "scene");
-    for (int k = 0; k < DRAW_KEYS; k++)
-        fprintf(table, ",lg_%s", draw_key_names[k]);
-    fprintf(
-        table,
-        ",N,I,profile,left,right,TAD_deg,tad_mode,slack,friction,thrust,bump,wheel_load,path,tend,"
-        "steps,events,peak_u,max_lift,error_u,error_lift,fixed,fixed_s,event,event_s,implicit,"
-        "implicit_s,"
-        "apart_u,apart_lift,truth_error_u,truth_error_lift,ratio_u,ratio_lift\n");
+    draw_head(table);
+    fprintf(table, ",steps,events,peak_u,max_lift,error_u,error_lift,fixed,fixed_s,event,event_s,"
+                   "implicit,implicit_s,apart_u,apart_lift,truth_error_u,truth_error_lift,ratio_u,"
+                   "ratio_lift\n");
 }
 
 static void write_row(FILE *table, size_t index, const double *exponents, const struct sim_scene *s,
@@ -75,18 +70,7 @@ static void write_row(FILE *table, size_t index, const double *exponents, const 
                       const struct study_difference *d)
 {
     const struct study_answer *fixed = &answers[0];
-    fprintf(table, "%zu", index);
-    for (int k = 0; k < DRAW_KEYS; k++)
-        fprintf(table, ",%.3f", exponents[k]);
-    fprintf(table, ",%d,%.3g,%s,%s,%s,%g,%s,%.3g,%s%s,%s,%g,%g,%zu,%g", s->mats,
-            s->inertia_slug_ft2, s->profile == SIM_FULL ? "full" : "low",
-            s->left == SIM_FIXED ? "fixed" : "free", s->right == SIM_FIXED ? "fixed" : "free",
-            s->tad_deg, s->tad_mode == SIM_SWITCHED ? "switched" : "deadband", s->slack_ft,
-            s->friction_law == SIM_NONE ? "none" : "stick",
-            s->friction_normal == SIM_SOIL ? "/soil" : "",
-            s->thrust == SIM_LINEAR ? "linear" : "jump",
-            s->bump_ft.count > 0 ? s->bump_ft.values[s->bump_ft.count / 2] : 0.0, s->wheel_load_lb,
-            s->path_count, s->t_end_s);
+    draw_row(table, index, exponents, s);
     fprintf(table, ",%llu,%llu,%.6g,%.6g,%.2g,%.2g", (unsigned long long)fixed->steps,
             (unsigned long long)fixed->events, fixed->peak_u_ft, fixed->max_lift_ft,
             fixed->error_u_ft, fixed->error_lift_ft);

@@ -5,7 +5,6 @@
 
 #include <stdio.h>
 
-#include "tests/stability/bins.h"
 #include "tests/stability/study.h"
 
 #define CONFIDENCE_GROUPS 17

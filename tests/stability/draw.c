@@ -146,3 +146,31 @@ enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW
         draw_path(scene, &state);
     return MR_OK;
 }
+
+void draw_head(FILE *table)
+{
+    fprintf(table, "scene");
+    for (int k = 0; k < DRAW_KEYS; k++)
+        fprintf(table, ",lg_%s", draw_key_names[k]);
+    fprintf(table, ",model,N,I,profile,left,right,TAD_deg,tad_mode,slack,F,friction,thrust,"
+                   "lift_shear,bump,wheel_load,path,tend");
+}
+
+void draw_row(FILE *table, size_t index, const double exponents[DRAW_KEYS],
+              const struct sim_scene *s)
+{
+    static const char *const laws[] = {"stick", "tanh", "sign", "none"};
+    static const char *const shears[] = {"rising", "none", "following", "both"};
+    fprintf(table, "%zu", index);
+    for (int k = 0; k < DRAW_KEYS; k++)
+        fprintf(table, ",%.3f", exponents[k]);
+    fprintf(table, ",%s,%d,%.3g,%s,%s,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%zu,%g",
+            sim_model_name(s->model), s->mats, s->inertia_slug_ft2,
+            s->profile == SIM_FULL ? "full" : "low", s->left == SIM_FIXED ? "fixed" : "free",
+            s->right == SIM_FIXED ? "fixed" : "free", s->tad_deg,
+            s->tad_mode == SIM_SWITCHED ? "switched" : "deadband", s->slack_ft, s->force_lb,
+            laws[s->friction_law], s->friction_normal == SIM_SOIL ? "/soil" : "",
+            s->thrust == SIM_LINEAR ? "linear" : "jump", shears[s->lift_shear],
+            s->bump_ft.count > 0 ? s->bump_ft.values[s->bump_ft.count / 2] : 0.0, s->wheel_load_lb,
+            s->path_count, s->t_end_s);
+}

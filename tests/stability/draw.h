@@ -3,6 +3,7 @@
 #define MATRIG_TESTS_STABILITY_DRAW_H
 
 #include <stdint.h>
+#include <stdio.h>
 
 #include "host/sim/scene/scene.h"
 
@@ -26,5 +27,10 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
  * wheel load, and in half of them a path. */
 enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS],
                             size_t index, uint64_t seed, struct error *error);
+
+/* A scene's columns of a table: its number, its exponents, what else was drawn. */
+void draw_head(FILE *table);
+void draw_row(FILE *table, size_t index, const double exponents[DRAW_KEYS],
+              const struct sim_scene *scene);
 
 #endif

@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include "tests/stability/bars.h"
-#include "tests/stability/bins.h"
 #include "tests/stability/confidence.h"
 #include "tests/stability/study.h"
 
@@ -158,21 +157,8 @@ static void write_row(FILE *table, size_t index, const double *exponents,
                       const struct sim_scene *scene, const struct study_answer *answers,
                       const struct study_difference *worst)
 {
-    static const char *const laws[] = {"stick", "tanh", "sign", "none"};
-    static const char *const shears[] = {"rising", "none", "following", "both"};
     const struct study_answer *first = &answers[STUDY_AUTO];
-    fprintf(table, "%zu", index);
-    for (int k = 0; k < DRAW_KEYS; k++)
-        fprintf(table, ",%.3f", exponents[k]);
-    fprintf(table, ",%s,%d,%.3g,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%g",
-            sim_model_name(scene->model), scene->mats, scene->inertia_slug_ft2,
-            scene->profile == SIM_FULL ? "full" : "low", scene->tad_deg,
-            scene->tad_mode == SIM_SWITCHED ? "switched" : "deadband", scene->slack_ft,
-            scene->force_lb, laws[scene->friction_law],
-            scene->friction_normal == SIM_SOIL ? "/soil" : "",
-            scene->thrust == SIM_LINEAR ? "linear" : "jump", shears[scene->lift_shear],
-            scene->bump_ft.count > 0 ? scene->bump_ft.values[scene->bump_ft.count / 2] : 0.0,
-            scene->wheel_load_lb, scene->t_end_s);
+    draw_row(table, index, exponents, scene);
     fprintf(table, ",%.3g,%s,%.6g,%.6g,%d,%.2g,%.2g", first->rate, first->solver, first->peak_u_ft,
             first->max_lift_ft, first->bow_wave, first->error_u_ft, first->error_lift_ft);
     for (int i = 0; i < STUDY_METHODS; i++) {
@@ -218,12 +204,8 @@ static void print_summary(const struct summary *s)
 
 static void write_head(FILE *table)
 {
-    fprintf(table, "scene");
-    for (int k = 0; k < DRAW_KEYS; k++)
-        fprintf(table, ",lg_%s", draw_key_names[k]);
-    fprintf(table, ",model,N,I,profile,TAD_deg,tad_mode,slack,F,friction,thrust,lift_shear,bump,"
-                   "wheel_load,tend,rate,"
-                   "solver,peak_u,max_lift,bow,error_u,error_lift");
+    draw_head(table);
+    fprintf(table, ",rate,solver,peak_u,max_lift,bow,error_u,error_lift");
     for (int i = 0; i < STUDY_METHODS; i++)
         fprintf(table, ",%s,%s_s", study_method_names[i], study_method_names[i]);
     fprintf(table, ",apart_u,apart_lift,ratio_u,ratio_lift,contradicted\n");

@@ -117,4 +117,17 @@ struct study_truth study_truth(const struct sim_scene *scene, const struct study
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
                                       const struct study_answer *b);
 
+/* Bins: ratios of a difference to what was stated, counted up to 0.1, 0.3, 1, 3, 10 and beyond. */
+#define BINS 6
+
+struct bins {
+    size_t counts[BINS];
+    double worst;
+};
+
+void bins_add(struct bins *bins, double ratio);
+
+/* One line on standard output. */
+void bins_print(const struct bins *bins, const char *what);
+
 #endif
