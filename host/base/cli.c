@@ -34,6 +34,12 @@ void cli_begin(const struct cli *cli)
     wants_json = cli->json;
 }
 
+static bool cli_colour(void)
+{
+    const char *no_colour = getenv("NO_COLOR");
+    return cli_terminal() && !(no_colour && no_colour[0]);
+}
+
 int cli_fail(const struct error *error)
 {
     bool colour = cli_colour();
@@ -95,12 +101,6 @@ bool cli_terminal(void)
 {
     const char *terminal = getenv("TERM");
     return isatty(STDERR_FILENO) && terminal && strcmp(terminal, "dumb") != 0;
-}
-
-bool cli_colour(void)
-{
-    const char *no_colour = getenv("NO_COLOR");
-    return cli_terminal() && !(no_colour && no_colour[0]);
 }
 
 unsigned cli_columns(void)

@@ -38,7 +38,6 @@ void cli_note(const struct cli *cli, const char *format, ...) __attribute__((for
 /* Whether stderr is a terminal that may be drawn on (progress), and whether it may be coloured
  * (NO_COLOR unset). */
 bool cli_terminal(void);
-bool cli_colour(void);
 
 /* Columns of a line on stdout: the terminal's; 100 of what is none. */
 unsigned cli_columns(void);

@@ -197,14 +197,6 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
     quote(plot->list, series->key ? series->key : "");
 }
 
-void plot_label(struct plot *plot, double x, double y, bool left, const char *text)
-{
-    fputs("set label ", plot->script);
-    quote(plot->script, text);
-    fprintf(plot->script, " at %.9g,%.9g %s noenhanced offset %s,0.3\n", x, y,
-            left ? "right" : "left", left ? "-0.6" : "0.6");
-}
-
 /* What chooses gnuplot's terminal; NULL: another ending. */
 static const char *terminal_of(const char *path)
 {

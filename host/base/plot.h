@@ -51,8 +51,6 @@ struct plot *plot_new(const char *title, unsigned width, unsigned height, unsign
 void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y);
 /* Copies the values. */
 void plot_draw(struct plot *plot, const struct plot_series *series);
-/* Text to the right of a point; `left`: to the left of it. */
-void plot_label(struct plot *plot, double x, double y, bool left, const char *text);
 /* Draws it into the file and frees it. MR_USAGE: another ending, or the file may not be
  * overwritten; MR_IO: gnuplot is missing or failed. */
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error);

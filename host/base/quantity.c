@@ -268,11 +268,6 @@ double quantity_convert(double value, const char *from, const char *to)
     return is_same(&a, &b) ? value : converted((long double)value, &a, &b);
 }
 
-bool quantity_same_kind(const char *from, const char *to)
-{
-    return !isnan(quantity_convert(1.0, from, to));
-}
-
 /* ---- what is wrong ---- */
 
 /* "write ft, in, mm, cm or m behind the number, or no unit for ft" */

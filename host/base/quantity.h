@@ -40,8 +40,6 @@ bool quantity_json(const json_t *json, const char *unit, double *value,
                    struct quantity_wrong *wrong);
 /* A value in `from`, in `to`. NaN: they are of different kinds. */
 double quantity_convert(double value, const char *from, const char *to);
-/* Whether the one can be turned into the other. */
-bool quantity_same_kind(const char *from, const char *to);
 
 /* ---- the tables ---- */
 

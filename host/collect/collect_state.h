@@ -122,8 +122,6 @@ struct collector {
     bool answer_news;
 };
 
-/* ---- collect_time.c ---- */
-
 /* Newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
 /* Board time of a message: that of its own block where it has one, else the newest known; NULL: of
@@ -163,7 +161,7 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);
 
-/* host/collect/collect_time.c: pairs of board and host time; what they come to, written for a
+/* Pairs of board and host time; what they come to, written for a
  * landing that is over (NULL: of the boot that is); film frames. */
 void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
 void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);

@@ -286,7 +286,7 @@ void link_hear_anew(struct link *link, int baud)
     pthread_mutex_unlock(&link->heard);
 }
 
-void link_heard(const struct link *link, struct link_counters *counters, struct error *away)
+static void link_heard(const struct link *link, struct link_counters *counters, struct error *away)
 {
     pthread_mutex_t *heard = (pthread_mutex_t *)&link->heard;
     pthread_mutex_lock(heard);

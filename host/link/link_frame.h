@@ -43,7 +43,7 @@ struct link_frame {
  * campaign databases: new ones go to the end.
  *
  * The first group is what CAN error frames say (linux/can/error.h), the second what the ways into
- * this computer lost, the last what the queue to the campaign had no room for (host/link/reader.h):
+ * this computer lost, the last what the queue to the campaign had no room for (host/link/queue.h):
  * frames of CAN, bytes of serial. */
 
 /*        name                     text of one or more of them */

@@ -77,6 +77,5 @@ void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
 /* What it hears is counted from now on; `baud`: of the line, 0: it has none. */
 void link_hear_anew(struct link *link, int baud);
 /* What was counted until now, but for what was sent, and why the device is away. By any thread. */
-void link_heard(const struct link *link, struct link_counters *counters, struct error *away);
 
 #endif

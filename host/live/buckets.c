@@ -103,6 +103,17 @@ static void take_reading(struct live_buckets *b, struct live_bucket *bucket, uns
     bucket->most[index] = fmaxf(bucket->most[index], value);
 }
 
+static bool live_buckets_calibrated(const struct live_buckets *b, unsigned index)
+{
+    const struct mr_channel_config *known = &b->channel[index];
+    unsigned points = known->points < MR_CONFIG_POINTS ? known->points : MR_CONFIG_POINTS;
+    uint32_t needed = (1u << (MR_CALIBRATION_TABLE + 2u * points)) - 1u;
+    if (!b->channel_known[index] || known->kind == MR_KIND_NONE)
+        return b->channel_known[index];
+    return b->zero_known[index] &&
+           (!mr_channel_measures(known) || (b->calibration_known[index] & needed) == needed);
+}
+
 void live_buckets_record(struct live_buckets *b, const struct mr_block *record)
 {
     struct live_bucket *bucket = bucket_of(b, record->index);
@@ -204,17 +215,6 @@ unsigned live_buckets_take(struct live_buckets *b, struct live_bucket *out, unsi
     b->closed_count -= count;
     memmove(b->closed, b->closed + count, b->closed_count * sizeof b->closed[0]);
     return count;
-}
-
-bool live_buckets_calibrated(const struct live_buckets *b, unsigned index)
-{
-    const struct mr_channel_config *known = &b->channel[index];
-    unsigned points = known->points < MR_CONFIG_POINTS ? known->points : MR_CONFIG_POINTS;
-    uint32_t needed = (1u << (MR_CALIBRATION_TABLE + 2u * points)) - 1u;
-    if (!b->channel_known[index] || known->kind == MR_KIND_NONE)
-        return b->channel_known[index];
-    return b->zero_known[index] &&
-           (!mr_channel_measures(known) || (b->calibration_known[index] & needed) == needed);
 }
 
 const char *live_buckets_why(const struct live_buckets *b, unsigned index)

@@ -69,7 +69,6 @@ unsigned live_buckets_take(struct live_buckets *buckets, struct live_bucket *out
 /* Newest block heard of on either link. */
 int64_t live_buckets_block(const struct live_buckets *buckets);
 /* Zero and calibration of the channel have come. No record is read before. */
-bool live_buckets_calibrated(const struct live_buckets *buckets, unsigned index);
 /* Why a channel has no value; "": it has one, or nothing was read. Static storage. */
 const char *live_buckets_why(const struct live_buckets *buckets, unsigned index);
 

@@ -2,6 +2,8 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <jansson.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,8 +11,16 @@
 #include <sys/random.h>
 #include <time.h>
 
+#include "common/command.h"
+#include "common/fault.h"
+#include "common/quantity.h"
+#include "common/risk.h"
+#include "common/wire.h"
 #include "host/board/arm_client.h"
+#include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
+#include "host/base/units.h"
+#include "host/live/buckets.h"
 
 /* a minute: 50 of messages, 20 of readings and 5 of state a second */
 #define EVENTS           4500u
@@ -67,6 +77,192 @@ struct live_hub {
     enum mr_status answer;
     uint16_t tag;
 };
+
+/* ---- what goes out, as JSON: all numbers in the report's units (in, lb, ft, s) ---- */
+
+#define DISPLACEMENT_PER_IN 10000.0
+#define TENSION_PER_LB      100.0
+
+/* Text from outside; what is no UTF-8 in it becomes question marks. NULL: null. */
+static json_t *outside(const char *text)
+{
+    json_t *string = text ? json_string(text) : json_null();
+    if (string)
+        return string;
+    char plain[300];
+    size_t i = 0;
+    for (; text[i] && i + 1 < sizeof plain; i++)
+        plain[i] = (unsigned char)text[i] < 0x80 ? text[i] : '?';
+    plain[i] = '\0';
+    return json_string(plain);
+}
+
+static json_t *units_json(bool si)
+{
+    static const char *const names[UNIT_KINDS] = {"station", "displacement", "speed",
+                                                  "deceleration", "tension"};
+    json_t *units = json_object();
+    for (int kind = 0; kind < UNIT_KINDS; kind++) {
+        const struct unit *unit = unit_of((enum unit_kind)kind, si);
+        json_object_set_new(units, names[kind],
+                            json_pack("{sssf}", "text", unit->text, "factor", unit->factor));
+    }
+    return units;
+}
+
+static json_t *quantities_json(void)
+{
+    json_t *quantities = json_array();
+    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+        const struct mr_quantity_info *q = mr_quantity_at(i);
+        json_array_append_new(quantities, json_pack("{sssssssssi}", "key", q->key, "error_key",
+                                                    q->error_key, "words", q->words, "unit",
+                                                    q->unit, "decimals", q->decimals));
+    }
+    return quantities;
+}
+
+static json_t *texts_json(const char *(*text)(unsigned value), unsigned count)
+{
+    json_t *texts = json_array();
+    for (unsigned i = 0; i < count; i++)
+        json_array_append_new(texts, json_string(text(i)));
+    return texts;
+}
+
+/* Of the status -n. */
+static const char *status_text(unsigned n)
+{
+    return mr_status_text((enum mr_status) - (int)n);
+}
+
+/* What is the same for every board: {"units", "source", "layout", "quantities", "faults",
+ * "can_states", "statuses", "bucket_s", "transducers"}. */
+static json_t *configuration_json(const struct live_source *source)
+{
+    json_t *from = json_pack("{sosososbss?}", "db", outside(source->db), "can",
+                             outside(source->can), "serial", outside(source->serial), "commands",
+                             source->commands, "no_commands", source->no_commands);
+    return json_pack("{sososisosososos[iii]sisisisisisfsi}", "units", units_json(source->si),
+                     "source", from, "layout", (int)MR_LAYOUT, "quantities", quantities_json(),
+                     "faults", texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
+                     texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
+                     texts_json(status_text, 32), "box_good", MR_BOX_READY, MR_BOX_RECORDING,
+                     MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS, "risk_of_plan",
+                     MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM,
+                     "disarm", MR_COMMAND_DISARM, "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0,
+                     "transducers", (int)MR_TRANSDUCERS);
+}
+
+static void put_number(FILE *out, const char *key, double value, int digits)
+{
+    if (isfinite(value))
+        fprintf(out, ",\"%s\":%.*g", key, digits, value);
+    else
+        fprintf(out, ",\"%s\":null", key);
+}
+
+static void put_whole(FILE *out, const char *key, long long value)
+{
+    fprintf(out, ",\"%s\":%lld", key, value);
+}
+
+static void put_text(FILE *out, const char *key, const char *text)
+{
+    fprintf(out, ",\"%s\":\"%s\"", key, text);
+}
+
+/* clang-format off */
+/* A message of the catalogue, one object: {"m": its name, "t": host time in us, "l": link, "b":
+ * block or null, each field by its name, "FIELD_text" of a code, "notice" and "severity" of a line
+ * that is told, "quantity", "value" and "error" of a number that people watch}. */
+static void message_json(FILE *out, const struct collector_event *event)
+{
+    const struct mr_message *message = event->message;
+    char line[160];
+    fprintf(out, "{\"m\":\"%s\"", message->info->name);
+    put_whole(out, "t", (long long)event->host_us);
+    put_whole(out, "l", event->link);
+    if (event->board_us == STORE_NONE)
+        fputs(",\"b\":null", out);
+    else
+        put_whole(out, "b", event->board_us / 1000);
+    switch (message->place) {
+#define MESSAGE(name, NAME, id, direction, text) \
+    case MR_PLACE_##NAME: {                      \
+        const struct mr_##name *m = &message->as.name;
+#define INTEGER(name, type, field, unit, text) put_whole(out, #field, (long long)m->field);
+#define CODE(name, type, field, values, text)   \
+    put_whole(out, #field, (long long)m->field); \
+    put_text(out, #field "_text", mr_##values##_text((unsigned)m->field));
+#define REAL(name, type, field, per_unit, unit, text) put_number(out, #field, (double)m->field, 7);
+#define FLOAT(name, field, unit, text) put_number(out, #field, (double)m->field, 7);
+#define QUANTITY(name, NAME, kind, suffix, words, unit, decimals, of, its_error)   \
+    put_text(out, "quantity", mr_quantity_at(MR_QUANTITY_##kind)->key);            \
+    put_number(out, "value", (double)(of), 9);                                     \
+    put_number(out, "error", (double)(its_error), 9);
+#define NOTICE(name, NAME, severe, ...)          \
+    snprintf(line, sizeof line, __VA_ARGS__);    \
+    put_text(out, "severity", #severe);          \
+    put_text(out, "notice", line);
+#define END(name, NAME) \
+    break;              \
+    }
+#include "common/catalogue.def"
+    default: break;
+    }
+    fputc('}', out);
+}
+/* clang-format on */
+
+static void put_values(FILE *out, const float values[LIVE_CHANNELS])
+{
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
+        if (isfinite(values[i]))
+            fprintf(out, ",%ld",
+                    lround((double)values[i] *
+                           (i < MR_TRANSDUCERS ? DISPLACEMENT_PER_IN : TENSION_PER_LB)));
+        else
+            fputs(",null", out);
+    }
+}
+
+/* {"epoch": "which hub, which boot", "b": [[bucket, least x 22, most x 22] ..]}: 0.0001 in and 0.01
+ * lb, null where there is no reading. To be freed. */
+static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_bucket *buckets,
+                          unsigned count)
+{
+    char *text = NULL;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    if (!out)
+        return NULL;
+    fprintf(out, "{\"epoch\":\"%08x-%llu\",\"b\":[", (unsigned)run, (unsigned long long)restarts);
+    for (unsigned i = 0; i < count; i++) {
+        fprintf(out, "%s[%lld", i ? "," : "", (long long)buckets[i].bucket);
+        put_values(out, buckets[i].least);
+        put_values(out, buckets[i].most);
+        fputc(']', out);
+    }
+    fputs("]}", out);
+    return fclose(out) == 0 ? text : (free(text), NULL);
+}
+
+/* Least, most and newest of each channel: [[value, least, most, why there is no value] x 22]. */
+static json_t *readings_json(const struct live_buckets *buckets)
+{
+    json_t *readings = json_array();
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
+        const struct live_reading *r = &buckets->reading[i];
+        json_array_append_new(readings, json_pack("[ooos]", cli_json_number((double)r->value, 7),
+                                                  cli_json_number((double)r->least, 7),
+                                                  cli_json_number((double)r->most, 7),
+                                                  live_buckets_why(buckets, i)));
+    }
+    return readings;
+}
+
+/* ---- the hub ---- */
 
 static struct timespec after_ms(int wait_ms)
 {
@@ -166,7 +362,7 @@ static void publish_readings(struct live_hub *hub)
     unsigned count;
     hub->readings_ms = monotonic_ms();
     while ((count = live_buckets_take(&hub->buckets, buckets, BUCKETS_AN_EVENT)) > 0)
-        publish(hub, EVENT_READINGS, live_json_buckets(hub->run, hub->restarts, buckets, count));
+        publish(hub, EVENT_READINGS, buckets_json(hub->run, hub->restarts, buckets, count));
 }
 
 static void publish_messages(struct live_hub *hub)
@@ -200,11 +396,10 @@ static json_t *state_json(const struct live_hub *hub)
                              "bad", (json_int_t)counts->bad, "foreign", (json_int_t)counts->foreign,
                              "heard_us", (json_int_t)hub->heard_us[kind]));
     }
-    return json_pack("{sIsIsssIsoso}", "now_us", (json_int_t)link_now_us(), "block",
-                     (json_int_t)block, "source",
-                     record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN",
-                     "late", (json_int_t)hub->buckets.late, "links", links, "readings",
-                     live_json_readings(&hub->buckets));
+    return json_pack(
+        "{sIsIsssIsoso}", "now_us", (json_int_t)link_now_us(), "block", (json_int_t)block, "source",
+        record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN", "late",
+        (json_int_t)hub->buckets.late, "links", links, "readings", readings_json(&hub->buckets));
 }
 
 /* What is due. Locked by the caller. */
@@ -342,7 +537,7 @@ static void show(struct live_hub *hub, const struct collector_event *event)
     FILE *out = open_memstream(&text, &length);
     if (!out)
         return;
-    live_json_message(out, event);
+    message_json(out, event);
     if (fclose(out) != 0) {
         free(text);
         return;
@@ -446,7 +641,7 @@ char *live_hub_snapshot(struct live_hub *hub)
     pthread_mutex_unlock(&hub->lock);
     json_t *list = messages ? json_loads(messages, 0, NULL) : NULL;
     free(messages);
-    return dumped(json_pack("{sososo}", "configuration", live_json_configuration(hub->source),
+    return dumped(json_pack("{sososo}", "configuration", configuration_json(hub->source),
                             "messages", list ? list : json_array(), "state", state));
 }
 
@@ -473,7 +668,7 @@ static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *len
         return NULL;
     uint64_t before = hub->next ? hub->next - 1 : 0;
     char *parts[] = {
-        event_text(hub, EVENT_CONFIGURATION, dumped(live_json_configuration(hub->source)), before),
+        event_text(hub, EVENT_CONFIGURATION, dumped(configuration_json(hub->source)), before),
         event_text(hub, EVENT_MESSAGES, slots_text(hub), before),
         event_text(hub, EVENT_STATE, dumped(state_json(hub)), before),
     };

@@ -11,7 +11,16 @@
 #ifndef MATRIG_HOST_LIVE_HUB_H
 #define MATRIG_HOST_LIVE_HUB_H
 
-#include "host/live/json.h"
+#include "host/collect/collect.h"
+
+/* Where it comes from, for people. Owned by the caller. */
+struct live_source {
+    const char *db;
+    const char *can, *serial; /* links; NULL: not used, or not known */
+    bool commands;            /* arm and disarm can be given here */
+    const char *no_commands;  /* why not, one line */
+    bool si;
+};
 
 struct live_hub;
 

@@ -1,7 +1,7 @@
 /* Insides of matrig log: what it holds while it collects. logger.c does the work, tell.c talks to
  * the user, watch.c tells while they wait. Its loop is host/commands/log_command.c.
  *
- * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the
+ * Each link has a thread that reads it into a queue (host/link/queue.h). One thread takes from the
  * queues and writes: the store and the collectors are its alone. The third kind looks on (watch.h).
  *
  * One log logs one board; its links are numbered by their kind. */
@@ -13,7 +13,7 @@
 #include "host/base/cli.h"
 #include "host/collect/collect.h"
 #include "host/live/server.h"
-#include "host/link/reader.h"
+#include "host/link/queue.h"
 #include "host/log/watch.h"
 
 /* Commands on standard input. */
@@ -146,6 +146,5 @@ int typed_fd(const struct typed *typed);
 void typed_read(struct typed *typed);
 /* Obeys a line, and looks for the answer of the command before. Every turn. */
 void typed_turn(struct logger *logger);
-bool typed_holds(const struct typed *typed, uint64_t now_us);
 
 #endif

@@ -247,6 +247,11 @@ void logger_note_health(struct logger *logger)
             (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
+static bool typed_holds(const struct typed *typed, uint64_t now_us)
+{
+    return now_us < typed->hold_us;
+}
+
 void logger_show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, monotonic_us()) ||
@@ -442,11 +447,6 @@ void typed_read(struct typed *typed)
         typed->length += (size_t)length;
     else
         typed->ended = true;
-}
-
-bool typed_holds(const struct typed *typed, uint64_t now_us)
-{
-    return now_us < typed->hold_us;
 }
 
 /* Somebody asked, so it is said also with --quiet. */

@@ -9,7 +9,7 @@
 #include <pthread.h>
 
 #include "host/base/cli.h"
-#include "host/link/reader.h"
+#include "host/link/queue.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 

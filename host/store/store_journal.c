@@ -214,9 +214,9 @@ static enum mr_status landings_alike(struct store *store, const struct store_lan
     STORE_ROWS(LANDINGS_ALIKE, BIND(landing->id), BIND(landing->board_landing));
 }
 
-bool store_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
-                        size_t a_edges, const struct store_landing *b,
-                        const struct store_edge *b_edge, size_t b_edges)
+static bool store_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
+                               size_t a_edges, const struct store_landing *b,
+                               const struct store_edge *b_edge, size_t b_edges)
 {
     size_t same = 0, i = 0, k = 0;
     bool same_board = !a->board_uid[0] || !b->board_uid[0] ||

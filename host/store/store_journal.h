@@ -62,9 +62,6 @@ enum mr_status store_find_twin(struct store *store, int64_t run, int64_t *twin,
                                struct error *error);
 /* Board (another instrument's readings have none), number and the captures of switches agree: of
  * the edges that both have, two at least, each is the same. */
-bool store_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
-                        size_t a_edges, const struct store_landing *b,
-                        const struct store_edge *b_edge, size_t b_edges);
 
 /* ---- corrected calibrations for landings that are recorded ----
  *

@@ -165,7 +165,7 @@ char *store_insert_text(const struct store_table *table, unsigned rows)
     return sqlite3_str_finish(sql);
 }
 
-char *store_update_text(const struct store_table *table)
+static char *store_update_text(const struct store_table *table)
 {
     sqlite3_str *sql = sqlite3_str_new(NULL);
     const char *before = " SET ";
@@ -255,7 +255,8 @@ int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, con
     return code;
 }
 
-int store_bind_values(sqlite3_stmt *statement, const struct store_value *values, size_t count)
+static int store_bind_values(sqlite3_stmt *statement, const struct store_value *values,
+                             size_t count)
 {
     int code = SQLITE_OK;
     for (size_t i = 0; i < count && code == SQLITE_OK; i++) {
@@ -268,6 +269,28 @@ int store_bind_values(sqlite3_stmt *statement, const struct store_value *values,
             code = sqlite3_bind_text(statement, at, values[i].text, -1, SQLITE_TRANSIENT);
     }
     return code;
+}
+
+/* A value of another kind than matrig writes there is absent, as one that was never written. It is
+ * looked at where it lies, which costs half of asking SQLite for kind and value: a statement is one
+ * thread's at a time. */
+static int64_t store_integer(sqlite3_stmt *statement, int column)
+{
+    sqlite3_value *value = sqlite3_column_value(statement, column);
+    int type = sqlite3_value_type(value);
+    double real = type == SQLITE_FLOAT ? sqlite3_value_double(value) : 0.0;
+    if (type != SQLITE_INTEGER && (type != SQLITE_FLOAT || !(fabs(real) < INTEGERS_EXACT)))
+        return STORE_NONE;
+    return sqlite3_value_int64(value);
+}
+
+static double store_real(sqlite3_stmt *statement, int column)
+{
+    sqlite3_value *value = sqlite3_column_value(statement, column);
+    int type = sqlite3_value_type(value);
+    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_value_double(value)
+                                                                 : (double)NAN;
+    return isfinite(real) ? real : (double)NAN;
 }
 
 static void take_field(sqlite3_stmt *statement, int at, const struct store_column *column,
@@ -386,28 +409,6 @@ enum mr_status store_execute(struct store *store, const char *sql, const char *d
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
              ? MR_OK
              : store_failed(store, doing, error);
-}
-
-/* A value of another kind than matrig writes there is absent, as one that was never written. It is
- * looked at where it lies, which costs half of asking SQLite for kind and value: a statement is one
- * thread's at a time. */
-int64_t store_integer(sqlite3_stmt *statement, int column)
-{
-    sqlite3_value *value = sqlite3_column_value(statement, column);
-    int type = sqlite3_value_type(value);
-    double real = type == SQLITE_FLOAT ? sqlite3_value_double(value) : 0.0;
-    if (type != SQLITE_INTEGER && (type != SQLITE_FLOAT || !(fabs(real) < INTEGERS_EXACT)))
-        return STORE_NONE;
-    return sqlite3_value_int64(value);
-}
-
-double store_real(sqlite3_stmt *statement, int column)
-{
-    sqlite3_value *value = sqlite3_column_value(statement, column);
-    int type = sqlite3_value_type(value);
-    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_value_double(value)
-                                                                 : (double)NAN;
-    return isfinite(real) ? real : (double)NAN;
 }
 
 void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)

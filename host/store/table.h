@@ -73,7 +73,6 @@ int store_tables_make(sqlite3 *database);
 /* "INSERT ... VALUES(?,...),(?,...)" of so many rows, "UPDATE ...", and the names of what is read;
  * the caller frees them with sqlite3_free. */
 char *store_insert_text(const struct store_table *table, unsigned rows);
-char *store_update_text(const struct store_table *table);
 char *store_read_text(const struct store_table *table);
 
 /* Binds a row from parameter `*at` on, which moves behind it: the columns whose merge rule is in
@@ -138,7 +137,6 @@ static inline struct store_value store_value_text(const char *value)
 {
     return (struct store_value){.kind = STORE_POINTER, .text = value};
 }
-int store_bind_values(sqlite3_stmt *statement, const struct store_value *values, size_t count);
 /* STORE_NONE, NaN and NULL are NULL. */
 /* clang-format off */
 #define BIND(value)                         \
@@ -243,9 +241,6 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
 enum mr_status store_execute(struct store *store, const char *sql, const char *doing,
                              struct error *error);
 
-/* Settings of every connection to a campaign: its schema is data, and cannot be written as a table.
- * NULL: none. */
-void store_guard_settings(sqlite3 *database);
 /* From now on SQLite interrupts a statement that takes too many steps. */
 void store_limit_steps(struct store *store);
 
@@ -256,8 +251,6 @@ enum mr_status store_frames_flush(struct store *store, struct error *error);
 void store_each_statement(struct store *store, int (*each)(sqlite3_stmt *statement));
 
 /* Columns with NULL as STORE_NONE and NaN; text is copied, cut to `size`. */
-int64_t store_integer(sqlite3_stmt *statement, int column);
-double store_real(sqlite3_stmt *statement, int column);
 void store_text(sqlite3_stmt *statement, int column, char *out, size_t size);
 
 #endif

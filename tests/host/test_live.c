@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "common/command.h"
+#include "host/live/buckets.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
 #include "tests/host/stream.h"

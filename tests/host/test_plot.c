@@ -19,7 +19,6 @@ static struct plot *small(const char *title)
               &(struct plot_series){.kind = PLOT_BAND, .x = x, .y = y, .high = x, .count = 5});
     plot_draw(plot, &(struct plot_series){.kind = PLOT_RULES, .x = x, .count = 2, .dashed = true});
     plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS, .key = "limit", .y = y, .count = 1});
-    plot_label(plot, 2, 1e-2, false, "landing 'five'");
     plot_panel(plot, NULL, (struct plot_axis){"empty", 0, 1, false},
                (struct plot_axis){NULL, 1, 0, false});
     return plot;
@@ -74,7 +73,6 @@ TEST(text_is_shown_as_it_is)
     assert_no_error(&error);
     read_back(path, text, sizeof text);
     assert_non_null(strstr(text, "`date` \"quoted\" it's x_1^2 \xc2\xb1"));
-    assert_non_null(strstr(text, "landing 'five'"));
     assert_non_null(strstr(text, "error (ft)"));
     unlink(path);
 }

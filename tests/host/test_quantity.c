@@ -216,14 +216,13 @@ TEST(what_is_listed_is_read)
             unit += strspn(unit, " ");
             if (!first[0])
                 snprintf(first, sizeof first, "%s", unit);
-            if (!quantity_same_kind(unit, first))
+            if (isnan(quantity_convert(1.0, unit, first)))
                 fail_msg("%s: %s is not of the kind of %s", kind->name, unit, first);
             count++;
         }
         assert_ptr_equal(quantity_kind_of(first), kind);
     }
     assert_true(isnan(quantity_convert(1.0, "m/s", "ft/s2")));
-    assert_false(quantity_same_kind("ft", "ft/s"));
     assert_true(count > 60);
     assert_string_equal(quantity_unit_of_name("deceleration_ft_s2"), "ft/s2");
     assert_string_equal(quantity_unit_of_name("joint_lb_in"), "lb/in");

@@ -16,7 +16,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "host/link/reader.h"
+#include "host/link/queue.h"
 
 #define WAIT_MS 10000
 
