@@ -31,13 +31,40 @@
 
 #include "common/catalogue.h"
 #include "common/framing.h"
-#include "host/board/identity.h"
+#include "common/image.h"
+#include "host/base/error.h"
 #include "host/link/link.h"
 
 #define DIALOGUE_HELLO_S     10.0 /* a board says hello once a second */
 #define DIALOGUE_ANSWER_S    10.0 /* the longest order, a shunt calibration, takes 0.9 s */
 #define DIALOGUE_TURN_S      0.1  /* of one turn at most */
 #define DIALOGUE_SUBSCRIBERS 4u
+
+/* What a board says about itself and its image: hello and what follows it, once a second. */
+#define IDENTITY_UID_TEXT 25 /* 24 hexadecimal digits */
+
+struct identity {
+    bool hello_known;
+    struct mr_hello hello;
+    uint32_t uid[3];
+    bool image_known;   /* the last word of uid, and the next */
+    uint32_t image_crc; /* of the program, as the board computed it at start */
+    bool commit_known;  /* it told these two as well */
+    struct mr_image_commit commit;
+    struct mr_image_header header;
+    bool board_known;
+    uint8_t board; /* common/boards.def; told a little later than the rest */
+};
+
+/* Takes a message in; those of other kinds change nothing. */
+void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
+/* MR_OK: the board speaks this matrig's layout; else MR_VERSION. `spec`: its link. */
+enum mr_status identity_speaks(const struct identity *identity, const char *spec,
+                               struct error *error);
+void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
+/* Does the board run this image, whole? Else `why` says in what they differ. */
+bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why,
+                   size_t size);
 
 /* One message of a board: a frame of serial, or a data frame of CAN. */
 struct dialogue_message {

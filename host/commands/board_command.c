@@ -22,7 +22,6 @@
 #include "host/board/config_text.h"
 #include "host/board/gage_client.h"
 #include "host/board/health_client.h"
-#include "host/board/identity.h"
 #include "host/board/imagefile.h"
 #include "host/board/runway_client.h"
 #include "host/collect/boxfill.h"

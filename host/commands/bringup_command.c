@@ -29,33 +29,18 @@ static json_t *number_or_word(const struct bringup_line *line)
 
 static json_t *line_json(const struct bringup_judged *j)
 {
-    json_t *json = json_pack("{ssssss?so}", "name", j->name, "verdict",
-                             bringup_verdict_text(j->verdict), "unit",
-                             j->line ? j->line->unit : NULL, "value", number_or_word(j->line));
-    json_object_set_new(json, "said", json_boolean(j->line != NULL));
-    if (j->limit && !j->limit->words) {
+    const struct bringup_limit *limit = j->limit;
+    json_t *json = json_pack(
+        "{ssssss?sosbssss}", "name", j->name, "verdict", bringup_verdict_text(j->verdict), "unit",
+        j->line ? j->line->unit : NULL, "value", number_or_word(j->line), "said", j->line != NULL,
+        "source", limit ? limit->source : "", "advice", limit && j->verdict ? limit->advice : "");
+    if (limit && !limit->words) {
         json_object_set_new(json, "least", cli_json_number(j->least, 15));
         json_object_set_new(json, "most", cli_json_number(j->most, 15));
     }
-    if (j->limit && j->limit->words && *j->limit->words)
-        json_object_set_new(json, "words", json_string(j->limit->words));
-    json_object_set_new(json, "source", json_string(j->limit ? j->limit->source : ""));
-    json_object_set_new(json, "advice",
-                        json_string(j->limit && j->verdict ? j->limit->advice : ""));
+    if (limit && limit->words && *limit->words)
+        json_object_set_new(json, "words", json_string(limit->words));
     return json;
-}
-
-static int print_json(const struct bringup *b, const struct bringup_judged *judged, size_t count,
-                      int exit_code)
-{
-    const struct bringup_line *uid = bringup_find(b, "uid");
-    json_t *lines = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(lines, line_json(&judged[i]));
-    json_t *json = json_pack("{ssss?ssso}", "section", b->section, "board", uid ? uid->value : NULL,
-                             "verdict", bringup_verdict_text(bringup_worst(judged, count)), "lines",
-                             lines);
-    return cli_print_json(json, exit_code);
 }
 
 /* In the form of the value. */
@@ -136,13 +121,23 @@ static void print_advice(struct answer *answer, const struct bringup_judged *jud
     }
 }
 
-static int print_text(const struct request *request, const struct bringup *b,
-                      const struct bringup_judged *judged, size_t count, int exit_code)
+/* In the JSON each line; people see those of a group that are all in order as one. */
+static int judge(const struct request *request, const struct bringup *b)
 {
-    size_t verdicts[BRINGUP_WRONG + 1] = {0};
+    static struct bringup_judged judged[BRINGUP_JUDGED];
+    size_t count = bringup_judge(b, judged), verdicts[BRINGUP_WRONG + 1] = {0};
+    enum bringup_verdict worst = bringup_worst(judged, count);
+    const struct bringup_line *uid = bringup_find(b, "uid");
+    json_t *lines = json_array();
     struct answer *answer = answer_new(request->cli->si);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
         verdicts[judged[i].verdict]++;
+        json_array_append_new(lines, line_json(&judged[i]));
+    }
+    answer_words(answer, "section", NULL, "%s", b->section);
+    answer_words_or_none(answer, "board", NULL, uid ? uid->value : NULL, NULL);
+    answer_words(answer, "verdict", NULL, "%s", bringup_verdict_text(worst));
+    answer_json_value(answer, "lines", lines);
     answer_table(answer, NULL, b->section);
     for (size_t i = 0; i < count;) {
         size_t group = group_of(judged, count, i);
@@ -153,17 +148,8 @@ static int print_text(const struct request *request, const struct bringup *b,
     print_advice(answer, judged, count);
     answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
                     verdicts[BRINGUP_LOOK], verdicts[BRINGUP_WRONG]);
-    return answer_show(request->cli, answer, exit_code);
-}
-
-static int judge(const struct request *request, const struct bringup *b)
-{
-    static struct bringup_judged judged[BRINGUP_JUDGED];
-    size_t count = bringup_judge(b, judged);
-    int exit_code = bringup_worst(judged, count) == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT)
-                                                                  : 0;
-    return request->cli->json ? print_json(b, judged, count, exit_code)
-                              : print_text(request, b, judged, count, exit_code);
+    return answer_show(request->cli, answer,
+                       worst == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 /* ---- the board ---- */
