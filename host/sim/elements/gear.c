@@ -211,17 +211,6 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     return end.v_ft_s;
 }
 
-double gear_energy_lb_ft(const struct gear *gear)
-{
-    double sum = 0.0;
-    for (int i = 0; i < gear->loaded_count; i++) {
-        double q = gear->hold_lb[gear->loaded[i]];
-        sum += gear->scene->gear.unloading * q * q /
-               (2.0 * stiffness_lb_ft(gear, gear->touching[gear->loaded[i]]));
-    }
-    return sum;
-}
-
 /* The ground under the gear as a row of the table: its key, and its place in the engines. What it
  * does is gear.h's. */
 

@@ -65,7 +65,4 @@ void gear_press(struct gear *gear, int mat, double touching);
 double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
                        double as_if_s);
 
-/* What the ground has stored, lb ft. */
-double gear_energy_lb_ft(const struct gear *gear);
-
 #endif
