@@ -30,7 +30,6 @@ enum hil_exception {
 /* Interrupt numbers of the peripherals modelled (RM0090 table 62); of the streams of DMA: dma.c. */
 enum hil_irq {
     HIL_IRQ_FLASH = 4,
-    HIL_IRQ_RCC = 5,
     HIL_IRQ_ADC = 18,
     HIL_IRQ_CAN1_TX = 19,
     HIL_IRQ_CAN1_RX0 = 20,
@@ -38,9 +37,6 @@ enum hil_irq {
     HIL_IRQ_CAN1_SCE = 22,
     HIL_IRQ_TIM2 = 28,
     HIL_IRQ_TIM4 = 30,
-    HIL_IRQ_I2C1_EV = 31,
-    HIL_IRQ_I2C1_ER = 32,
-    HIL_IRQ_SPI2 = 36,
     HIL_IRQ_USART1 = 37,
     HIL_IRQ_USART6 = 71,
 };

@@ -2,7 +2,6 @@
 
 #include "hil/core/core.h"
 #include "hil/core/event.h"
-#include "hil/core/nvic.h"
 #include "hil/core/access.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
@@ -22,9 +21,6 @@
 #define CR1_SWRST         (1u << 15)
 #define CR1_CLEARED_BY_PE (CR1_START | CR1_STOP | CR1_ACK | CR1_POS)
 #define CR2_FREQ          0x3fu
-#define CR2_ITERREN       (1u << 8)
-#define CR2_ITEVTEN       (1u << 9)
-#define CR2_ITBUFEN       (1u << 10)
 #define SR1_SB            (1u << 0)
 #define SR1_ADDR          (1u << 1)
 #define SR1_BTF           (1u << 2)
@@ -65,17 +61,6 @@ static bool is_connected(const struct hil_i2c_device *dev)
 static bool holds_sda(const struct hil_i2c_device *dev)
 {
     return dev->slave.hold->stuck || dev->slave.hold->hung_clocks;
-}
-
-static void update(struct hil_i2c_device *dev)
-{
-    const struct hil_i2c *i2c = dev->state;
-    bool event = i2c->sr1 & (SR1_SB | SR1_ADDR | SR1_BTF);
-    bool buffer = i2c->sr1 & (SR1_RXNE | SR1_TXE);
-    hil_irq_line(dev->core, HIL_IRQ_I2C1_EV,
-                 (i2c->cr2 & CR2_ITEVTEN) && (event || (buffer && (i2c->cr2 & CR2_ITBUFEN))));
-    hil_irq_line(dev->core, HIL_IRQ_I2C1_ER, (i2c->cr2 & CR2_ITERREN) && (i2c->sr1 & SR1_ERRORS));
-    hil_event_set_cycle(dev->core, HIL_EVENT_I2C, i2c->end_cycle);
 }
 
 static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at,
@@ -268,7 +253,7 @@ void hil_i2c_event(void *device, uint64_t at)
     case HIL_I2C_STOPPING: end_stop(dev, at); break;
     default: dev->state->end_cycle = HIL_NEVER; break;
     }
-    update(dev);
+    hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
 }
 
 void hil_i2c_lines_changed(void *device, uint64_t at)
@@ -298,7 +283,7 @@ void hil_i2c_lines_changed(void *device, uint64_t at)
     i2c->scl = scl;
     i2c->sda = sda;
     take_request(dev, at);
-    update(dev);
+    hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
 }
 
 /* The program or the chip stops in the middle of a byte that is being read: the slave goes on
@@ -344,7 +329,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
         } else {
             i2c->sr1 &= ~SR1_RXNE;
         }
-        update(dev);
+        hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
         return value;
     case SR1: i2c->sr1_was_read = true; return i2c->sr1;
     case SR2:
@@ -360,7 +345,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
                 i2c->acknowledge = true; /* POS: what ACK says is for the byte after this one */
                 begin_byte(dev, HIL_I2C_RECEIVING, now);
             }
-            update(dev);
+            hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
         }
         return value;
     default: return i2c->word[offset / 4u];
@@ -441,5 +426,5 @@ void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         i2c->word[offset / 4u] = value;
         break;
     }
-    update(dev);
+    hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);
 }

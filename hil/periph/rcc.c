@@ -44,7 +44,6 @@
 #define CSR_FLAGS       0xfe000000u
 
 enum { SOURCE_HSI, SOURCE_HSE, SOURCE_PLL };
-enum { READY_LSI = 0, READY_HSI = 2, READY_HSE = 3, READY_PLL = 4 }; /* bits of RCC_CIR */
 
 void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
 {
@@ -225,21 +224,12 @@ void hil_rcc_crystal(struct hil_rcc_device *dev, bool on)
     }
 }
 
-static void ready_flag(struct hil_rcc_device *dev, unsigned bit)
-{
-    struct hil_rcc *rcc = dev->state;
-    if (rcc->cir >> (8u + bit) & 1u)
-        rcc->cir |= 1u << bit;
-    hil_irq_line(dev->core, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
-}
-
 void hil_rcc_hse_event(void *device, uint64_t at)
 {
     struct hil_rcc_device *dev = device;
     (void)at;
     dev->state->cr |= CR_HSERDY;
     dev->core->state.clock.stopped = false;
-    ready_flag(dev, READY_HSE);
     switch_source(dev);
 }
 
@@ -248,7 +238,6 @@ void hil_rcc_pll_event(void *device, uint64_t at)
     struct hil_rcc_device *dev = device;
     (void)at;
     dev->state->cr |= CR_PLLRDY;
-    ready_flag(dev, READY_PLL);
     switch_source(dev);
 }
 
@@ -257,7 +246,6 @@ void hil_rcc_lsi_event(void *device, uint64_t at)
     struct hil_rcc_device *dev = device;
     (void)at;
     dev->state->csr |= CSR_LSIRDY;
-    ready_flag(dev, READY_LSI);
 }
 
 static void start_lsi(struct hil_rcc_device *dev)
@@ -311,11 +299,8 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
 
 static void cir_write(struct hil_rcc_device *dev, uint32_t value)
 {
-    struct hil_rcc *rcc = dev->state;
-    rcc->cir &= ~(value >> 16 & 0xbfu);
-    rcc->cir = (rcc->cir & 0xffu) | (value & 0x3f00u);
-    hil_irq_line(dev->core, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
-    hil_nvic_line(dev->core, HIL_EXC_NMI, (rcc->cir & CIR_CSSF) != 0);
+    dev->state->cir &= ~(value >> 16 & CIR_CSSF);
+    hil_nvic_line(dev->core, HIL_EXC_NMI, (dev->state->cir & CIR_CSSF) != 0);
 }
 
 /* --- rules of the microcontroller itself --- */

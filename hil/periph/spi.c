@@ -16,18 +16,13 @@
 #define CR1_CPOL      (1u << 1)
 #define CR1_MSTR      (1u << 2)
 #define CR1_SPE       (1u << 6)
-#define CR1_LSBFIRST  (1u << 7)
 #define CR1_SSI       (1u << 8)
 #define CR1_SSM       (1u << 9)
-#define CR1_FIXED     (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | CR1_LSBFIRST | 0x38u)
+#define CR1_FIXED     (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | 0x38u)
 #define CR2_RXDMAEN   (1u << 0)
 #define CR2_TXDMAEN   (1u << 1)
-#define CR2_ERRIE     (1u << 5)
-#define CR2_RXNEIE    (1u << 6)
-#define CR2_TXEIE     (1u << 7)
 #define SR_RXNE       (1u << 0)
 #define SR_TXE        (1u << 1)
-#define SR_MODF       (1u << 5)
 #define SR_OVR        (1u << 6)
 #define SR_BSY        (1u << 7)
 #define DATA_REGISTER 0x4000380cu
@@ -60,24 +55,6 @@ static uint32_t flags(const struct hil_spi *spi)
     return spi->sr | (spi->holding ? 0 : SR_TXE) | (spi->holding || spi->shifting ? SR_BSY : 0);
 }
 
-static void update_irq(struct hil_spi_device *dev)
-{
-    const struct hil_spi *spi = dev->state;
-    uint32_t sr = flags(spi);
-    bool line = ((spi->cr2 & CR2_RXNEIE) && (sr & SR_RXNE)) ||
-                ((spi->cr2 & CR2_TXEIE) && (sr & SR_TXE)) ||
-                ((spi->cr2 & CR2_ERRIE) && (sr & (SR_OVR | SR_MODF)));
-    hil_irq_line(dev->core, HIL_IRQ_SPI2, line);
-}
-
-static uint8_t reversed(uint8_t byte)
-{
-    uint8_t out = 0;
-    for (unsigned i = 0; i < 8; i++)
-        out = (uint8_t)(out | (byte >> i & 1u) << (7u - i));
-    return out;
-}
-
 static bool is_connected(const struct hil_spi_device *dev)
 {
     for (unsigned pin = 13; pin < 16; pin++) {
@@ -85,21 +62,6 @@ static bool is_connected(const struct hil_spi_device *dev)
             return false;
     }
     return true;
-}
-
-/* One byte over the wires. */
-static uint8_t exchange(struct hil_spi_device *dev, uint8_t out, uint64_t at)
-{
-    struct hil_spi *spi = dev->state;
-    bool lsb_first = (spi->cr1 & CR1_LSBFIRST) != 0;
-    bool shifted_mode = ((spi->cr1 & CR1_CPOL) != 0) != ((spi->cr1 & CR1_CPHA) != 0);
-    uint8_t wire = lsb_first ? reversed(out) : out;
-    uint8_t seen = shifted_mode ? (uint8_t)(spi->last_out << 7 | wire >> 1) : wire;
-    uint8_t in = spi->selected ? dev->slave.exchange(dev->slave.who, seen, at) : 0xff;
-    uint8_t got = shifted_mode ? (uint8_t)(spi->last_in << 7 | in >> 1) : in;
-    spi->last_out = wire;
-    spi->last_in = in;
-    return lsb_first ? reversed(got) : got;
 }
 
 /* Fill the transmit buffer from DMA if it may. */
@@ -204,8 +166,7 @@ static void schedule(struct hil_spi_device *dev)
     uint64_t next = HIL_NEVER;
     if (spi->shifting) {
         uint32_t n = 1;
-        if (spi->holding && (spi->cr2 & CR2_TXDMAEN) &&
-            !(spi->cr2 & (CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE))) {
+        if (spi->holding && (spi->cr2 & CR2_TXDMAEN)) {
             n = hil_dma_until_flag(dev->dma, &send_request);
             if (n > GROUP)
                 n = GROUP;
@@ -228,11 +189,12 @@ void hil_spi_catch_up(void *device, uint64_t at)
     bool connected = is_connected(dev);
     while (spi->shifting && spi->shift_end_cycle <= at) {
         uint64_t end = spi->shift_end_cycle;
-        receive(dev, connected ? exchange(dev, spi->shifted, end) : 0xff);
+        receive(dev, connected && spi->selected
+                         ? dev->slave.exchange(dev->slave.who, spi->shifted, end)
+                         : 0xff);
         spi->shifting = false;
         begin(dev, end);
     }
-    update_irq(dev);
     schedule(dev);
 }
 
@@ -243,7 +205,6 @@ void hil_spi_dma_enabled(void *device)
     begin(dev, hil_now(dev->core));
     if (!shifting && dev->state->shifting)
         judge_begin(dev);
-    update_irq(dev);
     schedule(dev);
 }
 
@@ -274,7 +235,6 @@ void hil_spi_reset(void *device, unsigned unit)
     bool selected = dev->state->selected;
     *dev->state = (struct hil_spi){.selected = selected};
     hil_event_set_cycle(dev->core, HIL_EVENT_SPI, HIL_NEVER);
-    update_irq(dev);
 }
 
 uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
@@ -288,14 +248,11 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
         if (spi->dr_was_read)
             spi->sr &= ~SR_OVR;
         spi->dr_was_read = false;
-        spi->sr_was_accessed = true;
-        update_irq(dev);
     } else if (offset == DR) {
         if (spi->floating && (spi->sr & SR_RXNE))
             hil_rules_unknown(dev->rules, "PB14, SPI2_MISO,", value, 0xffu);
         spi->sr &= ~SR_RXNE;
         spi->dr_was_read = true;
-        update_irq(dev);
     }
     return value;
 }
@@ -309,15 +266,11 @@ static void cr1_write(struct hil_spi_device *dev, uint32_t value)
         hil_bus_refuse(dev->core, "slave mode");
     if ((value & CR1_SPE) && !(value & CR1_SSM))
         hil_bus_refuse(dev->core, "NSS managed by hardware");
-    if (spi->sr_was_accessed)
-        spi->sr &= ~SR_MODF;
-    spi->sr_was_accessed = false;
+    if ((value & CR1_SPE) && !(value & CR1_SSI))
+        hil_bus_refuse(dev->core, "SSI low in a master: a mode fault");
+    if ((value & CR1_SPE) && !(value & CR1_CPOL) != !(value & CR1_CPHA))
+        hil_bus_refuse(dev->core, "CPOL unlike CPHA: the memory samples an edge off");
     spi->cr1 = value;
-    if ((value & CR1_MSTR) && (value & CR1_SSM) && !(value & CR1_SSI)) {
-        /* NSS seems low: another master */
-        spi->sr |= SR_MODF;
-        spi->cr1 &= ~(CR1_SPE | CR1_MSTR);
-    }
 }
 
 void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -330,9 +283,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     bool shifting = spi->shifting;
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
-    case SR: /* nothing in it can be written here; CRCERR is never set */
-        spi->sr_was_accessed = true;
-        break;
+    case SR: /* nothing in it can be written here; CRCERR is never set */ break;
     case DR: /* a byte not yet gone is overwritten, as on silicon */
         spi->held = (uint8_t)value;
         spi->holding = true;
@@ -342,6 +293,5 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     begin(dev, now);
     if (!shifting && spi->shifting)
         judge_begin(dev);
-    update_irq(dev);
     schedule(dev);
 }

@@ -2,9 +2,9 @@
  * PB12 driven by software, DMA1 streams 3 (receive) and 4 (send).
  *
  * A byte takes eight periods of PCLK1 / 2^(BR+1). While the three pins are not SPI2's, the memory
- * sees no clock and 0xff is received. With CPOL unlike CPHA the memory samples a clock edge off and
- * each byte arrives shifted by a bit. Refused: slave, NSS by hardware, 16 bits, one-line modes,
- * CRC, TI mode, I2S, a change of settings in mid transfer. */
+ * sees no clock and 0xff is received. Refused: slave, NSS by hardware or low by software, CPOL
+ * unlike CPHA, the lowest bit first, 16 bits, one-line modes, CRC, TI mode, I2S, interrupts, a
+ * change of settings in mid transfer. */
 #ifndef MATRIG_HIL_SPI_H
 #define MATRIG_HIL_SPI_H
 
@@ -15,13 +15,11 @@
 #include "hil/periph/wire.h"
 
 struct hil_spi {
-    /* Of SR only RXNE, MODF, OVR; the rest follows from the state. DR: the byte received. */
+    /* Of SR only RXNE, OVR; the rest follows from the state. DR: the byte received. */
     HIL_WORDS(word, cr1, cr2, sr, dr);
     bool dr_was_read;       /* first half of what clears OVR */
-    bool sr_was_accessed;   /* first half of what clears MODF */
     bool holding, shifting; /* a byte in the transmit buffer; in the shift register */
     uint8_t held, shifted;
-    uint8_t last_out, last_in; /* the bytes before, for the wrong clock mode */
     uint64_t shift_end_cycle;
     bool selected; /* PB12 low as last seen */
     bool clocked;  /* a byte has begun since */

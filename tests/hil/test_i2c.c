@@ -350,20 +350,6 @@ TEST_IN(a_clock_that_is_held, wake, put_away)
     assert_int_equal(get(SR1) & ADDR, ADDR);
 }
 
-TEST_IN(interrupts_follow_the_flags, wake, put_away)
-{
-    const struct hil_nvic *nvic = &board->core.state.nvic;
-    put(CR2, 16 | 1 << 9 | 1 << 8);
-    put(CR1, PE | START);
-    pass_us(15);
-    assert_true(nvic->line[(16 + 31) / 32] >> (16 + 31) % 32 & 1u);
-    (void)get(SR1);
-    put(DR, 0x20);
-    assert_false(nvic->line[(16 + 31) / 32] >> (16 + 31) % 32 & 1u);
-    pass_us(100);
-    assert_true(nvic->line[(16 + 32) / 32] >> (16 + 32) % 32 & 1u);
-}
-
 static void ends_the_run(const char *why)
 {
     if (!strstr(hil_board_reason(board), why))
