@@ -20,7 +20,6 @@ sys.dont_write_bytecode = True  # nothing is left in the sources
 import check
 import figures
 import netlist
-import pages
 
 
 def put(path, text):
@@ -39,10 +38,10 @@ def stale(path, text):
 
 def keep(parts, measured, drawings):
     put(figures.KEPT, figures.as_text(measured))
-    put(pages.PAGE, pages.figures_page(measured))
-    put(pages.PARTS_PAGE, pages.parts_page(parts))
+    put(figures.PAGE, figures.figures_page(measured))
+    put(figures.PARTS_PAGE, figures.parts_page(parts))
     for drawing in drawings:
-        shutil.copy(drawing, pages.PICTURES)
+        shutil.copy(drawing, figures.PICTURES)
 
 
 def main():
@@ -70,8 +69,8 @@ def main():
         parts = reading.result()
         said = rules.result() + check.everything(parts)
     tell(f"{len(parts)} parts, {len(netlist.nets(parts))} nets; rules, pins, pulls, references: {len(said) or 'nothing'} wrong")
-    pages.write_bill(parts, os.path.join(work, "parts.csv"))
-    drawings = [] if blocks is not None else pages.draw(given.folder, work)
+    figures.write_bill(parts, os.path.join(work, "parts.csv"))
+    drawings = [] if blocks is not None else figures.draw(given.folder, work)
     tell(f"parts.csv, {len(drawings)} drawings")
     measured = {}
     if not said:  # a circuit that is not whole has no figures
@@ -85,7 +84,7 @@ def main():
             keep(parts, measured, drawings)
         said += figures.differences(measured, figures.kept())
         if blocks is None and given.folder == netlist.HERE:
-            said += stale(pages.PARTS_PAGE, pages.parts_page(parts)) + stale(pages.PAGE, pages.figures_page(measured))
+            said += stale(figures.PARTS_PAGE, figures.parts_page(parts)) + stale(figures.PAGE, figures.figures_page(measured))
             for name, value, unit, path, what, assumed, holds in figures.beside(measured):
                 if not holds:
                     print(f"          {name} is {figures.number(value)} {unit}; {path} assumes {figures.number(assumed)}: {what}")

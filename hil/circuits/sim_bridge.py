@@ -1,8 +1,7 @@
 """A bridge: gain, zero, trim, shunt, drift and noise of its amplifier, with gages as they are bought; the shunts' relays."""
 import math
 
-from deck import Deck, Draw
-from measure import VDDA, corner_hz, deviation, kick, mean, noise_lsb, rails, source_ohm
+from deck import Deck, Draw, VDDA, corner_hz, deviation, kick, mean, noise_lsb, rails, source_ohm
 
 COPIES = 300
 CHUNK = 50

@@ -1,8 +1,7 @@
 """The warning lamp: its currents from a filament's physics, what PE3 says of them and when."""
 import math
 
-from deck import Deck, Draw, at
-from measure import deviation, mean, rails
+from deck import Deck, Draw, at, deviation, mean, rails
 
 COPIES = 20
 # Filament of 12 V, 5 W from tungsten's own constants: resistivity 5.65e-8 Ohm m x (T/300)^1.2, total emissivity 0.3 at

@@ -1,6 +1,5 @@
 """The reference and what is made of it: errors under load."""
-from deck import Deck, Draw
-from measure import VDDA, deviation, kick, mean, rails, source_ohm
+from deck import Deck, Draw, VDDA, deviation, kick, mean, rails, source_ohm
 
 COPIES = 100
 BRIDGE_OHM, BRIDGES, CELL_A = 350.0, 14, 1.2e-3

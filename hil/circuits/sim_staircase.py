@@ -1,8 +1,7 @@
 """The staircase: its steps over many boards, how it settles, and the one-shot."""
 import math
 
-from deck import Deck, Draw, at
-from measure import LSB_V, VDDA, kick, rails, source_ohm
+from deck import Deck, Draw, LSB_V, VDDA, at, kick, rails, source_ohm
 
 BOARDS = 1000
 ONE_SHOTS = 60

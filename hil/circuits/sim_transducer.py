@@ -1,9 +1,8 @@
 """A transducer: what its drive and reading make of a cell, at the instants at which the converter samples."""
 import math
 
-from deck import Deck, Draw, at
-from measure import (CONVERT_S, LSB_V, SAMPLE_S, SCAN_S, TRIGGER_S, VDDA, corner_hz, deviation, kick, mean, noise_lsb, rails,
-                     source_ohm)
+from deck import (CONVERT_S, Deck, Draw, LSB_V, SAMPLE_S, SCAN_S, TRIGGER_S, VDDA,
+                  at, corner_hz, deviation, kick, mean, noise_lsb, rails, source_ohm)
 
 COPIES = 40
 CELL_OHM = 2000.0

@@ -28,9 +28,6 @@ struct verdict {
     size_t bad_lines;      /* passed over */
     const char *what;      /* is wrong there; static storage */
 };
-/* The first one holds. */
-void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
-                 const char *what);
 /* "complete", "truncated at line 7, column 12: ...", "malformed at line ...; 3 lines were passed
  * over". */
 void verdict_text(const struct verdict *verdict, char *out, size_t size);

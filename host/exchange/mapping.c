@@ -89,7 +89,8 @@ static bool number_after(const char *text, size_t letters, unsigned most, unsign
     return *end == '\0' && value >= 1 && value <= most;
 }
 
-bool mapping_channel_named(const char *text, struct mapping_channel *channel)
+/* Of the channel that `text` names ("d3", "t14", "gear", "switch7"); false: there is none. */
+static bool channel_named(const char *text, struct mapping_channel *channel)
 {
     if (strcmp(text, "gear") == 0) {
         channel->role = MAPPING_GEAR;
@@ -103,7 +104,8 @@ bool mapping_channel_named(const char *text, struct mapping_channel *channel)
     return strncmp(text, "switch", 6) == 0 && number_after(text, 6, SWITCH_MAX, &channel->number);
 }
 
-double mapping_unit(enum mapping_role role, const char *unit)
+/* Report's unit of the role over the named one; 0: no unit of it. */
+static double unit_of_role(enum mapping_role role, const char *unit)
 {
     const char *own = role == MAPPING_TENSION ? "lb" : role == MAPPING_GEAR ? "ft" : "in";
     double factor = *unit ? quantity_convert(1.0, unit, own) : (double)NAN;
@@ -235,7 +237,7 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     if (align && (at_switch < 1 || at_switch > (int)SWITCH_MAX))
         wrong(r, where, "switch", "give the number of the switch whose edge it is, from 1");
     c->number = (unsigned)at_switch;
-    if (!align && !mapping_channel_named(name, c))
+    if (!align && !channel_named(name, c))
         wrong(r, where, "channel", "give d1 to d8, t1 to t14, gear or switch1 to switch64");
     if (m->signals)
         take_id(r, where, id, &c->signal);
@@ -248,7 +250,7 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     c->signal.big_endian = strcmp(order, "big") == 0;
     if (!c->signal.big_endian && strcmp(order, "little") != 0)
         wrong(r, where, "byte_order", "give little or big");
-    double factor = c->role == MAPPING_SWITCH || align ? 1.0 : mapping_unit(c->role, unit);
+    double factor = c->role == MAPPING_SWITCH || align ? 1.0 : unit_of_role(c->role, unit);
     if (factor == 0.0)
         wrong(r, where, "unit",
               c->role == MAPPING_TENSION ? "give lb, N, kN or kip" : "give in, mm, cm, m or ft");

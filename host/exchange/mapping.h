@@ -91,9 +91,5 @@ bool signal_value(const struct import_signal *signal, const struct link_frame *f
 /* What stands in the file, in the report's unit. */
 double mapping_value(const struct mapping_channel *channel, double read);
 void series_add(struct series *series, double time_s, double value);
-/* Of the channel that `text` names ("d3", "t14", "gear", "switch7"); false: there is none. */
-bool mapping_channel_named(const char *text, struct mapping_channel *channel);
-/* Report's unit of the role over the named one; 0: no unit of it. */
-double mapping_unit(enum mapping_role role, const char *unit);
 
 #endif

@@ -46,8 +46,9 @@ void textfile_close(struct textfile *file)
     file->text = NULL;
 }
 
-void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
-                 const char *what)
+/* The first one holds. */
+static void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
+                        const char *what)
 {
     if (verdict->status != MR_OK)
         return;

@@ -244,8 +244,10 @@ void replay_image_of(const struct answers *recorded, char *path, size_t size)
 void replay_image_find(struct store *store, int64_t run, char *path, size_t size)
 {
     struct answers recorded;
-    answers_load_board(store, run, &recorded);
+    struct error unread = {0};
+    (void)answers_load(store, run, &recorded, &unread); /* else the image of zg */
     replay_image_of(&recorded, path, size);
+    answers_free(&recorded);
 }
 
 static const char *name_of(unsigned number)

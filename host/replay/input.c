@@ -133,21 +133,6 @@ enum mr_status answers_load(struct store *store, int64_t run, struct answers *an
     return status;
 }
 
-static enum mr_status take_board_frame(void *context, const struct store_frame *frame)
-{
-    if (frame->direction == 0)
-        take_board(context, frame->id, frame->data, frame->length);
-    return MR_OK;
-}
-
-void answers_load_board(struct store *store, int64_t run, struct answers *answers)
-{
-    struct error ignored = {0};
-    *answers = (struct answers){0};
-    for (int link = 0; link < LINK_KINDS; link++)
-        (void)store_frames_each(store, run, link, take_board_frame, answers, &ignored);
-}
-
 void answers_free(struct answers *answers)
 {
     for (int link = 0; link < LINK_KINDS; link++)

@@ -31,9 +31,6 @@ struct answers {
  * what it holds. */
 enum mr_status answers_load(struct store *store, int64_t run, struct answers *answers,
                             struct error *error);
-/* Only which board it was, as far as the record tells, whatever is damaged in it; nothing is to be
- * released. */
-void answers_load_board(struct store *store, int64_t run, struct answers *answers);
 void answers_free(struct answers *answers);
 
 /* What a board took in during a recorded landing, put together from what it said: its block

@@ -113,26 +113,4 @@ TEST(floats_and_names)
     assert_non_null(strstr(text, "\nBU_: BOARD HOST\n"));
 }
 
-/* No signal reaches beyond its message, and none lies on another. */
-TEST(signals_do_not_overlap)
-{
-    unsigned length = 0, messages = 0;
-    uint64_t used = 0;
-    for (char *line = text; line; line = strchr(line, '\n') ? strchr(line, '\n') + 1 : NULL) {
-        unsigned id, start, bits;
-        char name[64];
-        if (sscanf(line, "BO_ %u %63[^:]: %u", &id, name, &length) == 3) {
-            used = 0;
-            messages++;
-            assert_true(length <= 8);
-        } else if (sscanf(line, " SG_ %63s : %u|%u@1", name, &start, &bits) == 3) {
-            assert_true(start + bits <= 8 * length);
-            uint64_t mask = (bits == 64 ? ~0ull : (1ull << bits) - 1) << start;
-            assert_true((used & mask) == 0);
-            used |= mask;
-        }
-    }
-    assert_true(messages > 25);
-}
-
 TESTS_BETWEEN(write_text, free_text);
