@@ -10,7 +10,7 @@
 #include "common/wire.h"
 #include "host/base/progress.h"
 #include "host/base/xmalloc.h"
-#include "host/landing_series/play.h"
+#include "host/landing_series/ensemble.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
 
@@ -165,7 +165,7 @@ void compare_model_free(struct compare_model *model)
 }
 
 /* Openings and resistances as the runways were laid: the same draws as the series'
- * (host/landing_series/play.c). */
+ * (host/landing_series/ensemble.c). */
 static void lay(struct compare_model *model)
 {
     size_t all = model->seeds * model->joints;

@@ -6,7 +6,7 @@
 #include "host/base/plot.h"
 #include "host/base/progress.h"
 #include "host/base/xmalloc.h"
-#include "host/landing_series/summary.h"
+#include "host/landing_series/ensemble.h"
 #include "host/commands/studies.h"
 #include "host/commands/commands.h"
 

@@ -8,7 +8,7 @@
 #include "host/base/progress.h"
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
-#include "host/landing_series/summary.h"
+#include "host/landing_series/ensemble.h"
 #include "host/sim/sim.h"
 
 #define LEAST_POINTS 8

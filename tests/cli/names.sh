@@ -27,7 +27,7 @@ host/sim/elements/mods.h cleats?
 host/sim/elements/mods.h stiffeners?
 host/sim/elements/mods.h diagonal lay
 common/bands.h pretension
-host/landing_series/play.h two-panel wave
+host/landing_series/ensemble.h two-panel wave
 host/landing_series/series.h unhinging
 common/closure.h compression zone
 host/sim/scene/result.h bow_wave

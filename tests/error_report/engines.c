@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/landing_series/play.h"
+#include "host/landing_series/ensemble.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/plot.h"
 #include "tests/error_report/report.h"

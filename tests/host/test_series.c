@@ -10,8 +10,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/landing_series/play.h"
-#include "host/landing_series/summary.h"
+#include "host/landing_series/ensemble.h"
 #include "host/sim/sim.h"
 #include "tests/scoreboard/facts.h"
 

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/landing_series/play.h"
+#include "host/landing_series/ensemble.h"
 #include "host/commands/commands.h"
 #include "tests/cmocka_all.h"
 

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "host/base/statistics.h"
-#include "host/landing_series/play.h"
+#include "host/landing_series/ensemble.h"
 
 #define FT_S_PER_MPH (5280.0 / 3600.0)
 #define SPEEDS       3

@@ -3,7 +3,7 @@
 #ifndef MATRIG_TESTS_SCOREBOARD_FACTS_H
 #define MATRIG_TESTS_SCOREBOARD_FACTS_H
 
-#include "host/landing_series/summary.h"
+#include "host/landing_series/ensemble.h"
 
 #define SERIES_FACTS_MAX 12
 
