@@ -104,17 +104,15 @@ struct profile {
 
 /* What a landing left, added to what the mat had come to `before` (NULL: nothing); or its peak. */
 static void profile_of(const struct report_facts *facts, const struct profile *before, bool peak,
-                       bool si, struct profile *profile)
+                       struct profile *profile)
 {
-    double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
     snprintf(profile->name, sizeof profile->name, "RUN %lld", (long long)facts->landing.id);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct report_moved *moved = &facts->moved[i];
-        profile->station[i] = unit_of(UNIT_STATION, si)->factor * moved->station_ft;
-        profile->value[i] = (before ? before->value[i] : 0.0) +
-                            length * (peak ? moved->peak : moved->end);
+        profile->station[i] = moved->station_ft;
+        profile->value[i] = (before ? before->value[i] : 0.0) + (peak ? moved->peak : moved->end);
         profile->error[i] = hypot(before ? before->error[i] : 0.0,
-                                  length * (peak ? moved->error : moved->end_error));
+                                  peak ? moved->error : moved->end_error);
     }
 }
 
@@ -123,14 +121,14 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
                           const char *title, const char *caption, bool si)
 {
     const size_t step = (count + NAMED_MAX - 1) / NAMED_MAX;
-    char x[CHART_LABEL], y[CHART_LABEL];
     unsigned look = 0;
-    struct figure figure = figure_begin(out, title, 1, FIGURE_ZERO);
-    figure_plot(&figure,
-                &(struct chart_axes){.x = chart_label(x, "station", UNIT_STATION, si),
-                                     .y = chart_label(y, what, UNIT_DISPLACEMENT, si),
-                                     .x_high = CHART_RUNWAY_FT * unit_of(UNIT_STATION, si)->factor,
-                                     .height_px = 230});
+    struct figure figure = figure_begin(out, si, title, 1, FIGURE_ZERO);
+    figure_plot(&figure, &(struct chart_axes){.x = "station",
+                                              .x_unit = UNIT_STATION,
+                                              .y = what,
+                                              .y_unit = UNIT_DISPLACEMENT,
+                                              .x_high = CHART_RUNWAY_FT,
+                                              .height_px = 230});
     for (size_t i = 0; i < count; i++) {
         const struct profile *profile = &profiles[i];
         bool named = (count - 1 - i) % step == 0;
@@ -146,27 +144,26 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
     figure_end(&figure, NULL, "%s%s", caption, step > 1 ? " Not every line is named." : "");
 }
 
-/* Of profiles in the page's units. */
 static void profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
 {
-    struct answer *answer = answer_new(false);
+    struct answer *answer = answer_new(si);
     answer_table(answer, NULL, "");
     for (size_t k = 0; k < count; k++) {
         answer_row(answer);
         answer_words(answer, NULL, "after", "%s", profiles[k].name);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             char head[40];
-            snprintf(head, sizeof head, "%.*f %s", si ? 1 : 0, profiles[0].station[i],
+            snprintf(head, sizeof head, "at %.*f %s", si ? 1 : 0,
+                     profiles[0].station[i] * unit_of(UNIT_STATION, si)->factor,
                      unit_of(UNIT_STATION, si)->text);
             if (!isnan(profiles[0].station[i]))
-                answer_estimate(answer, NULL, head, UNIT_NUMBER, profiles[k].value[i],
-                                profiles[k].error[i], si ? 2 : 4);
+                answer_estimate(answer, NULL, head, UNIT_DISPLACEMENT, profiles[k].value[i],
+                                profiles[k].error[i], 4);
         }
     }
     answer_close(answer);
     answer_sentence(answer, NULL,
-                    "Cumulative displacement by station, %s; \xc2\xb1 is one standard error.",
-                    unit_of(UNIT_DISPLACEMENT, si)->text);
+                    "Cumulative displacement by station; \xc2\xb1 is one standard error.");
     report_answer(answer, out);
 }
 
@@ -195,8 +192,7 @@ static enum mr_status cumulative(const struct report *report, FILE *out, struct 
     for (size_t first = 0, count; first < report->landings; first += count, series++) {
         count = in_series(report, first);
         for (size_t i = 0; i < count; i++)
-            profile_of(&report->facts[first + i], i ? &profile[i - 1] : NULL, false, si,
-                       &profile[i]);
+            profile_of(&report->facts[first + i], i ? &profile[i - 1] : NULL, false, &profile[i]);
         if (count < report->landings) {
             fputs("<h3>Series: ", out);
             html_text(out, series_name(&report->facts[first]));
@@ -220,7 +216,7 @@ static enum mr_status cumulative(const struct report *report, FILE *out, struct 
                       "What each series left in all. As report fig. 5.2.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
-        profile_of(&report->facts[i], NULL, true, si, &profile[i]);
+        profile_of(&report->facts[i], NULL, true, &profile[i]);
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
                   "peak movement against station, a line per landing",
@@ -238,7 +234,6 @@ struct zone_rows {
     const struct report_facts *facts;
     size_t count;
     struct figure *figure;
-    double station; /* factor */
 };
 
 /* The first uppermost. */
@@ -255,8 +250,7 @@ static void bar(const struct zone_rows *rows, double top, unsigned third, const 
                 double from_ft, double to_ft)
 {
     double y = top - 0.12 - 0.26 * third;
-    figure_shape(rows->figure, kind, rows->station * from_ft, rows->station * to_ft, y - 0.23, y,
-                 NULL);
+    figure_shape(rows->figure, kind, from_ft, to_ft, y - 0.23, y, NULL);
 }
 
 static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct store *store,
@@ -278,8 +272,8 @@ static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct 
     if (facts->last.mats > 0)
         bar(rows, top, 2, "behind", facts->last.start_ft, facts->last.end_ft);
     if (facts->fitted)
-        figure_shape(rows->figure, "stop", rows->station * facts->stop_ft.value,
-                     rows->station * facts->stop_ft.value, top - 0.95, top - 0.05, NULL);
+        figure_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value, top - 0.95,
+                     top - 0.05, NULL);
     enum mr_status status = store_observations(store, facts->landing.id, &seen, &count, error);
     for (size_t i = 0; i < count; i++) {
         char panels[30] = "";
@@ -287,7 +281,7 @@ static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct 
             continue;
         if (seen[i].panels != STORE_NONE)
             snprintf(panels, sizeof panels, "%lld", (long long)seen[i].panels);
-        double x = rows->station * seen[i].station_ft;
+        double x = seen[i].station_ft;
         figure_shape(rows->figure, "seen", x, x, top - 0.5, top - 0.5, panels);
     }
     free(seen);
@@ -303,23 +297,22 @@ static enum mr_status zones(const struct report *report, FILE *out, struct error
                                        "stop",     "the stop",
                                        "seen",     "wave or break seen, with its panels",
                                        NULL};
-    const double station = unit_of(UNIT_STATION, report->si)->factor;
     enum mr_status status = MR_OK;
-    char x[CHART_LABEL];
     for (size_t first = 0; first < report->landings && status == MR_OK; first += ZONE_ROWS) {
         size_t left = report->landings - first;
-        struct figure figure = figure_begin(out, "zones of each landing against station", 1,
-                                            FIGURE_EACH);
+        struct figure figure =
+            figure_begin(out, report->si, "zones of each landing against station", 1, FIGURE_EACH);
         struct zone_rows rows = {&report->facts[first], left < ZONE_ROWS ? left : ZONE_ROWS,
-                                 &figure, station};
-        figure_plot(&figure,
-                    &(struct chart_axes){.x = chart_label(x, "station", UNIT_STATION, report->si),
-                                         .x_high = CHART_RUNWAY_FT * station,
-                                         .y_high = (double)rows.count,
-                                         .height_px = 40 + 34 * (unsigned)rows.count,
-                                         .tick = zone_row_name,
-                                         .context = &rows,
-                                         .ticks = rows.count});
+                                 &figure};
+        figure_plot(&figure, &(struct chart_axes){.x = "station",
+                                                  .x_unit = UNIT_STATION,
+                                                  .y_unit = UNIT_NUMBER,
+                                                  .x_high = CHART_RUNWAY_FT,
+                                                  .y_high = (double)rows.count,
+                                                  .height_px = 40 + 34 * (unsigned)rows.count,
+                                                  .tick = zone_row_name,
+                                                  .context = &rows,
+                                                  .ticks = rows.count});
         for (size_t i = 0; i < rows.count && status == MR_OK; i++)
             status = zone_row(&rows, i, report->store, error);
         figure_end(&figure, keys, "%s",
@@ -344,17 +337,15 @@ static unsigned bands_of(const struct report *report)
 
 static void draw_tension(const struct report *report, unsigned bands, FILE *out)
 {
-    const double force = unit_of(UNIT_TENSION, report->si)->factor,
-                 factor = unit_of(UNIT_DECELERATION, report->si)->factor;
     double *x = xmalloc(2 * (report->landings + 1) * sizeof *x), *y = x + report->landings + 1;
-    char label[2][CHART_LABEL], name[20];
-    struct figure figure = figure_begin(out, "average change of band tension against deceleration",
-                                        1, FIGURE_ZERO);
-    figure_plot(&figure,
-                &(struct chart_axes){
-                    .x = chart_label(label[0], "mean deceleration", UNIT_DECELERATION, report->si),
-                    .y = chart_label(label[1], "average change", UNIT_TENSION, report->si),
-                    .height_px = 240});
+    char name[20];
+    struct figure figure = figure_begin(
+        out, report->si, "average change of band tension against deceleration", 1, FIGURE_ZERO);
+    figure_plot(&figure, &(struct chart_axes){.x = "mean deceleration",
+                                              .x_unit = UNIT_DECELERATION,
+                                              .y = "average change",
+                                              .y_unit = UNIT_TENSION,
+                                              .height_px = 240});
     figure_shape(&figure, "mark", none, none, 0.0, 0.0, NULL);
     for (unsigned b = 0; b < bands; b++) {
         snprintf(name, sizeof name, "band %u", b + 1);
@@ -364,8 +355,8 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
                 const struct report_facts *facts = &report->facts[i];
                 if (!facts->fitted || facts->band[b].gages == 0)
                     continue;
-                x[count] = factor * facts->deceleration_ft_s2.value;
-                y[count++] = force * (rose ? facts->band[b].rose_lb : facts->band[b].fell_lb);
+                x[count] = facts->deceleration_ft_s2.value;
+                y[count++] = rose ? facts->band[b].rose_lb : facts->band[b].fell_lb;
             }
             figure_series(&figure, &(struct chart_series){name, b, "points", x, y, NULL, count});
         }
@@ -703,30 +694,30 @@ static enum mr_status journal(const struct report *report, FILE *out, struct err
 
 #define SURVEYS_DRAWN 6u /* bows of the newest ones */
 
-static struct chart_axes survey_axes(double x[SURVEY_POINTS], bool si)
+static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 {
-    const double station = unit_of(UNIT_STATION, si)->factor;
     for (unsigned k = 0; k < SURVEY_POINTS; k++)
-        x[k] = SURVEY_SPAN_FT * k * station;
-    return (struct chart_axes){.x_high = CHART_RUNWAY_FT * station, .height_px = 150};
+        x[k] = SURVEY_SPAN_FT * k;
+    return (struct chart_axes){.x_unit = UNIT_STATION,
+                               .y_unit = UNIT_DISPLACEMENT,
+                               .x_high = CHART_RUNWAY_FT,
+                               .height_px = 150};
 }
 
 /* How far joints opened, or mats moved, along each gage line. */
-static void draw_lines(struct figure *figure, const struct survey_found *found, bool moved, bool si)
+static void draw_lines(struct figure *figure, const struct survey_found *found, bool moved)
 {
-    const double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct chart_axes axes = survey_axes(x, si);
-    char label[CHART_LABEL];
+    struct chart_axes axes = survey_axes(x);
     size_t count = moved ? SURVEY_POINTS : SURVEY_SPANS;
-    axes.y = chart_label(label, moved ? "moved" : "opened", UNIT_DISPLACEMENT, si);
+    axes.y = moved ? "moved" : "opened";
     figure_plot(figure, &axes);
     for (unsigned k = 0; k < SURVEY_SPANS && !moved; k++)
         x[k] = 0.5 * (x[k] + x[k + 1]);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (size_t k = 0; k < count; k++)
-            y[k] = length * (moved ? found->since_previous.moved[line][k].value_in
-                                   : found->since_previous.change.gap_in[line][k]);
+            y[k] = moved ? found->since_previous.moved[line][k].value_in
+                         : found->since_previous.change.gap_in[line][k];
         figure_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks", x,
                                                      y, NULL, count});
     }
@@ -734,20 +725,19 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
 
 /* In-plane bow since the first survey, of the newest ones, between the limits. */
 static enum mr_status draw_bows(struct figure *figure, struct store *store,
-                                const struct store_gage_survey *rows, size_t count, bool si,
+                                const struct store_gage_survey *rows, size_t count,
                                 struct error *error)
 {
-    const double length = unit_of(UNIT_DISPLACEMENT, si)->factor,
-                 limit = SURVEY_BOW_LIMIT_IN * length;
+    const double limit = SURVEY_BOW_LIMIT_IN;
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct chart_axes axes = survey_axes(x, si);
-    char labels[2][CHART_LABEL], name[40];
+    struct chart_axes axes = survey_axes(x);
+    char name[40];
     unsigned drawn = 0;
     enum mr_status status = MR_OK;
     struct survey *survey = xmalloc(sizeof *survey);
     struct survey_found *found = xmalloc(sizeof *found);
-    axes.x = chart_label(labels[0], "station", UNIT_STATION, si);
-    axes.y = chart_label(labels[1], "bow", UNIT_DISPLACEMENT, si);
+    axes.x = "station";
+    axes.y = "bow";
     figure_plot(figure, &axes);
     figure_shape(figure, "mark", none, none, limit, limit, NULL);
     figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
@@ -758,7 +748,7 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
         if (status != MR_OK || !found->first)
             continue;
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
-            y[k] = found->since_first.bow[k].value_in * length;
+            y[k] = found->since_first.bow[k].value_in;
         snprintf(name, sizeof name, "survey %lld", (long long)rows[i].id);
         figure_series(figure,
                       &(struct chart_series){name, drawn++, "marks", x, y, NULL, SURVEY_POINTS});
@@ -826,10 +816,11 @@ static enum mr_status surveys(const struct report *report, FILE *out, struct err
     }
     if (status == MR_OK && count && found->previous) {
         struct figure figure = figure_begin(
-            out, "opening of joints, movement and in-plane bow against station", 1, FIGURE_EACH);
-        draw_lines(&figure, found, false, report->si);
-        draw_lines(&figure, found, true, report->si);
-        status = draw_bows(&figure, report->store, rows, count, report->si, error);
+            out, report->si, "opening of joints, movement and in-plane bow against station", 1,
+            FIGURE_EACH);
+        draw_lines(&figure, found, false);
+        draw_lines(&figure, found, true);
+        status = draw_bows(&figure, report->store, rows, count, error);
         figure_end(&figure, NULL,
                    "Survey %lld against %lld, by gage line: opening (+) and closing (-) of ten "
                    "mats; movement downfield; in-plane bow of the newest surveys since survey "
@@ -873,17 +864,16 @@ static double mean_tension(const struct store_slow *row)
 static void draw_slow(FILE *out, const struct store_slow *rows, const double *hours, double *values,
                       size_t count, bool si)
 {
-    const double force = unit_of(UNIT_TENSION, si)->factor;
-    struct figure figure = figure_begin(out, "tension and temperature against time", 1,
+    struct figure figure = figure_begin(out, si, "tension and temperature against time", 1,
                                         FIGURE_EACH);
-    struct chart_axes axes = {.x_high = hours[count - 1], .height_px = 130};
-    char label[CHART_LABEL];
+    struct chart_axes axes = {.x_unit = UNIT_NUMBER, .x_high = hours[count - 1], .height_px = 130};
     for (int warm = 0; warm < 2; warm++) {
-        axes.y = warm ? "temperature, C" : chart_label(label, "mean tension", UNIT_TENSION, si);
+        axes.y = warm ? "temperature, C" : "mean tension";
+        axes.y_unit = warm ? UNIT_NUMBER : UNIT_TENSION;
         axes.x = warm ? "time since the first row, h" : NULL;
         figure_plot(&figure, &axes);
         for (size_t i = 0; i < count; i++)
-            values[i] = warm ? rows[i].temperature_c : force * mean_tension(&rows[i]);
+            values[i] = warm ? rows[i].temperature_c : mean_tension(&rows[i]);
         figure_series(&figure, &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
     }
     figure_end(&figure, NULL,

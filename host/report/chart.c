@@ -43,6 +43,15 @@ static void put_named(FILE *out, const char *name, const char *text)
     put_text(out, text ? text : "");
 }
 
+/* "moved, in"; nothing where an axis has no name. */
+static void put_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
+{
+    char label[CHART_LABEL] = "";
+    if (what)
+        snprintf(label, sizeof label, "%s%s%s", what, unit->text[0] ? ", " : "", unit->text);
+    put_named(out, name, label);
+}
+
 static void put_number(FILE *out, double value)
 {
     if (isfinite(value))
@@ -118,12 +127,12 @@ static struct points thin(const struct chart_series *s, size_t columns)
 
 /* ---- numbers ---- */
 
-static int decimals_of(const struct chart_series *s, const double *values)
+static int decimals_of(const struct chart_series *s, const double *values, double factor)
 {
     double low = (double)INFINITY, high = -(double)INFINITY;
     for (size_t i = 0; i < s->count; i++) {
-        low = fmin(low, values[i]);
-        high = fmax(high, values[i]);
+        low = fmin(low, factor * values[i]);
+        high = fmax(high, factor * values[i]);
     }
     double size = high > low ? high - low : fabs(high) > 0.0 && isfinite(high) ? fabs(high) : 1.0;
     int decimals = (int)ceil(log10(STEPS / size));
@@ -133,9 +142,9 @@ static int decimals_of(const struct chart_series *s, const double *values)
 /* Decimals, then whole numbers, each as what it is more than the one before: short, as lines are
  * smooth. */
 static void put_values(FILE *out, const char *name, const struct points *kept, const double *values,
-                       int decimals)
+                       double factor, int decimals)
 {
-    const double scale = pow(10.0, decimals);
+    const double scale = factor * pow(10.0, decimals);
     int64_t before = 0;
     fprintf(out, ",\"%s\":[%d", name, decimals);
     for (size_t k = 0; k < kept->count; k++) {
@@ -153,13 +162,13 @@ static void put_values(FILE *out, const char *name, const struct points *kept, c
 
 /* ---- a figure ---- */
 
-struct figure figure_begin(FILE *out, const char *what, unsigned columns, unsigned range)
+struct figure figure_begin(FILE *out, bool si, const char *what, unsigned columns, unsigned range)
 {
     fprintf(out,
             "<figure class=\"chart\" role=\"group\" aria-label=\"%s\"><script "
             "type=\"application/json\">{\"share\":%u,\"zero\":%u,\"p\":[",
             what, range & FIGURE_SHARED, range & FIGURE_ZERO);
-    return (struct figure){.out = out, .columns = columns};
+    return (struct figure){.out = out, .si = si, .columns = columns};
 }
 
 static void end_plot(struct figure *figure)
@@ -188,10 +197,12 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes)
     figure->plots++;
     figure->height_px += axes->height_px + AROUND_PX;
     put_named(out, "t", axes->title);
-    put_named(out, "x", axes->x);
-    put_named(out, "y", axes->y);
-    put_range(out, "xr", axes->x_low, axes->x_high);
-    put_range(out, "yr", axes->y_low, axes->y_high);
+    figure->x = unit_of(axes->x_unit, figure->si);
+    figure->y = unit_of(axes->y_unit, figure->si);
+    put_axis(out, "x", axes->x, figure->x);
+    put_axis(out, "y", axes->y, figure->y);
+    put_range(out, "xr", figure->x->factor * axes->x_low, figure->x->factor * axes->x_high);
+    put_range(out, "yr", figure->y->factor * axes->y_low, figure->y->factor * axes->y_high);
     for (size_t i = 0; i < axes->ticks; i++) {
         if (i == 0)
             fputs(",\"yt\":[", out);
@@ -217,10 +228,12 @@ void figure_series(struct figure *figure, const struct chart_series *s)
     fprintf(out, "{\"l\":%u,\"k\":\"%s\"", s->look, s->kind);
     if (s->name)
         put_named(out, "n", s->name);
-    put_values(out, "x", &kept, s->x, decimals_of(s, s->x));
-    put_values(out, "y", &kept, s->y, decimals_of(s, s->y));
+    const double x = figure->x->factor, y = figure->y->factor;
+    const int decimals = decimals_of(s, s->y, y);
+    put_values(out, "x", &kept, s->x, x, decimals_of(s, s->x, x));
+    put_values(out, "y", &kept, s->y, y, decimals);
     if (s->half)
-        put_values(out, "e", &kept, s->half, decimals_of(s, s->y) + 1);
+        put_values(out, "e", &kept, s->half, y, decimals + 1);
     putc('}', out);
     free(kept.at);
 }
@@ -229,7 +242,8 @@ void figure_shape(struct figure *figure, const char *kind, double x0, double x1,
                   double y1, const char *text)
 {
     FILE *out = figure->out;
-    const double corner[4] = {x0, x1, y0, y1};
+    const double x = figure->x->factor, y = figure->y->factor,
+                 corner[4] = {x * x0, x * x1, y * y0, y * y1};
     item(figure);
     fprintf(out, "[\"%s\"", kind);
     for (int i = 0; i < 4; i++) {

@@ -18,6 +18,8 @@
 
 struct figure {
     FILE *out;
+    bool si;
+    const struct unit *x, *y;           /* of the plot */
     unsigned columns, plots, height_px; /* height: of all plots together */
     bool items;                         /* one was written: a comma comes before the next */
 };
@@ -27,14 +29,16 @@ enum figure_range { FIGURE_EACH, FIGURE_SHARED = 1, FIGURE_ZERO = 2 /* 0 is in i
 
 /* `what`: for who cannot see it; static text. `columns`: plots beside each other where there is
  * room. Ends with figure_end. */
-struct figure figure_begin(FILE *out, const char *what, unsigned columns, unsigned range);
+struct figure figure_begin(FILE *out, bool si, const char *what, unsigned columns, unsigned range);
 /* Caption is HTML. `keys`: kind and words of shapes, in turn, NULL at the end. */
 void figure_end(struct figure *figure, const char *const *keys, const char *caption, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Ranges of 0 to 0 follow from the data. */
+/* What a plot is given is in the report's units, the page has it in the reader's. Ranges of 0 to 0
+ * follow from the data. */
 struct chart_axes {
     const char *title, *x, *y;
+    enum unit_kind x_unit, y_unit; /* UNIT_NUMBER: x or y names it */
     double x_low, x_high, y_low, y_high;
     unsigned height_px;
     const char *(*tick)(void *context, size_t i); /* names at y of i + 0.5 */

@@ -55,19 +55,19 @@ static void draw_curve(struct figure *figure, const struct curve *curve)
 
 /* The board's own values during the landing; values beyond `most` are left out. */
 static void draw_online(struct figure *figure, const struct report_landing *landing, bool speed,
-                        double factor, double most)
+                        double most)
 {
     size_t count = 0;
     double *t_s = xcalloc(3 * (landing->motions + 1), sizeof *t_s),
            *value = t_s + landing->motions + 1, *half = value + landing->motions + 1;
     for (size_t i = 0; i < landing->motions; i++) {
         const struct store_motion *motion = &landing->motion[i];
-        double v = factor * (speed ? motion->speed_ft_s : motion->deceleration_ft_s2);
+        double v = speed ? motion->speed_ft_s : motion->deceleration_ft_s2;
         t_s[count] = measured_block_s(&landing->summary.measured, motion->block);
         if (t_s[count] < -CHART_BEFORE_S || !(v >= 0.0) || v > most)
             continue;
         half[count] = speed && isfinite(motion->speed_error_ft_s)
-                        ? factor * SUMMARY_95 * motion->speed_error_ft_s
+                        ? SUMMARY_95 * motion->speed_error_ft_s
                         : 0.0;
         value[count++] = v;
     }
@@ -78,75 +78,74 @@ static void draw_online(struct figure *figure, const struct report_landing *land
 }
 
 static void draw_speed(struct figure *figure, const struct report_landing *landing,
-                       struct chart_axes axes, bool si)
+                       struct chart_axes axes)
 {
     const struct measured *measured = &landing->summary.measured;
-    double factor = unit_of(UNIT_SPEED, si)->factor, t_s[MR_GATES_MAX], mean[MR_GATES_MAX];
-    double most = 1.12 * factor * measured->summary.touchdown_speed_ft_s.value;
-    char label[CHART_LABEL];
+    double t_s[MR_GATES_MAX], mean[MR_GATES_MAX];
+    double most = 1.12 * measured->summary.touchdown_speed_ft_s.value;
     struct curve curve;
     size_t count = 0;
-    axes.y = chart_label(label, "speed", UNIT_SPEED, si);
+    axes.y = "speed";
+    axes.y_unit = UNIT_SPEED;
     axes.y_high = most;
     axes.height_px = 200;
     figure_plot(figure, &axes);
     for (size_t i = 0; i <= CURVE_POINTS; i++) {
         double error_ft_s;
         curve.t_s[i] = measured->summary.stop_t_s.value * (double)i / CURVE_POINTS;
-        curve.value[i] = factor * measured_speed_ft_s(measured, curve.t_s[i], &error_ft_s);
-        curve.half[i] = factor * SUMMARY_95 * error_ft_s;
+        curve.value[i] = measured_speed_ft_s(measured, curve.t_s[i], &error_ft_s);
+        curve.half[i] = SUMMARY_95 * error_ft_s;
     }
     draw_curve(figure, &curve);
     for (size_t i = 1; i < measured->gates; i++) {
         const struct mr_gate *from = &measured->gate[i - 1], *to = &measured->gate[i];
         t_s[count] = 0.5 * (from->t_s + to->t_s);
-        mean[count++] = factor * (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
+        mean[count++] = (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
     }
     figure_series(figure, &(struct chart_series){"mean between switches; below, a switch", 1,
                                                  "points", t_s, mean, NULL, count});
-    draw_online(figure, landing, true, factor, most);
+    draw_online(figure, landing, true, most);
 }
 
 /* Of the fit, where it has switches on both sides. */
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
-                              struct chart_axes axes, bool si)
+                              struct chart_axes axes)
 {
     const struct measured *measured = &landing->summary.measured;
-    double factor = unit_of(UNIT_DECELERATION, si)->factor, most = factor;
+    double most = 1.0;
     double first_s = fmax(0.0, measured->fit.mid_s - measured->fit.half_s),
            last_s = measured->fit.mid_s + measured->fit.half_s,
-           mean = factor * measured->summary.mean_deceleration_ft_s2.value;
-    char label[CHART_LABEL];
+           mean = measured->summary.mean_deceleration_ft_s2.value;
     struct curve curve;
     for (size_t i = 0; i <= CURVE_POINTS; i++) {
         struct mr_motion_estimate motion;
         curve.t_s[i] = first_s + (last_s - first_s) * (double)i / CURVE_POINTS;
         mr_gates_at(&measured->fit, curve.t_s[i], &motion);
-        curve.value[i] = factor * motion.deceleration_ft_s2.value;
-        curve.half[i] = factor * SUMMARY_95 * motion.deceleration_ft_s2.error;
+        curve.value[i] = motion.deceleration_ft_s2.value;
+        curve.half[i] = SUMMARY_95 * motion.deceleration_ft_s2.error;
         most = fmax(most, curve.value[i]);
     }
-    axes.y = chart_label(label, "deceleration", UNIT_DECELERATION, si);
+    axes.y = "deceleration";
+    axes.y_unit = UNIT_DECELERATION;
     axes.y_high = 1.1 * fmax(most, mean);
     axes.height_px = 140;
     figure_plot(figure, &axes);
     draw_curve(figure, &curve);
     figure_shape(figure, "mark", 0.0, measured->summary.stop_t_s.value, mean, mean, NULL);
-    draw_online(figure, landing, false, factor, axes.y_high);
+    draw_online(figure, landing, false, axes.y_high);
 }
 
 /* Of the switches that the fit covers. */
 static void draw_residuals(struct figure *figure, const struct measured *measured,
-                           struct chart_axes axes, bool si)
+                           struct chart_axes axes)
 {
-    double factor = IN_PER_FT * unit_of(UNIT_DISPLACEMENT, si)->factor;
-    double tolerance = factor * SUMMARY_95 * measured->landing.switch_error_ft;
+    double tolerance = IN_PER_FT * SUMMARY_95 * measured->landing.switch_error_ft;
     double first_s = measured->fit.mid_s - measured->fit.half_s - 1e-6,
            last_s = measured->fit.mid_s + measured->fit.half_s + 1e-6;
     double t_s[MR_GATES_MAX], residual[MR_GATES_MAX];
-    char label[CHART_LABEL];
     size_t count = 0;
-    axes.y = chart_label(label, "residual", UNIT_DISPLACEMENT, si);
+    axes.y = "residual";
+    axes.y_unit = UNIT_DISPLACEMENT;
     axes.x = CHART_TIME;
     axes.height_px = 120;
     figure_plot(figure, &axes);
@@ -156,7 +155,7 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
         struct mr_motion_estimate motion;
         mr_gates_at(&measured->fit, measured->gate[i].t_s, &motion);
         t_s[count] = measured->gate[i].t_s;
-        residual[count] = factor * (measured->gate[i].station_ft - motion.position_ft.value);
+        residual[count] = IN_PER_FT * (measured->gate[i].station_ft - motion.position_ft.value);
         count += t_s[count] >= first_s && t_s[count] <= last_s;
     }
     figure_series(figure, &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
@@ -168,17 +167,19 @@ static enum mr_status speed(const struct report *report, const struct report_lan
     static const char *const keys[] = {"mark", "mean deceleration", NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
-    const struct chart_axes axes = {.x_low = -CHART_BEFORE_S,
+    const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
+                                    .x_low = -CHART_BEFORE_S,
                                     .x_high = measured->summary.stop_t_s.value * 1.03};
     (void)error;
     if (!is_fitted(landing))
         return MR_OK;
     struct figure figure = figure_begin(
-        out, "speed and deceleration of the gear, and residuals of the switches, against time", 1,
+        out, report->si,
+        "speed and deceleration of the gear, and residuals of the switches, against time", 1,
         FIGURE_EACH);
-    draw_speed(&figure, landing, axes, report->si);
-    draw_deceleration(&figure, landing, axes, report->si);
-    draw_residuals(&figure, measured, axes, report->si);
+    draw_speed(&figure, landing, axes);
+    draw_deceleration(&figure, landing, axes);
+    draw_residuals(&figure, measured, axes);
     figure_end(&figure, keys,
                "From the switches; their places are the only measure of length. Residual: place of "
                "a switch less the fit's when it opened (polynomial of order %u through %u of %zu "
@@ -206,10 +207,9 @@ struct trace {
 
 static struct trace trace_of(const struct report_landing *landing,
                              const struct measured_channel *channel, enum against against,
-                             double from_s, double to_s, enum unit_kind kind, bool si)
+                             double from_s, double to_s)
 {
     const struct measured *measured = &landing->summary.measured;
-    const double station = unit_of(UNIT_STATION, si)->factor, factor = unit_of(kind, si)->factor;
     struct trace trace = {.x = xmalloc(2 * (measured->samples + 1) * sizeof *trace.x)};
     trace.y = trace.x + measured->samples + 1;
     for (size_t i = 0; i < measured->samples; i++) {
@@ -219,9 +219,9 @@ static struct trace trace_of(const struct report_landing *landing,
             (against == AGAINST_WHEEL && !(ahead_ft >= -BEHIND_FT && ahead_ft <= AHEAD_FT)))
             continue;
         trace.x[trace.count] = against == AGAINST_TIME    ? t_s
-                             : against == AGAINST_STATION ? station * landing->station_ft[i]
-                                                          : station * ahead_ft;
-        trace.y[trace.count++] = factor * measured_value(channel, i);
+                             : against == AGAINST_STATION ? landing->station_ft[i]
+                                                          : ahead_ft;
+        trace.y[trace.count++] = measured_value(channel, i);
     }
     return trace;
 }
@@ -241,30 +241,31 @@ static enum mr_status movement(const struct report *report, const struct report_
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
-    char x[CHART_LABEL], y[CHART_LABEL], title[CHART_LABEL];
+    char title[CHART_LABEL];
     (void)error;
     if (!is_fitted(landing))
         return MR_OK;
-    struct figure figure = figure_begin(out, "displacement of eight stations against gear position",
-                                        4, FIGURE_SHARED | FIGURE_ZERO);
+    struct figure figure = figure_begin(out, report->si,
+                                        "displacement of eight stations against gear position", 4,
+                                        FIGURE_SHARED | FIGURE_ZERO);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
         if (c < 0)
             continue;
         const struct measured_channel *channel = &measured->channel[c];
-        double at = station->factor * (double)channel->config.station_ft;
-        snprintf(title, sizeof title, "%u: station %.*f %s%s", number, report->si ? 1 : 0, at,
-                 station->text, channel->valid ? "" : ", not valid");
-        figure_plot(&figure, &(struct chart_axes){
-                                 .title = title,
-                                 .x = chart_label(x, "gear position", UNIT_STATION, report->si),
-                                 .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
-                                 .x_high = CHART_RUNWAY_FT * station->factor,
-                                 .height_px = 150});
+        double at = (double)channel->config.station_ft;
+        snprintf(title, sizeof title, "%u: station %.*f %s%s", number, report->si ? 1 : 0,
+                 station->factor * at, station->text, channel->valid ? "" : ", not valid");
+        figure_plot(&figure, &(struct chart_axes){.title = title,
+                                                  .x = "gear position",
+                                                  .x_unit = UNIT_STATION,
+                                                  .y = "moved",
+                                                  .y_unit = UNIT_DISPLACEMENT,
+                                                  .x_high = CHART_RUNWAY_FT,
+                                                  .height_px = 150});
         figure_shape(&figure, "mark", at, at, (double)NAN, (double)NAN, NULL);
-        draw_trace(
-            &figure, "measured", 0, "line",
-            trace_of(landing, channel, AGAINST_STATION, 0.0, end_s, UNIT_DISPLACEMENT, report->si));
+        draw_trace(&figure, "measured", 0, "line",
+                   trace_of(landing, channel, AGAINST_STATION, 0.0, end_s));
     }
     figure_end(&figure, keys,
                "Displacement against gear position (as report fig. 2.13). Downfield is positive, "
@@ -278,21 +279,20 @@ static enum mr_status wheel(const struct report *report, const struct report_lan
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
-    char x[CHART_LABEL], y[CHART_LABEL], name[CHART_LABEL];
+    char name[CHART_LABEL];
     (void)error;
     if (!is_fitted(landing))
         return MR_OK;
-    struct figure figure =
-        figure_begin(out, "displacement against distance from the front wheel of the main bogie", 1,
-                     FIGURE_EACH);
+    struct figure figure = figure_begin(
+        out, report->si, "displacement against distance from the front wheel of the main bogie", 1,
+        FIGURE_EACH);
     figure_plot(&figure,
-                &(struct chart_axes){.x = chart_label(x,
-                                                      "transducer ahead of the front wheel (behind "
-                                                      "it: -)",
-                                                      UNIT_STATION, report->si),
-                                     .y = chart_label(y, "moved", UNIT_DISPLACEMENT, report->si),
-                                     .x_low = -BEHIND_FT * station->factor,
-                                     .x_high = AHEAD_FT * station->factor,
+                &(struct chart_axes){.x = "transducer ahead of the front wheel (behind it: -)",
+                                     .x_unit = UNIT_STATION,
+                                     .y = "moved",
+                                     .y_unit = UNIT_DISPLACEMENT,
+                                     .x_low = -BEHIND_FT,
+                                     .x_high = AHEAD_FT,
                                      .height_px = 270});
     figure_shape(&figure, "mark", 0.0, 0.0, (double)NAN, (double)NAN, NULL);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
@@ -303,7 +303,7 @@ static enum mr_status wheel(const struct report *report, const struct report_lan
                  (double)measured->channel[c].config.station_ft * station->factor, station->text);
         draw_trace(&figure, name, number - 1, "marked",
                    trace_of(landing, &measured->channel[c], AGAINST_WHEEL, 0.0,
-                            measured->summary.stop_t_s.value, UNIT_DISPLACEMENT, report->si));
+                            measured->summary.stop_t_s.value));
     }
     figure_end(&figure, NULL,
                "A line for each transducer, by its station; the wheel comes from the right. While "
@@ -322,7 +322,7 @@ static enum mr_status wheel(const struct report *report, const struct report_lan
 /* A segment that is closed from one look to the next becomes a rectangle; what the wheel has not
  * reached yet is drawn stronger than what is behind it. */
 static void draw_closed(struct figure *figure, const struct report_landing *landing,
-                        unsigned segment, double from_s, double to_s, double station)
+                        unsigned segment, double from_s, double to_s)
 {
     double start_ft = (double)MR_SEGMENT_LENGTH_FT * segment,
            end_ft = start_ft + (double)MR_SEGMENT_LENGTH_FT;
@@ -331,14 +331,12 @@ static void draw_closed(struct figure *figure, const struct report_landing *land
         passed_s = from_s;
     passed_s = isnan(passed_s) ? to_s : fmin(to_s, fmax(from_s, passed_s));
     if (passed_s > from_s)
-        figure_shape(figure, "closed", station * start_ft, station * end_ft, from_s, passed_s,
-                     NULL);
+        figure_shape(figure, "closed", start_ft, end_ft, from_s, passed_s, NULL);
     if (to_s > passed_s)
-        figure_shape(figure, "behind", station * start_ft, station * end_ft, passed_s, to_s, NULL);
+        figure_shape(figure, "behind", start_ft, end_ft, passed_s, to_s, NULL);
 }
 
-static void draw_closure(struct figure *figure, const struct report_landing *landing,
-                         double station, double last_s)
+static void draw_closure(struct figure *figure, const struct report_landing *landing, double last_s)
 {
     const struct measured *measured = &landing->summary.measured;
     double since_s[MR_SEGMENTS], t_s = 0.0;
@@ -356,19 +354,18 @@ static void draw_closure(struct figure *figure, const struct report_landing *lan
             if (closed && isnan(since_s[s])) {
                 since_s[s] = t_s;
             } else if (!closed && !isnan(since_s[s])) {
-                draw_closed(figure, landing, s, since_s[s], t_s, station);
+                draw_closed(figure, landing, s, since_s[s], t_s);
                 since_s[s] = (double)NAN;
             }
         }
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(since_s[s]))
-            draw_closed(figure, landing, s, since_s[s], fmin(t_s, last_s), station);
+            draw_closed(figure, landing, s, since_s[s], fmin(t_s, last_s));
     }
 }
 
-static void draw_warnings(struct figure *figure, const struct report_landing *landing,
-                          double station)
+static void draw_warnings(struct figure *figure, const struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct zones *zones = &landing->summary.zones;
@@ -379,7 +376,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
         double t_s = zones_time_s(measured, row);
         double until_s = i + 1 < zones->count ? zones_time_s(measured, row + 1) : t_s + STATEMENT_S;
         if (row->warning == 1)
-            figure_shape(figure, "warned", station * row->start_ft, station * row->end_ft, t_s,
+            figure_shape(figure, "warned", row->start_ft, row->end_ft, t_s,
                          fmin(until_s, t_s + 0.1), NULL);
     }
     if (!warning->warned)
@@ -392,8 +389,8 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     else
         snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
                  warning->path_known ? "; the wheel stops before" : "");
-    figure_shape(figure, "lead", station * (isnan(wheel_ft) ? warning->start_ft : wheel_ft),
-                 station * warning->end_ft, t_s, t_s, text);
+    figure_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft, warning->end_ft,
+                 t_s, t_s, text);
 }
 
 static enum mr_status zone_map(const struct report *report, const struct report_landing *landing,
@@ -405,39 +402,39 @@ static enum mr_status zone_map(const struct report *report, const struct report_
                                        "sensor", "transducers",
                                        NULL};
     const struct measured *measured = &landing->summary.measured;
-    const double station = unit_of(UNIT_STATION, report->si)->factor,
-                 last_s = measured->summary.stop_t_s.value + AFTER_STOP_S;
+    const double last_s = measured->summary.stop_t_s.value + AFTER_STOP_S;
     double x[PATH_POINTS + 1], t_s[PATH_POINTS + 1], gate_ft[MR_GATES_MAX], gate_s[MR_GATES_MAX];
-    char label[CHART_LABEL];
     size_t gates = 0;
     (void)error;
     if (!is_fitted(landing))
         return MR_OK;
     struct figure figure = figure_begin(
-        out, "zone map: closed segments, wheel and warning over station and time", 1, FIGURE_EACH);
-    figure_plot(&figure,
-                &(struct chart_axes){.x = chart_label(label, "station", UNIT_STATION, report->si),
-                                     .y = CHART_TIME,
-                                     .x_high = CHART_RUNWAY_FT * station,
-                                     .y_low = -0.2,
-                                     .y_high = last_s,
-                                     .height_px = 340});
-    draw_closure(&figure, landing, station, last_s);
-    draw_warnings(&figure, landing, station);
+        out, report->si, "zone map: closed segments, wheel and warning over station and time", 1,
+        FIGURE_EACH);
+    figure_plot(&figure, &(struct chart_axes){.x = "station",
+                                              .x_unit = UNIT_STATION,
+                                              .y = CHART_TIME,
+                                              .y_unit = UNIT_NUMBER,
+                                              .x_high = CHART_RUNWAY_FT,
+                                              .y_low = -0.2,
+                                              .y_high = last_s,
+                                              .height_px = 340});
+    draw_closure(&figure, landing, last_s);
+    draw_warnings(&figure, landing);
     for (size_t i = 0; i <= PATH_POINTS; i++) {
         t_s[i] = last_s * (double)i / PATH_POINTS;
-        x[i] = station * measured_station_ft(measured, t_s[i]);
+        x[i] = measured_station_ft(measured, t_s[i]);
     }
     figure_series(&figure, &(struct chart_series){"wheel, and switches it opened", 0, "line", x,
                                                   t_s, NULL, PATH_POINTS + 1});
     for (size_t i = 0; i < measured->gates; i++) {
-        gate_ft[gates] = station * measured->gate[i].station_ft;
+        gate_ft[gates] = measured->gate[i].station_ft;
         gate_s[gates] = measured->gate[i].t_s;
         gates += measured->gate[i].station_ft >= 0.0;
     }
     figure_series(&figure, &(struct chart_series){NULL, 0, "points", gate_ft, gate_s, NULL, gates});
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        double at = station * (double)measured->channel[c].config.station_ft;
+        double at = (double)measured->channel[c].config.station_ft;
         if (measured->channel[c].config.kind == MR_KIND_DISPLACEMENT)
             figure_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
@@ -482,6 +479,7 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
     size_t count = 0;
     axes.x = CHART_TIME;
     axes.y = "mats in the zone";
+    axes.y_unit = UNIT_NUMBER;
     axes.y_high = 60.0;
     axes.height_px = 150;
     for (size_t i = 0; i < zones->count; i++)
@@ -509,7 +507,8 @@ static enum mr_status predictions(const struct report *report, const struct repo
         "warned", "closed zone ahead, warning", "reported", "the same, no warning",
         "mark",   "limits: 30 and 50 mats",     NULL};
     const struct measured *measured = &landing->summary.measured;
-    const struct chart_axes axes = {.x_low = -CHART_BEFORE_S,
+    const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
+                                    .x_low = -CHART_BEFORE_S,
                                     .x_high = measured->summary.stop_t_s.value + CHART_SETTLED_S};
     struct answer *answer = answer_new(report->si);
     (void)error;
@@ -517,8 +516,8 @@ static enum mr_status predictions(const struct report *report, const struct repo
     report_answer(answer, out);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
         return MR_OK;
-    struct figure figure = figure_begin(out, "zone that the board reported, against time", 1,
-                                        FIGURE_EACH);
+    struct figure figure =
+        figure_begin(out, report->si, "zone that the board reported, against time", 1, FIGURE_EACH);
     draw_mats(&figure, landing, axes);
     figure_end(&figure, keys, "Every statement of the board.");
     return MR_OK;
@@ -532,7 +531,7 @@ static enum mr_status tensions(const struct report *report, const struct report_
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
-    char y[CHART_LABEL], title[CHART_LABEL], name[CHART_LABEL];
+    char title[CHART_LABEL], name[CHART_LABEL];
     bool drawn[MR_CHANNELS] = {false}, any = false;
     (void)error;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -542,20 +541,22 @@ static enum mr_status tensions(const struct report *report, const struct report_
     }
     if (!is_fitted(landing) || !any)
         return MR_OK;
-    struct figure figure = figure_begin(out, "band tensions against time", 4, FIGURE_SHARED);
+    struct figure figure = figure_begin(out, report->si, "band tensions against time", 4,
+                                        FIGURE_SHARED);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         float station_ft = measured->channel[c].config.station_ft;
         if (drawn[c])
             continue;
         snprintf(title, sizeof title, "station %.*f %s", report->si ? 1 : 0,
                  (double)station_ft * station->factor, station->text);
-        figure_plot(&figure,
-                    &(struct chart_axes){.title = title,
-                                         .x = CHART_TIME,
-                                         .y = chart_label(y, "tension", UNIT_TENSION, report->si),
-                                         .x_low = -CHART_BEFORE_S,
-                                         .x_high = end_s,
-                                         .height_px = 140});
+        figure_plot(&figure, &(struct chart_axes){.title = title,
+                                                  .x = CHART_TIME,
+                                                  .x_unit = UNIT_NUMBER,
+                                                  .y = "tension",
+                                                  .y_unit = UNIT_TENSION,
+                                                  .x_low = -CHART_BEFORE_S,
+                                                  .x_high = end_s,
+                                                  .height_px = 140});
         for (unsigned k = c; k < MR_CHANNELS; k++) {
             const struct measured_channel *channel = &measured->channel[k];
             if (drawn[k] || channel->config.station_ft != station_ft)
@@ -563,8 +564,7 @@ static enum mr_status tensions(const struct report *report, const struct report_
             drawn[k] = true;
             snprintf(name, sizeof name, "band %u", channel->config.band);
             draw_trace(&figure, name, (channel->config.band + 5u) % 6u, "marked",
-                       trace_of(landing, channel, AGAINST_TIME, -CHART_BEFORE_S, end_s,
-                                UNIT_TENSION, report->si));
+                       trace_of(landing, channel, AGAINST_TIME, -CHART_BEFORE_S, end_s));
         }
     }
     figure_end(&figure, NULL, "Tension against time, station by station, as read.");
@@ -594,36 +594,35 @@ static size_t gages_of(const struct measured *measured, unsigned band,
 static enum mr_status along(const struct report *report, const struct report_landing *landing,
                             FILE *out, struct error *error)
 {
-    const double station = unit_of(UNIT_STATION, report->si)->factor,
-                 force = unit_of(UNIT_TENSION, report->si)->factor;
     const struct measured_channel *gage[MR_GAGES];
     struct figure figure = {0};
     (void)error;
     for (unsigned band = 1; band <= REPORT_BANDS; band++) {
         size_t count = gages_of(&landing->summary.measured, band, gage);
         double x[MR_GAGES], y[3][MR_GAGES], half[3][MR_GAGES];
-        char title[CHART_LABEL], label[2][CHART_LABEL];
+        char title[CHART_LABEL];
         static const char *const names[] = {"least", "most", "at the end"};
         if (count == 0)
             continue;
         if (!figure.out)
-            figure = figure_begin(out, "change of tension along the bands", 2,
+            figure = figure_begin(out, report->si, "change of tension along the bands", 2,
                                   FIGURE_SHARED | FIGURE_ZERO);
         snprintf(title, sizeof title, "band %u", band);
-        figure_plot(&figure, &(struct chart_axes){
-                                 .title = title,
-                                 .x = chart_label(label[0], "station", UNIT_STATION, report->si),
-                                 .y = chart_label(label[1], "change", UNIT_TENSION, report->si),
-                                 .x_high = CHART_RUNWAY_FT * station,
-                                 .height_px = 170});
+        figure_plot(&figure, &(struct chart_axes){.title = title,
+                                                  .x = "station",
+                                                  .x_unit = UNIT_STATION,
+                                                  .y = "change",
+                                                  .y_unit = UNIT_TENSION,
+                                                  .x_high = CHART_RUNWAY_FT,
+                                                  .height_px = 170});
         figure_shape(&figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
         for (size_t i = 0; i < count; i++) {
-            x[i] = station * (double)gage[i]->config.station_ft;
-            y[0][i] = force * (gage[i]->low - gage[i]->baseline);
-            y[1][i] = force * (gage[i]->high - gage[i]->baseline);
-            y[2][i] = force * (gage[i]->end - gage[i]->baseline);
-            half[0][i] = force * SUMMARY_95 * gage[i]->low_error;
-            half[1][i] = force * SUMMARY_95 * gage[i]->high_error;
+            x[i] = (double)gage[i]->config.station_ft;
+            y[0][i] = (gage[i]->low - gage[i]->baseline);
+            y[1][i] = (gage[i]->high - gage[i]->baseline);
+            y[2][i] = (gage[i]->end - gage[i]->baseline);
+            half[0][i] = SUMMARY_95 * gage[i]->low_error;
+            half[1][i] = SUMMARY_95 * gage[i]->high_error;
         }
         for (unsigned k = 0; k < 3; k++)
             figure_series(&figure, &(struct chart_series){names[k], k, k < 2 ? "whiskers" : "marks",
@@ -698,7 +697,7 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
 
 /* From touchdown to where the simulation ends, every `step`-th sample. */
 static void draw_compared(struct figure *figure, const struct compare_curves *curves,
-                          size_t samples, bool simulated, double in)
+                          size_t samples, bool simulated)
 {
     const double *value = simulated ? curves->simulated_in : curves->measured_in,
                  *error = simulated ? curves->simulated_error_in : curves->measured_error_in;
@@ -711,8 +710,8 @@ static void draw_compared(struct figure *figure, const struct compare_curves *cu
     size_t step = (to - from) / COMPARED_POINTS + 1;
     for (size_t i = from; i < to; i += step) {
         t_s[count] = curves->t_s[i];
-        y[count] = in * value[i];
-        half[count++] = in * SUMMARY_95 * error[i];
+        y[count] = value[i];
+        half[count++] = SUMMARY_95 * error[i];
     }
     figure_series(figure, &(struct chart_series){simulated ? "simulated, with its 95 % band"
                                                            : "measured, with its 95 % band",
@@ -724,14 +723,14 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, si);
-    struct figure figure = figure_begin(out, "movement of the mat, measured and simulated", 2,
+    struct figure figure = figure_begin(out, si, "movement of the mat, measured and simulated", 2,
                                         FIGURE_EACH);
     for (size_t i = 0; i < landing->simulations; i++) {
         const struct store_simulation *row = &landing->simulation[i];
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         double error_in = isnan(landing->head.error_in) ? row->peak_simulated_error_in
                                                         : landing->head.error_in;
-        char title[CHART_LABEL], y[CHART_LABEL];
+        char title[CHART_LABEL];
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
@@ -739,14 +738,14 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
                        &curves);
         snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);
-        figure_plot(&figure,
-                    &(struct chart_axes){.title = title,
-                                         .x = CHART_TIME,
-                                         .y = chart_label(y, "movement", UNIT_DISPLACEMENT, si),
-                                         .height_px = 150});
+        figure_plot(&figure, &(struct chart_axes){.title = title,
+                                                  .x = CHART_TIME,
+                                                  .x_unit = UNIT_NUMBER,
+                                                  .y = "movement",
+                                                  .y_unit = UNIT_DISPLACEMENT,
+                                                  .height_px = 150});
         for (int simulated = 0; simulated < 2; simulated++)
-            draw_compared(&figure, &curves, measured->samples, simulated,
-                          unit_of(UNIT_DISPLACEMENT, si)->factor);
+            draw_compared(&figure, &curves, measured->samples, simulated);
         free(curves.storage);
     }
     figure_end(&figure, NULL, "Movement against time, each with its 95 %% band.");

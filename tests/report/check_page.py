@@ -112,7 +112,7 @@ def cumulative():
             near("cumulative displacement of transducer %d after RUN %d" % (i + 1, k + 1), number(cells[k][i + 1]), should, 2e-4 * (k + 1))
             near("  as drawn", line["y"][i], number(cells[k][i + 1]), plot.step)
             near("  where", line["x"][i], station_ft[i + 1], 0.05)
-    check("every column is a station", heads[1:] == ["%.0f ft" % station_ft[i + 1] for i in range(8)], heads)
+    check("every column is a station", heads[1:] == ["at %.0f ft, in" % station_ft[i + 1] for i in range(8)], heads)
 
 
 def peaks():
