@@ -90,32 +90,6 @@ const struct command *help_find(const struct command_table *table, const char *n
 
 /* ---- a command that is none ---- */
 
-/* Words that people use for a command. */
-static const struct {
-    const char *word, *command;
-} others[] = {{"record", "log"},  {"list", "show"},    {"info", "show"},
-              {"view", "show"},   {"plot", "report"},  {"play", "replay"},
-              {"check", "ready"}, {"status", "board"}, {"note", "landing"}};
-
-/* Whether the term ("config get") begins with the word. */
-static bool begins_with(const char *term, const char *word)
-{
-    size_t length = strlen(word);
-    return term && length && strncmp(term, word, length) == 0 &&
-           (term[length] == '\0' || term[length] == ' ');
-}
-
-static bool has_word(const struct command *command, const char *word)
-{
-    for (size_t i = 0; i < command->count; i++) {
-        const struct command_part *part = &command->parts[i];
-        if ((part->word && begins_with(part->term, word)) ||
-            (part->with && has_word(part->with, word)))
-            return true;
-    }
-    return false;
-}
-
 /* The terms' first words, in `copies`: what is near is one of them. */
 #define WORDS 40
 struct words {
@@ -148,35 +122,15 @@ void help_suggest_word(const struct command *command, const char *word,
     spell_suggest_text(&near, out);
 }
 
-static const struct command *find_by_word(const struct command_table *table, const char *word)
-{
-    for (size_t i = 0; i < table->count; i++) {
-        if (has_word(table->commands[i].command, word))
-            return table->commands[i].command;
-    }
-    return NULL;
-}
-
 enum mr_status help_unknown(const struct command_table *table, const char *word,
                             struct error *error)
 {
     struct spell_suggest near;
     char text[SPELL_SUGGEST_TEXT];
-    const struct command *owner = find_by_word(table, word);
     spell_suggest_begin(&near, word);
-    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
-        if (strcmp(others[i].word, word) != 0)
-            continue;
-        spell_suggest_try(&near, near.word = others[i].command);
-        owner = NULL;
-    }
     for (size_t i = 0; i < table->count; i++)
         spell_suggest_try(&near, table->commands[i].command->name);
     spell_suggest_text(&near, text);
-    if (owner)
-        return error_set(error, MR_UNKNOWN,
-                         "unknown command: '%s' is a word of matrig %s; see matrig %s --help", word,
-                         owner->name, owner->name);
     if (access(word, F_OK) == 0 && !near.best)
         return error_set(error, MR_UNKNOWN,
                          "a file, no command: '%s'; matrig show %s says what a campaign holds",

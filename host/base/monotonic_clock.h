@@ -3,13 +3,30 @@
 #define MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 
 #include <stdint.h>
+#include <time.h>
 
 /* Since some time that is the same for all of a process. */
-double monotonic_s(void);
-int64_t monotonic_ms(void);
-uint64_t monotonic_us(void);
+static inline uint64_t monotonic_us(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+static inline int64_t monotonic_ms(void)
+{
+    return (int64_t)(monotonic_us() / 1000u);
+}
+static inline double monotonic_s(void)
+{
+    return 1e-6 * (double)monotonic_us();
+}
 
 /* Processor time that this process has used: other processes do not count. */
-double processor_ms(void);
+static inline double processor_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
+}
 
 #endif

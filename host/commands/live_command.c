@@ -159,8 +159,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database that a running matrig log writes; followed, never written"),
     OPTION_TEXT("--port", "PORT", port,
-                "serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any "
-                "port that is free"),
+                "serve the page there, at 127.0.0.1; else 8473. 0: any port that is free"),
     HELP_NOTE("With --json: the newest of each message, as one object. The page only watches: arm "
               "and disarm on that of matrig log --live,\n"
               "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and "

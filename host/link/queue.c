@@ -47,7 +47,7 @@ struct place {
 struct link_queue {
     pthread_mutex_t lock;
     pthread_cond_t room;
-    size_t capacity, most;
+    size_t capacity;
     int news;
     bool listened, stopped, tight;
     uint64_t most_taken;          /* items */
@@ -145,7 +145,6 @@ static bool put(struct link_queue *queue, const struct head *head, const void *c
         memcpy(end->piece->bytes + end->at + sizeof *head, content, head->length);
         pass(end, head);
         end->piece->used = end->at;
-        queue->most = held(queue) > queue->most ? held(queue) : queue->most;
     } else {
         queue->tight = true;
     }
@@ -358,7 +357,6 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
     struct link_queue_depth depth = {
         .bytes = held(queue),
         .capacity = queue->capacity,
-        .most = queue->most,
         .frames = queue->put.before.frames - queue->released.before.frames,
         .octets = queue->put.before.octets - queue->released.before.octets};
     pthread_mutex_unlock(&queue->lock);

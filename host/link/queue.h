@@ -49,7 +49,6 @@ struct link_item {
 
 struct link_queue_depth {
     size_t bytes, capacity;  /* of memory */
-    size_t most;             /* since it was made */
     uint64_t frames, octets; /* of CAN, of serial, that are not released */
 };
 

@@ -92,7 +92,7 @@ static const char *header(struct MHD_Connection *connection, const char *name)
  * another one. */
 static bool host_is_ours(const char *host)
 {
-    static const char *const ours[] = {"127.0.0.1", "localhost", "[::1]"};
+    static const char *const ours[] = {"127.0.0.1", "localhost"};
     for (size_t i = 0; host && i < sizeof ours / sizeof ours[0]; i++) {
         size_t length = strlen(ours[i]);
         if (strncasecmp(host, ours[i], length) == 0 &&
@@ -286,41 +286,6 @@ static void request_over(void *context, struct MHD_Connection *connection, void 
 
 /* ---- opening ---- */
 
-static enum mr_status parse_where(const char *where, struct sockaddr_storage *address,
-                                  socklen_t *length, struct error *error)
-{
-    struct sockaddr_in *v4 = (struct sockaddr_in *)address;
-    struct sockaddr_in6 *v6 = (struct sockaddr_in6 *)address;
-    const char *colon = strrchr(where, ':');
-    const char *port = colon ? colon + 1 : where;
-    char host[64] = "", *end;
-    size_t host_length = colon ? (size_t)(colon - where) : 0;
-    long number = strtol(port, &end, 10);
-    if (*port < '0' || *port > '9' || *end || number > 65535 || host_length >= sizeof host)
-        return error_set(error, MR_USAGE, "no port: '%s'; 0 to 65535, 0 for any that is free",
-                         where);
-    snprintf(host, sizeof host, "%.*s", (int)host_length, where);
-    memset(address, 0, sizeof *address);
-    if (strcmp(host, "[::1]") == 0) {
-        *v6 = (struct sockaddr_in6){.sin6_family = AF_INET6,
-                                    .sin6_addr = in6addr_loopback,
-                                    .sin6_port = htons((uint16_t)number)};
-        *length = sizeof *v6;
-    } else if (!colon || strcmp(host, "localhost") == 0 || strcmp(host, "127.0.0.1") == 0) {
-        *v4 = (struct sockaddr_in){.sin_family = AF_INET,
-                                   .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
-                                   .sin_port = htons((uint16_t)number)};
-        *length = sizeof *v4;
-    } else {
-        return error_set(error, MR_USAGE,
-                         "'%s' is not this computer's own: the page is served on 127.0.0.1 or "
-                         "[::1] alone; from elsewhere use "
-                         "ssh -L 8473:127.0.0.1:8473",
-                         host);
-    }
-    return MR_OK;
-}
-
 static void make_token(struct live_server *server)
 {
     unsigned char bytes[TOKEN_BYTES];
@@ -330,32 +295,34 @@ static void make_token(struct live_server *server)
         snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
 }
 
-static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_storage *address,
-                                bool v6)
+static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_in *address)
 {
-    return MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION |
-                                MHD_USE_POLL | (v6 ? MHD_USE_IPv6 : 0),
-                            0, NULL, NULL, serve, server, MHD_OPTION_SOCK_ADDR, address,
-                            MHD_OPTION_CONNECTION_LIMIT, CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
-                            CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, server,
-                            MHD_OPTION_END);
+    return MHD_start_daemon(
+        MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, NULL,
+        NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
+        CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED,
+        request_over, server, MHD_OPTION_END);
 }
 
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
                                 struct live_server **server, struct error *error)
 {
-    struct sockaddr_storage address;
-    socklen_t length;
-    enum mr_status status = parse_where(where, &address, &length, error);
-    struct live_server *made = status == MR_OK ? calloc(1, sizeof *made) : NULL;
-    if (status != MR_OK)
-        return status;
+    char *end;
+    long number = strtol(where, &end, 10);
+    if (*where < '0' || *where > '9' || *end || number > 65535)
+        return error_set(error, MR_USAGE,
+                         "no port: '%s'; 0 to 65535, 0 for any that is free. The page is served on "
+                         "127.0.0.1 alone; from elsewhere use ssh -L 8473:127.0.0.1:8473",
+                         where);
+    const struct sockaddr_in address = {.sin_family = AF_INET,
+                                        .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
+                                        .sin_port = htons((uint16_t)number)};
+    struct live_server *made = calloc(1, sizeof *made);
     if (!made)
         return error_set(error, MR_FULL, "no memory: the live page; close other programs");
-    bool v6 = address.ss_family == AF_INET6;
     made->hub = hub;
     make_token(made);
-    made->daemon = start(made, &address, v6);
+    made->daemon = start(made, &address);
     if (!made->daemon) {
         int code = errno;
         free(made);
@@ -365,8 +332,8 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
                          where, code ? strerror(code) : "no reason given");
     }
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_BIND_PORT);
-    snprintf(made->url, sizeof made->url, "http://%s:%u/#%s", v6 ? "[::1]" : "127.0.0.1",
-             info ? info->port : 0u, made->token);
+    snprintf(made->url, sizeof made->url, "http://127.0.0.1:%u/#%s", info ? info->port : 0u,
+             made->token);
     *server = made;
     return MR_OK;
 }

@@ -20,8 +20,7 @@
 
 struct live_server;
 
-/* "8473", "127.0.0.1:8473", "[::1]:0"; 0: any port that is free. MR_USAGE: no such thing, or not
- * this computer's own. */
+/* A port; 0: any that is free. MR_USAGE: no such thing. */
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
                                 struct live_server **server, struct error *error);
 /* With the token behind #, which browsers keep to themselves. Static in the server. */

@@ -173,36 +173,17 @@ static enum mr_status fill(struct store *store, const struct store_landing *land
 
 /* ---- image and digests ---- */
 
-static void hex_text(const uint8_t sum[SHA256_DIGEST_LENGTH], char hex[65])
-{
-    for (size_t i = 0; i < SHA256_DIGEST_LENGTH; i++)
-        snprintf(hex + 2 * i, 3, "%02x", sum[i]);
-}
-
-static void digest_bytes(const uint8_t *bytes, size_t length, char hex[65])
-{
-    SHA2_CTX hash;
-    uint8_t sum[SHA256_DIGEST_LENGTH];
-    SHA256Init(&hash);
-    if (length)
-        SHA256Update(&hash, bytes, length);
-    SHA256Final(sum, &hash);
-    hex_text(sum, hex);
-}
-
 static enum mr_status digest_record(struct store *store, int64_t run, char hex[65],
                                     struct error *error)
 {
     struct store_block_record row;
     SHA2_CTX hash;
-    uint8_t sum[SHA256_DIGEST_LENGTH];
     sqlite3_stmt *s;
     SHA256Init(&hash);
     enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
     while (status == MR_OK && (status = STORE_NEXT(store, error, BLOCKS, s, &row)) == MR_OK)
         SHA256Update(&hash, row.record.data, row.record.length);
-    SHA256Final(sum, &hash);
-    hex_text(sum, hex);
+    SHA256End(&hash, hex);
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
@@ -212,7 +193,7 @@ static enum mr_status put_bundled(const char *path, const uint8_t *image, size_t
     struct store_bundled row = {.image = {image, length}};
     struct store *made = NULL;
     enum mr_status status = store_open(path, STORE_OPEN, &made, error);
-    digest_bytes(image, length, row.image_sha256);
+    SHA256Data(length ? image : (const uint8_t *)"", length, row.image_sha256);
     if (status == MR_OK)
         status = digest_record(made, 1, row.record_sha256, error);
     if (status == MR_OK)
@@ -262,7 +243,7 @@ enum mr_status store_bundle_open(struct store *store, int64_t run, const char *p
         status = STORE_NEXT(store, error, BUNDLED, s, &row);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
-    digest_bytes(row.image.data, row.image.length, image);
+    SHA256Data(row.image.length ? row.image.data : "", row.image.length, image);
     bool record_changed = strcmp(record, row.record_sha256) != 0;
     if (record_changed || strcmp(image, row.image_sha256) != 0)
         status = error_set(error, MR_CRC,

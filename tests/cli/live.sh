@@ -202,8 +202,8 @@ check "a port that is taken" fails_with 3 'cannot serve the live page at .*anoth
     address_in "$work/taken.err" | sed 's|.*:\([0-9]*\)/.*|\1|')"
 check "no database named" fails_with 2 'DB' build/matrig live
 check "a database that is not there" fails_with 3 'no such database' build/matrig live "$tmp/none.db" --port 0
-check "an address of another computer's reach" fails_with 2 "0.0.0.0.*not this computer's own.*ssh -L" build/matrig live "$work/x.db" --port 0.0.0.0:8473
-check "the same for log" fails_with 2 "not this computer's own" build/matrig log --can "unix:$work/none" --db "$tmp/new.db" --live 10.0.0.1:1
+check "an address of another computer's reach" fails_with 2 "no port: '0.0.0.0:8473'.*ssh -L" build/matrig live "$work/x.db" --port 0.0.0.0:8473
+check "the same for log" fails_with 2 "no port: '10.0.0.1:1'" build/matrig log --can "unix:$work/none" --db "$tmp/new.db" --live 10.0.0.1:1
 check "no port" fails_with 2 'no port' build/matrig live "$work/x.db" --port eighty
 check "a file that is no database" fails_with 4 'no campaign database' build/matrig live "$elf" --port 0
 finish
