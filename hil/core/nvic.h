@@ -33,8 +33,6 @@ enum hil_irq {
     HIL_IRQ_ADC = 18,
     HIL_IRQ_CAN1_TX = 19,
     HIL_IRQ_CAN1_RX0 = 20,
-    HIL_IRQ_CAN1_RX1 = 21,
-    HIL_IRQ_CAN1_SCE = 22,
     HIL_IRQ_TIM2 = 28,
     HIL_IRQ_TIM4 = 30,
     HIL_IRQ_USART1 = 37,

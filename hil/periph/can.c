@@ -29,12 +29,9 @@
 #define MCR_INRQ          1u
 #define MCR_SLEEP         2u
 #define MCR_TXFP          4u
-#define MCR_RFLM          8u
-#define MCR_NART          16u
 #define MCR_ABOM          64u
 #define MSR_INAK          1u
 #define MSR_SLAK          2u
-#define MSR_ERRI          4u
 #define BTR_LBKM          (1u << 30)
 #define BTR_SILM          (1u << 31)
 #define TIR_TXRQ          1u
@@ -129,27 +126,8 @@ static void update_irq(struct hil_can_device *dev)
 {
     struct hil_can *c = dev->state;
     bool tx = (c->ier & 1u) && (c->tsr & 0x010101u);
-    bool rx[2];
-    for (unsigned f = 0; f < 2; f++) {
-        uint32_t ie = c->ier >> (1u + 3u * f);
-        rx[f] = (ie & 1u) && c->fifo_count[f];
-        rx[f] |= (ie & 2u) && (c->rfr[f] & RFR_FULL);
-        rx[f] |= (ie & 4u) && (c->rfr[f] & RFR_FOVR);
-    }
     hil_irq_line(dev->core, HIL_IRQ_CAN1_TX, tx);
-    hil_irq_line(dev->core, HIL_IRQ_CAN1_RX0, rx[0]);
-    hil_irq_line(dev->core, HIL_IRQ_CAN1_RX1, rx[1]);
-    hil_irq_line(dev->core, HIL_IRQ_CAN1_SCE, (c->ier >> 15 & 1u) && (c->msr & MSR_ERRI));
-}
-
-/* ERRI rises when an error state that is enabled in IER becomes true. */
-static void error_states(struct hil_can_device *dev, uint32_t esr_before, bool new_lec)
-{
-    struct hil_can *c = dev->state;
-    uint32_t rising = esr_value(c) & ~esr_before & 7u;
-    if ((rising & c->ier >> 8 & 7u) || (new_lec && (c->ier >> 11 & 1u)))
-        c->msr |= MSR_ERRI;
-    update_irq(dev);
+    hil_irq_line(dev->core, HIL_IRQ_CAN1_RX0, (c->ier & 2u) && c->fifo_count[0]);
 }
 
 static bool on_bus(const struct hil_can *c)
@@ -228,10 +206,6 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
         (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
         if (mine >= 0) { /* lost arbitration */
             c->tsr |= 4u << (8u * (unsigned)mine);
-            if (c->mcr & MCR_NART) {
-                c->mailbox[mine].tir &= ~TIR_TXRQ;
-                c->tsr |= 1u << (8u * (unsigned)mine);
-            }
         }
         c->sender = HIL_CAN_OTHER_NODE;
         c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame",
@@ -286,7 +260,6 @@ static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itse
 static void jammed(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    uint32_t before_esr = esr_value(c);
     bool transmits = c->sender >= 0 && c->sender != HIL_CAN_OTHER_NODE;
     c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
     *(transmits ? &c->tec : &c->rec) += 8u;
@@ -299,7 +272,6 @@ static void jammed(struct hil_can_device *dev, uint64_t at)
     } else if (transmits || c->rec <= 127) {
         phase_for(dev, HIL_CAN_JAMMED, at, JAM_BITS);
     }
-    error_states(dev, before_esr, true);
 }
 
 static void mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
@@ -360,8 +332,7 @@ static void receive(struct hil_can_device *dev, const struct hil_can_frame *fram
         *(i < 4 ? &r.rdlr : &r.rdhr) |= (uint32_t)frame->data[i] << (8u * (i & 3u));
     if (c->fifo_count[f] == 3) {
         c->rfr[f] |= RFR_FOVR;
-        if (!(c->mcr & MCR_RFLM))
-            c->fifo[f][2] = r; /* the last one is overwritten */
+        c->fifo[f][2] = r; /* the last one is overwritten */
     } else {
         c->fifo[f][c->fifo_count[f]++] = r;
         if (c->fifo_count[f] == 3)
@@ -374,7 +345,6 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
                                 uint64_t at)
 {
     struct hil_can *c = dev->state;
-    uint32_t before_esr = esr_value(c);
     bool passive = c->tec > 127;
     dev->core->state.counters.can_errors++;
     uint32_t lec = c->spoiled                                 ? LEC_BIT_RECESSIVE
@@ -384,7 +354,7 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
     /* exception 1 of fault confinement: alone on the bus */
     if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
-    if ((c->mcr & MCR_NART) || c->abort_current)
+    if (c->abort_current)
         mailbox_done(dev, m, 8u);
     else
         c->tsr |= 8u << (8u * m);
@@ -397,20 +367,17 @@ static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil
         phase_for(dev, HIL_CAN_GAP, at,
                   HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
     }
-    error_states(dev, before_esr, true);
 }
 
 static void frame_ended(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
-    uint32_t before_esr = esr_value(c);
     if (c->sender == HIL_CAN_OTHER_NODE && c->spoiled) { /* its sender tries again */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
         phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
-        error_states(dev, before_esr, true);
         return;
     }
     if (c->sender == HIL_CAN_OTHER_NODE) {
@@ -439,7 +406,6 @@ static void frame_ended(struct hil_can_device *dev, uint64_t at)
         c->tec--;
     mailbox_done(dev, m, 2u);
     phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
-    error_states(dev, before_esr, false);
     if (loopback)
         receive(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
@@ -676,7 +642,7 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
         c->mcr = value;
         update_mode(dev, hil_now(dev->core));
         break;
-    case MSR: /* ERRI, WKUI, SLAKI are cleared by writing 1 */ c->msr &= ~(value & 0x1cu); break;
+    case MSR: /* ERRI, WKUI, SLAKI do not rise */ break;
     case TSR: tsr_write(dev, value); break;
     case RF0R:
     case RF1R: release_fifo(c, (offset - RF0R) / 4u, value); break;

@@ -1,5 +1,5 @@
 /* CAN1 at 1 Mbit/s: sends what control asks for, counts what comes. control[0]: bit 0 request
- * order, bit 1 leave frames in the FIFO, bit 2 automatic bus-off recovery, bit 3 no retransmission.
+ * order, bit 1 leave frames in the FIFO, bit 2 automatic bus-off recovery.
  * control[1]: number of frames to queue at once, then control[2..4] their standard identifiers. */
 #include "tests/hil/images/image.h"
 
@@ -27,8 +27,7 @@ int main(void)
     REG(0x40023840u) |= 1u << 25;
     REG(0x40020c00u) |= 0xau;
     REG(0x40020c20u) |= 0x99u;
-    REG(0x40006400u) = 1u | (control[0] & 1u) << 2 | (control[0] >> 2 & 1u) << 6 |
-                       (control[0] >> 3 & 1u) << 4;
+    REG(0x40006400u) = 1u | (control[0] & 1u) << 2 | (control[0] >> 2 & 1u) << 6;
     for (wait = 100000; wait && !(REG(0x40006404u) & 1u); wait--)
         ;
     REG(0x4000641cu) = 2u | 10u << 16 | 1u << 20; /* 42 MHz / 3 / (1 + 11 + 2) */
