@@ -7,37 +7,34 @@
 #include "host/exchange/import.h"
 #include "tests/host/scratch.h"
 
-static double signal_of(const struct import_signal *signal, const uint8_t *data, unsigned length)
-{
-    struct link_frame frame = {.id = signal->id, .length = (uint8_t)length};
-    double value = (double)NAN;
-    memcpy(frame.data, data, length);
-    return signal_value(signal, &frame, &value) ? value : (double)NAN;
-}
-
 /* Bytes 12 34 56 78: little-endian 12 bits from bit 4 are 341 hex; big-endian 12 bits from bit 3
- * are 234 hex. */
+ * are 234 hex. NaN: beyond the frame. */
 TEST(bits_lie_as_dbc_says)
 {
-    const uint8_t data[] = {0x12, 0x34, 0x56, 0x78}, minus[] = {0xff, 0xfe};
-    const uint8_t single[] = {0x00, 0x00, 0x20, 0xc0}; /* -2.5 */
-    assert_near(signal_of(&(struct import_signal){.id = 1, .start_bit = 4, .bits = 12}, data, 4),
-                0x341, 0);
-    assert_near(
-        signal_of(&(struct import_signal){.id = 1, .start_bit = 3, .bits = 12, .big_endian = true},
-                  data, 4),
-        0x234, 0);
-    assert_near(signal_of(
-                    &(struct import_signal){
-                        .id = 1, .start_bit = 7, .bits = 16, .big_endian = true, .is_signed = true},
-                    minus, 2),
-                -2, 0);
-    assert_near(
-        signal_of(&(struct import_signal){.id = 1, .bits = 32, .is_float = true}, single, 4), -2.5,
-        0);
-    /* beyond it */
-    assert_true(
-        isnan(signal_of(&(struct import_signal){.id = 1, .start_bit = 24, .bits = 16}, data, 4)));
+    static const struct {
+        struct import_signal signal;
+        struct link_frame frame;
+        double value;
+    } cases[] = {
+        {{.id = 1, .start_bit = 4, .bits = 12},
+         {.length = 4, .data = {0x12, 0x34, 0x56, 0x78}},
+         0x341},
+        {{.id = 1, .start_bit = 3, .bits = 12, .big_endian = true},
+         {.length = 4, .data = {0x12, 0x34, 0x56, 0x78}},
+         0x234},
+        {{.id = 1, .start_bit = 7, .bits = 16, .big_endian = true, .is_signed = true},
+         {.length = 2, .data = {0xff, 0xfe}},
+         -2},
+        {{.id = 1, .bits = 32, .is_float = true}, {.length = 4, .data = {0, 0, 0x20, 0xc0}}, -2.5},
+        {{.id = 1, .start_bit = 24, .bits = 16}, {.length = 4}, (double)NAN},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct link_frame frame = cases[i].frame;
+        double value = 0.0;
+        frame.id = 1;
+        assert_int_equal(signal_value(&cases[i].signal, &frame, &value), !isnan(cases[i].value));
+        assert_true(isnan(cases[i].value) || value == cases[i].value);
+    }
     assert_false(
         signal_fits(&(struct import_signal){.start_bit = 0, .bits = 9, .big_endian = true}, 1));
 }
