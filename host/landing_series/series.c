@@ -34,30 +34,6 @@ static void keys_wrong(const struct keys *keys, const char *where, const char *k
               where[0] ? "." : "", key, wanted);
 }
 
-static void keys_check(const struct keys *keys, const char *where, const json_t *object,
-                       const char *const *known)
-{
-    const char *name;
-    json_t *value;
-    if (!json_is_object(object)) {
-        keys_wrong(keys, where, "", "an object, {...}");
-        return;
-    }
-    json_object_foreach((json_t *)object, name, value)
-    {
-        size_t i = 0;
-        while (known[i] && strcmp(known[i], name) != 0)
-            i++;
-        if (!known[i] && name[0] != '_')
-            error_set(
-                keys->error, MR_MALFORMED,
-                "unknown key: %s: %s%s\"%s\"; correct it (host/landing_series/README.md lists the "
-                "keys), or write _%s "
-                "for a comment",
-                keys->path, where, where[0] ? "." : "", name, name);
-    }
-}
-
 /* In the unit that the key's name ends with. False: no number, and not text with a unit of it. */
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
@@ -65,86 +41,83 @@ static bool read_number(const char *key, const json_t *entry, double *value)
     return quantity_json(entry, quantity_unit_of_name(key), value, &wrong);
 }
 
-/* ", or text with a unit of a length": of a key that has a unit. */
-static void wanted_text(const char *key, const char *what, double low, double high, char *out,
-                        size_t size)
+static bool read_value(const struct series_key *key, const json_t *entry, void *field)
 {
-    const char *unit = quantity_unit_of_name(key);
+    bool pair = key->kind == SERIES_RANGE && json_array_size(entry) == 2;
+    struct series_range range;
+    switch (key->kind) {
+    case SERIES_NUMBER:
+    case SERIES_RANGE:
+        if (!read_number(key->name, pair ? json_array_get(entry, 0) : entry, &range.low) ||
+            !read_number(key->name, pair ? json_array_get(entry, 1) : entry, &range.high) ||
+            !(range.low >= key->low && range.high <= key->high && range.low <= range.high))
+            return false;
+        memcpy(field, &range, key->kind == SERIES_RANGE ? sizeof range : sizeof range.low);
+        return true;
+    case SERIES_CHOICE:
+        for (unsigned i = 0; key->choices[i]; i++) {
+            if (json_is_string(entry) && strcmp(json_string_value(entry), key->choices[i]) == 0) {
+                memcpy(field, &i, sizeof i);
+                return true;
+            }
+        }
+        return false;
+    case SERIES_TEXT:
+        return json_is_string(entry) &&
+               snprintf(field, (size_t)key->high, "%s", json_string_value(entry)) < (int)key->high;
+    case SERIES_FLAG: *(bool *)field = json_is_true(entry); return json_is_boolean(entry);
+    }
+    return false;
+}
+
+/* "a number from 0 to 10 ft, or as text with ..." */
+static void wanted_text(const struct series_key *key, char out[300])
+{
+    const char *unit = quantity_unit_of_name(key->name);
     const struct quantity_kind *kind = quantity_kind_of(unit);
-    snprintf(out, size, "%s from %g to %g%s%s%s%s", what, low, high, kind ? " " : "", unit,
-             kind ? ", or as text with " : "", kind ? kind->units : "");
-}
-
-static void keys_number(const struct keys *keys, const char *where, const json_t *object,
-                        const char *key, double low, double high, double *value)
-{
-    const json_t *entry = json_object_get(object, key);
-    char wanted[200];
-    double given;
-    if (!entry || keys_failed(keys))
-        return;
-    wanted_text(key, "a number", low, high, wanted, sizeof wanted);
-    if (!read_number(key, entry, &given) || !(given >= low && given <= high))
-        keys_wrong(keys, where, key, wanted);
+    if (key->kind == SERIES_NUMBER || key->kind == SERIES_RANGE)
+        snprintf(out, 300, "a number%s from %g to %g%s%s%s%s",
+                 key->kind == SERIES_RANGE ? " or [from, to] to draw between," : "", key->low,
+                 key->high, kind ? " " : "", unit, kind ? ", or as text with " : "",
+                 kind ? kind->units : "");
+    else if (key->kind != SERIES_CHOICE)
+        snprintf(out, 300, "%s", key->kind == SERIES_FLAG ? "true or false" : "a short text");
     else
-        *value = given; /* a caller may make an integer of it, failed or not */
+        strcpy(out, "one of");
+    for (unsigned i = 0; key->kind == SERIES_CHOICE && key->choices[i]; i++)
+        strcat(strcat(out, i > 0 ? ", " : " "), key->choices[i]); /* short words */
 }
 
-static void range_of(const struct keys *keys, const char *where, const char *key,
-                     const json_t *entry, double low, double high, struct series_range *range)
+/* An object whose keys are `count` of these, others that are read elsewhere, or comments. */
+static void read_object(const struct keys *r, const char *where, const json_t *object,
+                        const struct series_key *keys, size_t count, const char *const *others,
+                        void *base)
 {
-    char wanted[240];
-    bool pair = json_is_array(entry) && json_array_size(entry) == 2;
-    bool numbers = read_number(key, pair ? json_array_get(entry, 0) : entry, &range->low) &&
-                   read_number(key, pair ? json_array_get(entry, 1) : entry, &range->high);
-    wanted_text(key, "a number or [from, to] to draw between,", low, high, wanted, sizeof wanted);
-    if (!numbers || !(range->low >= low && range->high <= high && range->low <= range->high))
-        keys_wrong(keys, where, key, wanted);
-}
-
-static void keys_range(const struct keys *keys, const char *where, const json_t *object,
-                       const char *key, double low, double high, struct series_range *value)
-{
-    const json_t *entry = json_object_get(object, key);
-    if (entry && !keys_failed(keys))
-        range_of(keys, where, key, entry, low, high, value);
-}
-
-static unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object,
-                            const char *key, const char *const *choices, unsigned now)
-{
-    const json_t *entry = json_object_get(object, key);
-    char wanted[120] = "one of";
-    if (!entry || keys_failed(keys))
-        return now;
-    for (unsigned i = 0; choices[i]; i++) {
-        if (json_is_string(entry) && strcmp(json_string_value(entry), choices[i]) == 0)
-            return i;
-        strcat(strcat(wanted, i > 0 ? ", " : " "), choices[i]); /* short words */
+    const char *name;
+    json_t *value;
+    char wanted[300];
+    if (!json_is_object(object))
+        keys_wrong(r, where, "", "an object, {...}");
+    json_object_foreach((json_t *)(uintptr_t)object, name, value)
+    {
+        size_t i = 0, k = 0;
+        while (i < count && strcmp(keys[i].name, name) != 0)
+            i++;
+        while (others[k] && strcmp(others[k], name) != 0)
+            k++;
+        if (keys_failed(r))
+            return;
+        if (i < count && !read_value(&keys[i], value, (char *)base + keys[i].offset)) {
+            wanted_text(&keys[i], wanted);
+            keys_wrong(r, where, name, wanted);
+        } else if (i == count && !others[k] && name[0] != '_') {
+            error_set(
+                r->error, MR_MALFORMED,
+                "unknown key: %s: %s%s\"%s\"; correct it (host/landing_series/README.md lists "
+                "the keys), or write _%s for a comment",
+                r->path, where, where[0] ? "." : "", name, name);
+        }
     }
-    keys_wrong(keys, where, key, wanted);
-    return now;
-}
-
-static void keys_text(const struct keys *keys, const char *where, const json_t *object,
-                      const char *key, char *to, size_t size)
-{
-    const json_t *entry = json_object_get(object, key);
-    if (!entry || keys_failed(keys))
-        return;
-    if (!json_is_string(entry) || strlen(json_string_value(entry)) >= size) {
-        keys_wrong(keys, where, key, "a short text");
-        return;
-    }
-    snprintf(to, size, "%s", json_string_value(entry));
-}
-
-static bool keys_flag(const struct keys *keys, const json_t *object, const char *key)
-{
-    const json_t *entry = json_object_get(object, key);
-    if (entry && !json_is_boolean(entry))
-        keys_wrong(keys, "", key, "true or false");
-    return json_is_true(entry);
 }
 
 /* ---- series ---- */
@@ -152,6 +125,7 @@ static bool keys_flag(const struct keys *keys, const json_t *object, const char 
 #define IN_PER_FT 12.0
 
 static const char *const engines[] = {"auto", "chain", "planar", NULL};
+static const char *const grounds[] = {"weightless", "elastic", NULL};
 
 #define FIELD(field) offsetof(struct landing_series, field)
 #define NUMBER(section, name, field, low, high)                     \
@@ -162,9 +136,10 @@ static const char *const engines[] = {"auto", "chain", "planar", NULL};
     {                                                              \
         section, name, SERIES_RANGE, FIELD(field), low, high, NULL \
     }
-#define CHOICE(section, name, field, choices)                         \
-    {                                                                 \
-        section, name, SERIES_CHOICE, FIELD(field), 0.0, 0.0, choices \
+#define TEXT(name, field)                                                                      \
+    {                                                                                          \
+        NULL, name, SERIES_TEXT, FIELD(field), 0.0, sizeof((struct landing_series *)0)->field, \
+            NULL                                                                               \
     }
 const struct series_key series_keys[] = {
     RANGE("runway", "gap_in", gap_in, 0.0, 1000.0),
@@ -179,12 +154,31 @@ const struct series_key series_keys[] = {
     NUMBER("aircraft", "axles", axles, 1.0, 1e6),
     NUMBER("aircraft", "onset_s", onset_s, 0.0, 60.0),
     NUMBER("aircraft", "dwell_s", dwell_s, 0.0, 60.0),
-    CHOICE("engine", "use", engine, engines),
+    {"engine", "use", SERIES_CHOICE, FIELD(engine), 0.0, 0.0, engines},
     NUMBER("engine", "chain_dt_s", chain_dt_s, 0.0, 1.0),
     NUMBER("engine", "planar_dt_s", planar_dt_s, 0.0, 1.0),
     NUMBER("engine", "skip_share", skip_share, -1.0, 1e3),
 };
 const size_t series_key_count = sizeof series_keys / sizeof series_keys[0];
+
+static const struct series_key root_keys[] = {
+    TEXT("name", name),
+    TEXT("observed", observed),
+    TEXT("basis", basis),
+    TEXT("afterwards", afterwards),
+    {NULL, "ground", SERIES_CHOICE, FIELD(ground), 0.0, 0.0, grounds},
+    {NULL, "press_flat", SERIES_FLAG, FIELD(press_flat), 0.0, 0.0, NULL},
+};
+
+#define OF_LANDING(field) offsetof(struct series_landing, field)
+static const struct series_key landing_keys[] = {
+    {NULL, "touchdown_ft", SERIES_RANGE, OF_LANDING(touchdown_ft), -1e6, 1e6, NULL},
+    {NULL, "speed_ft_s", SERIES_RANGE, OF_LANDING(speed_ft_s), 1e-3, 1e4, NULL},
+    {NULL, "deceleration_ft_s2", SERIES_RANGE, OF_LANDING(deceleration_ft_s2), 0.0, 1e4, NULL},
+    {NULL, "tow_lb", SERIES_NUMBER, OF_LANDING(tow_lb), 1e-6, 1e9, NULL},
+    {NULL, "times", SERIES_NUMBER, OF_LANDING(times), 1.0, SERIES_LANDINGS_MAX, NULL},
+};
+#define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
 static json_t *series_range_json(struct series_range range)
 {
@@ -206,28 +200,14 @@ json_t *series_key_json(const struct series_key *key, const struct landing_serie
 
 static void read_sections(const struct keys *r, const json_t *root, struct landing_series *c)
 {
-    for (size_t i = 0, count; i < series_key_count; i += count) {
-        const struct series_key *key = &series_keys[i];
-        const json_t *section = json_object_get(root, key->section);
-        const char *known[16] = {NULL};
-        for (count = 0;
-             i + count < series_key_count && strcmp(key[count].section, key->section) == 0; count++)
-            known[count] = key[count].name;
+    static const char *const none[] = {NULL};
+    for (size_t i = 0, count; i < series_key_count && !keys_failed(r); i += count) {
+        const json_t *section = json_object_get(root, series_keys[i].section);
+        for (count = 0; i + count < series_key_count &&
+                        strcmp(series_keys[i + count].section, series_keys[i].section) == 0;)
+            count++;
         if (section)
-            keys_check(r, key->section, section, known);
-        for (size_t k = 0; section && k < count; k++, key++) {
-            void *field = (char *)c + key->offset;
-            unsigned choice;
-            if (key->kind == SERIES_NUMBER) {
-                keys_number(r, key->section, section, key->name, key->low, key->high, field);
-            } else if (key->kind == SERIES_RANGE) {
-                keys_range(r, key->section, section, key->name, key->low, key->high, field);
-            } else {
-                memcpy(&choice, field, sizeof choice);
-                choice = keys_choice(r, key->section, section, key->name, key->choices, choice);
-                memcpy(field, &choice, sizeof choice);
-            }
-        }
+            read_object(r, series_keys[i].section, section, &series_keys[i], count, none, c);
     }
 }
 
@@ -318,19 +298,13 @@ static void read_scene(const struct keys *r, const char *where, const json_t *no
 static void read_landing(const struct keys *r, const char *where, const json_t *entry, json_t *now,
                          struct series_landing *landing)
 {
-    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2",
-                                        "profile",      "tow_lb",     "apply",
-                                        "times",        NULL};
-    keys_check(r, where, entry, known);
-    keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
-    keys_range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
+    static const char *const others[] = {"profile", "apply", NULL};
+    read_object(r, where, entry, landing_keys, COUNT(landing_keys), others, landing);
     const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"),
                  *profile = json_object_get(entry, "profile");
-    keys_number(r, where, entry, "tow_lb", 1e-6, 1e9, &landing->tow_lb);
-    if (!!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
+    if (!keys_failed(r) && !!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
         keys_wrong(r, where, "deceleration_ft_s2", "it, a profile or tow_lb, one of them");
-    keys_range(r, where, entry, "deceleration_ft_s2", 0.0, 1e4, &landing->deceleration_ft_s2);
-    if (profile)
+    if (profile && !keys_failed(r))
         read_profile(r, where, profile, landing);
     if (keys_failed(r))
         return;
@@ -381,7 +355,6 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
         snprintf(where, sizeof where, "landings[%zu]", i);
         if (keys_failed(r))
             break;
-        keys_number(r, where, entry, "times", 1.0, SERIES_LANDINGS_MAX, &times);
         for (size_t k = 0; k < (size_t)times && !keys_failed(r); k++) {
             if (c->landing_count == SERIES_LANDINGS_MAX) {
                 error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer",
@@ -392,7 +365,9 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
             sim_scene_defaults(&landing->scene);
             landing->touchdown_ft = (struct series_range){SERIES_TOUCHDOWN_FT, SERIES_TOUCHDOWN_FT};
             landing->speed_ft_s = (struct series_range){SERIES_SPEED_FT_S, SERIES_SPEED_FT_S};
+            landing->times = 1.0;
             read_landing(r, where, entry, now, landing);
+            times = landing->times;
             landing->modified = landing->modified && k == 0;
         }
     }
@@ -486,20 +461,11 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
 
 static void read_root(const struct keys *r, const json_t *root, struct landing_series *c)
 {
-    static const char *const known[] = {"name",     "scene",      "runway",     "aircraft",
-                                        "engine",   "landings",   "seeds",      "stations_ft",
-                                        "observed", "basis",      "afterwards", "ground",
-                                        "elastic",  "press_flat", NULL};
-    static const char *const grounds[] = {"weightless", "elastic", NULL};
-    keys_check(r, "", root, known);
+    static const char *const others[] = {"scene", "runway",      "aircraft", "engine", "landings",
+                                         "seeds", "stations_ft", "elastic",  NULL};
+    read_object(r, "", root, root_keys, COUNT(root_keys), others, c);
     if (keys_failed(r))
         return;
-    keys_text(r, "", root, "name", c->name, sizeof c->name);
-    keys_text(r, "", root, "observed", c->observed, sizeof c->observed);
-    keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
-    keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
-    keys_choice(r, "", root, "ground", grounds, 0); /* series_scene_json looks at it */
-    c->press_flat = keys_flag(r, root, "press_flat");
     read_sections(r, root, c);
     read_seeds(r, root, c);
     json_t *scene = keys_failed(r) ? NULL : series_scene_json(r->path, root, r->error);

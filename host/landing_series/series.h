@@ -52,6 +52,7 @@ struct series_landing {
     double tow_lb;
     /* as the runway is then: the file's scene with what has been applied; model and path unset */
     struct sim_scene scene;
+    double times;  /* so many alike */
     bool modified; /* a modification was applied before this landing */
 };
 
@@ -62,6 +63,7 @@ struct landing_series {
     uint64_t first_seed;
     size_t seeds;
     enum series_engine engine;
+    unsigned ground; /* 1: elastic */
     /* runway */
     struct series_range gap_in, closing_lb, irregularity_in;
     double strength_lb_in; /* of a joint in tension, per inch of width */
@@ -87,7 +89,7 @@ struct landing_series {
 
 /* The keys of a study's sections, as a file has them; series_key_count of them, section by
  * section. */
-enum series_key_kind { SERIES_NUMBER, SERIES_RANGE, SERIES_CHOICE };
+enum series_key_kind { SERIES_NUMBER, SERIES_RANGE, SERIES_CHOICE, SERIES_TEXT, SERIES_FLAG };
 struct series_key {
     const char *section, *name; /* its unit is what the name ends with */
     enum series_key_kind kind;
