@@ -85,26 +85,20 @@ static enum mr_status refresh_landing(struct collector *collector, struct side *
                                       struct error *error)
 {
     struct slot *slot = side->current;
-    const struct store_landing *identity = &collector->identity;
     if (!slot)
         return MR_OK;
-    if (strcmp(slot->row.board_uid, identity->board_uid) == 0 &&
-        strcmp(slot->row.firmware, identity->firmware) == 0 &&
-        slot->row.image_crc == identity->image_crc &&
-        slot->row.config_crc == identity->config_crc &&
-        slot->row.touchdown_ft == identity->touchdown_ft &&
-        slot->row.switch_error_ft == identity->switch_error_ft &&
-        strcmp(slot->row.image_commit, identity->image_commit) == 0)
+    struct store_landing row = collector->identity, *was = &slot->row;
+    row.id = was->id;
+    row.session = was->session;
+    row.boot = was->boot;
+    row.board_landing = was->board_landing;
+    row.armed_block = was->armed_block;
+    row.armed_us = was->armed_us;
+    row.state = was->state;
+    if (memcmp(&row, was, sizeof row) == 0)
         return MR_OK;
-    memcpy(slot->row.image_commit, identity->image_commit, sizeof slot->row.image_commit);
-    memcpy(slot->row.board_uid, identity->board_uid, sizeof slot->row.board_uid);
-    memcpy(slot->row.firmware, identity->firmware, sizeof slot->row.firmware);
-    slot->row.image_crc = identity->image_crc;
-    slot->row.config_crc = identity->config_crc;
-    slot->row.clock_source = identity->clock_source;
-    slot->row.touchdown_ft = identity->touchdown_ft;
-    slot->row.switch_error_ft = identity->switch_error_ft;
-    return store_landing_put(collector->store, &slot->row, error);
+    *was = row;
+    return store_landing_put(collector->store, was, error);
 }
 
 static enum mr_status put_channel(struct collector *collector, const struct slot *slot,

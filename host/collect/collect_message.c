@@ -121,84 +121,32 @@ static enum mr_status state_message(struct collector *collector, struct side *si
 static collect_topic collect_gear_message, collect_predict_message, collect_band_message,
     collect_health_message;
 
-/* Who takes which message, beside the event that it may be; the others are kept as frames alone. */
-static collect_topic *const topics[MR_PLACES] = {
-#define PACK(SERIES_NAME, name, NAME, id, first, count) [MR_PLACE_##NAME] = count_message,
-#include "common/catalogue.def"
-    [MR_PLACE_MESSAGE_COUNT] = count_message,
-    [MR_PLACE_CAN_HEALTH] = count_message,
-    [MR_PLACE_SERIAL_HEALTH] = count_message,
-    [MR_PLACE_LANDING] = state_message,
-    [MR_PLACE_FILM_FRAME] = state_message,
-    [MR_PLACE_ACK] = state_message,
-    [MR_PLACE_SYNC] = state_message,
-    [MR_PLACE_SYNC_AT] = state_message,
-    [MR_PLACE_CLOCK] = state_message,
-    [MR_PLACE_HELLO] = collect_identity_message,
-    [MR_PLACE_BOARD_UID] = collect_identity_message,
-    [MR_PLACE_BOARD_IMAGE] = collect_identity_message,
-    [MR_PLACE_IMAGE_COMMIT] = collect_identity_message,
-    [MR_PLACE_BOARD_CONFIG] = collect_identity_message,
-    [MR_PLACE_CONFIG_IMAGE] = collect_identity_message,
-    [MR_PLACE_SITE] = collect_identity_message,
-    [MR_PLACE_CHANNEL] = collect_identity_message,
-    [MR_PLACE_CHANNEL_ZERO] = collect_identity_message,
-    [MR_PLACE_CALIBRATION] = collect_identity_message,
-    [MR_PLACE_SWITCH_PLACE] = collect_identity_message,
-    [MR_PLACE_SLACK] = collect_identity_message,
-    [MR_PLACE_EDGE] = collect_gear_message,
-    [MR_PLACE_SWITCH_EVENT] = collect_gear_message,
-    [MR_PLACE_MOTION] = collect_gear_message,
-    [MR_PLACE_MOTION_ERROR] = collect_gear_message,
-    [MR_PLACE_ZONE] = collect_gear_message,
-    [MR_PLACE_ZONE_LEAD] = collect_gear_message,
-    [MR_PLACE_TOUCHDOWN] = collect_gear_message,
-    [MR_PLACE_STOP] = collect_gear_message,
-    [MR_PLACE_ZONE_ERROR] = collect_predict_message,
-    [MR_PLACE_ZONE_COMING] = collect_predict_message,
-    [MR_PLACE_ZONE_PRESS] = collect_predict_message,
-    [MR_PLACE_VERDICT] = collect_predict_message,
-    [MR_PLACE_RISK] = collect_predict_message,
-    [MR_PLACE_RISK_LEAD] = collect_predict_message,
-    [MR_PLACE_RISK_ITEM] = collect_predict_message,
-    [MR_PLACE_TRUST] = collect_predict_message,
-    [MR_PLACE_RUNWAY] = collect_predict_message,
-    [MR_PLACE_RUNWAY_JOINTS] = collect_predict_message,
-    [MR_PLACE_RUNWAY_STORE] = collect_predict_message,
-    [MR_PLACE_PREDICT_ITEM] = collect_predict_message,
-    [MR_PLACE_BAND_EVENT] = collect_band_message,
-    [MR_PLACE_BAND_BEFORE] = collect_band_message,
-    [MR_PLACE_BAND_LEAST] = collect_band_message,
-    [MR_PLACE_BAND_MOST] = collect_band_message,
-    [MR_PLACE_BAND_AFTER] = collect_band_message,
-    [MR_PLACE_SHUNT] = collect_band_message,
-    [MR_PLACE_SHUNT_RESULT] = collect_band_message,
-    [MR_PLACE_SHUNT_CHECK] = collect_band_message,
-    [MR_PLACE_CHANNEL_QUALITY] = collect_health_message,
-    [MR_PLACE_FAULT] = collect_health_message,
-    [MR_PLACE_TEMPERATURE] = collect_health_message,
-    [MR_PLACE_CRASH] = collect_health_message,
-    [MR_PLACE_CAN_ALARM] = collect_health_message,
-    [MR_PLACE_SLOW_ROW] = collect_health_message,
-    [MR_PLACE_SLOW_TENSION] = collect_health_message,
-};
+/* Each topic takes its own messages, beside the event that one may be; what no topic takes is kept
+ * as a frame alone. */
+static collect_topic *const topics[] = {
+    count_message,        state_message,           collect_identity_message, collect_health_message,
+    collect_gear_message, collect_predict_message, collect_band_message};
+enum { TOPICS = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
+
+static enum mr_status take(unsigned first, struct collector *collector, struct side *side,
+                           const struct collector_event *event, struct error *error)
+{
+    enum mr_status status = keep_event(collector, side, event, error);
+    for (unsigned i = first; i < TOPICS && status == MR_OK; i++)
+        status = topics[i](collector, side, event, error);
+    return status;
+}
 
 enum mr_status collect_message(struct collector *collector, struct side *side,
                                const struct collector_event *event, struct error *error)
 {
-    collect_topic *topic = topics[event->message->place];
-    enum mr_status status = keep_event(collector, side, event, error);
-    return status == MR_OK && topic ? topic(collector, side, event, error) : status;
+    return take(0, collector, side, event, error);
 }
 
 enum mr_status collect_message_again(struct collector *collector, struct side *side,
                                      const struct collector_event *event, struct error *error)
 {
-    collect_topic *topic = topics[event->message->place];
-    bool of_landing = topic == collect_gear_message || topic == collect_predict_message ||
-                      topic == collect_band_message;
-    enum mr_status status = keep_event(collector, side, event, error);
-    return status == MR_OK && of_landing ? topic(collector, side, event, error) : status;
+    return take(FIRST_OF_LANDING, collector, side, event, error);
 }
 
 /* ---- gear ----
@@ -531,7 +479,10 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
     case MR_PLACE_BAND_LEAST:
     case MR_PLACE_BAND_MOST:
     case MR_PLACE_BAND_AFTER: return band(collector, side, m, error);
-    default: return shunt(collector, side, m, error);
+    case MR_PLACE_SHUNT:
+    case MR_PLACE_SHUNT_RESULT:
+    case MR_PLACE_SHUNT_CHECK: return shunt(collector, side, m, error);
+    default: return MR_OK;
     }
 }
 
