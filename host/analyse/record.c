@@ -91,178 +91,10 @@ static void judge(struct record_row *row)
         row->verdict = row->outcome.came == OUTCOME_CAME ? RECORD_MISS : RECORD_SILENCE;
 }
 
-/* ---- a landing ---- */
-
-/* The newest advice between the landing before it in the campaign and it. */
-static void take_advice(const struct store_advice *advice, size_t count, int64_t before,
-                        struct record_row *row)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (advice[i].after_run < before || advice[i].after_run >= row->run)
-            continue;
-        row->advised = true;
-        row->advice = advice[i];
-    }
-}
-
-static const struct store_landing *neighbour(const struct store_landing *all, size_t count,
-                                             size_t at, int step)
-{
-    for (size_t i = at + (size_t)step; i < count; i += (size_t)step) {
-        if (strcmp(all[i].board_uid, all[at].board_uid) == 0)
-            return &all[i];
-    }
-    return NULL;
-}
-
-/* Its series take long to read and are of use with a survey alone. */
-static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
-{
-    struct zones_closure told;
-    struct store_gage_survey *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = zones_load_survey(store, run, &told, error);
-    if (status == MR_OK)
-        status = store_gage_surveys(store, &rows, &count, error);
-    *has = status == MR_OK && (told.surveyed > 0 || count > 0);
-    free(rows);
-    return status;
-}
-
-static enum mr_status judge_landing(struct store *store, const struct outcome_between *between,
-                                    const struct record_given *given, struct record_row *row,
-                                    struct error *error)
-{
-    take_warning(given->measured, given->zones, row);
-    take_plan(given->measured, row);
-    enum mr_status status = take_risk(store, row, error);
-    if (status == MR_OK && !row->is_void)
-        status = outcome_load(store, given->measured, between, &row->outcome, error);
-    if (status == MR_OK)
-        judge(row);
-    row->judged = status == MR_OK;
-    return status;
-}
-
-static enum mr_status load_landing(struct store *store, const struct outcome_between *between,
-                                   struct record_row *row, struct error *error)
-{
-    static struct measured measured; /* some ten kilobytes */
-    struct zones zones = {0};
-    bool surveyed = false;
-    enum mr_status status = has_survey(store, row->run, &surveyed, error);
-    memset(&measured, 0, sizeof measured);
-    if (status == MR_OK)
-        status = surveyed && !row->is_void ? measured_load(store, row->run, &measured, error)
-                                           : measured_load_gear(store, row->run, &measured, error);
-    if (status == MR_OK)
-        status = zones_load(store, &measured, &zones, error);
-    if (status == MR_OK)
-        status = judge_landing(store, between,
-                               &(struct record_given){.measured = &measured, .zones = &zones}, row,
-                               error);
-    zones_free(&zones);
-    measured_free(&measured);
-    return status;
-}
-
-/* ---- sums ---- */
-
-static void add_row(struct record *record, const struct record_row *row)
-{
-    record->voided += row->is_void;
-    if (row->is_void)
-        return;
-    record->landings++;
-    record->verdict[row->verdict]++;
-    if (row->advised && row->off_plan)
-        record->off_plan++;
-    else if (row->advised)
-        record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
-                       : strcmp(row->advice.verdict, "caution") == 0
-                           ? RECORD_CAUTION
-                           : RECORD_CLEAR][row->outcome.came]++;
-}
-
-/* ---- the campaign ---- */
-
-struct record_row *record_find(struct record *record, int64_t run)
-{
-    size_t low = 0, high = record->rows;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (record->row[middle].run < run)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < record->rows && record->row[low].run == run ? &record->row[low] : NULL;
-}
-
-static struct outcome_between between_of(const struct record *record, const struct record_row *row)
-{
-    size_t at = (size_t)(row - record->row);
-    return (struct outcome_between){neighbour(record->landing, record->rows, at, -1),
-                                    neighbour(record->landing, record->rows, at, 1)};
-}
-
-enum mr_status record_begin(struct store *store, struct record *record, struct error *error)
-{
-    struct store_advice *advice = NULL;
-    size_t count = 0, advices = 0;
-    *record = (struct record){0};
-    enum mr_status status = store_landings(store, &record->landing, &count, error);
-    if (status == MR_OK)
-        status = store_advices(store, &advice, &advices, error);
-    if (status == MR_OK)
-        record->row = xcalloc(count, sizeof *record->row);
-    for (size_t i = 0; status == MR_OK && i < count; i++) {
-        struct record_row *row = &record->row[record->rows++];
-        row->run = record->landing[i].id;
-        take_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
-        status = store_is_void(store, row->run, &row->is_void, NULL, error);
-    }
-    free(advice);
-    return status;
-}
-
-enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_given *given, struct error *error)
-{
-    struct record_row *row = record_find(record, given->measured->landing.id);
-    if (!row)
-        return MR_OK;
-    const struct outcome_between between = between_of(record, row);
-    return judge_landing(store, &between, given, row, error);
-}
-
-enum mr_status record_end(struct store *store, struct record *record, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; status == MR_OK && i < record->rows; i++) {
-        struct record_row *row = &record->row[i];
-        const struct outcome_between between = between_of(record, row);
-        if (!row->judged)
-            status = load_landing(store, &between, row, error);
-    }
-    for (size_t i = 0; status == MR_OK && i < record->rows; i++)
-        add_row(record, &record->row[i]);
-    return status;
-}
-
-enum mr_status record_load(struct store *store, struct record *record, struct error *error)
-{
-    enum mr_status status = record_begin(store, record, error);
-    return status == MR_OK ? record_end(store, record, error) : status;
-}
-
-void record_free(struct record *record)
-{
-    free(record->row);
-    free(record->landing);
-    record->row = NULL;
-    record->landing = NULL;
-}
+/* The landings of a campaign around it, of the same board; NULL: there is none. */
+struct outcome_between {
+    const struct store_landing *before, *after;
+};
 
 #define STEP_SAMPLES  20  /* of 1 ms: the wheel rolls 0.7 ft at most */
 #define STEADY_STEPS  5   /* 0.1 s: a run that joins two for less is the segments' coarseness */
@@ -477,9 +309,10 @@ static enum mr_status by_what_was_seen(struct store *store, int64_t run, struct 
     return status;
 }
 
-enum mr_status outcome_load(struct store *store, const struct measured *measured,
-                            const struct outcome_between *between, struct outcome *outcome,
-                            struct error *error)
+/* `measured`: with its series, measured_load. */
+static enum mr_status outcome_load(struct store *store, const struct measured *measured,
+                                   const struct outcome_between *between, struct outcome *outcome,
+                                   struct error *error)
 {
     struct zones_closure before, after = {.surveyed = 0};
     const struct store_landing *landing = &measured->landing;
@@ -503,6 +336,179 @@ enum mr_status outcome_load(struct store *store, const struct measured *measured
     if (outcome->came != OUTCOME_UNKNOWN)
         outcome->why = NULL;
     return status;
+}
+
+/* ---- a landing ---- */
+
+/* The newest advice between the landing before it in the campaign and it. */
+static void take_advice(const struct store_advice *advice, size_t count, int64_t before,
+                        struct record_row *row)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (advice[i].after_run < before || advice[i].after_run >= row->run)
+            continue;
+        row->advised = true;
+        row->advice = advice[i];
+    }
+}
+
+static const struct store_landing *neighbour(const struct store_landing *all, size_t count,
+                                             size_t at, int step)
+{
+    for (size_t i = at + (size_t)step; i < count; i += (size_t)step) {
+        if (strcmp(all[i].board_uid, all[at].board_uid) == 0)
+            return &all[i];
+    }
+    return NULL;
+}
+
+/* Its series take long to read and are of use with a survey alone. */
+static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
+{
+    struct zones_closure told;
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = zones_load_survey(store, run, &told, error);
+    if (status == MR_OK)
+        status = store_gage_surveys(store, &rows, &count, error);
+    *has = status == MR_OK && (told.surveyed > 0 || count > 0);
+    free(rows);
+    return status;
+}
+
+static enum mr_status judge_landing(struct store *store, const struct outcome_between *between,
+                                    const struct record_given *given, struct record_row *row,
+                                    struct error *error)
+{
+    take_warning(given->measured, given->zones, row);
+    take_plan(given->measured, row);
+    enum mr_status status = take_risk(store, row, error);
+    if (status == MR_OK && !row->is_void)
+        status = outcome_load(store, given->measured, between, &row->outcome, error);
+    if (status == MR_OK)
+        judge(row);
+    row->judged = status == MR_OK;
+    return status;
+}
+
+static enum mr_status load_landing(struct store *store, const struct outcome_between *between,
+                                   struct record_row *row, struct error *error)
+{
+    static struct measured measured; /* some ten kilobytes */
+    struct zones zones = {0};
+    bool surveyed = false;
+    enum mr_status status = has_survey(store, row->run, &surveyed, error);
+    memset(&measured, 0, sizeof measured);
+    if (status == MR_OK)
+        status = surveyed && !row->is_void ? measured_load(store, row->run, &measured, error)
+                                           : measured_load_gear(store, row->run, &measured, error);
+    if (status == MR_OK)
+        status = zones_load(store, &measured, &zones, error);
+    if (status == MR_OK)
+        status = judge_landing(store, between,
+                               &(struct record_given){.measured = &measured, .zones = &zones}, row,
+                               error);
+    zones_free(&zones);
+    measured_free(&measured);
+    return status;
+}
+
+/* ---- sums ---- */
+
+static void add_row(struct record *record, const struct record_row *row)
+{
+    record->voided += row->is_void;
+    if (row->is_void)
+        return;
+    record->landings++;
+    record->verdict[row->verdict]++;
+    if (row->advised && row->off_plan)
+        record->off_plan++;
+    else if (row->advised)
+        record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
+                       : strcmp(row->advice.verdict, "caution") == 0
+                           ? RECORD_CAUTION
+                           : RECORD_CLEAR][row->outcome.came]++;
+}
+
+/* ---- the campaign ---- */
+
+struct record_row *record_find(struct record *record, int64_t run)
+{
+    size_t low = 0, high = record->rows;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (record->row[middle].run < run)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < record->rows && record->row[low].run == run ? &record->row[low] : NULL;
+}
+
+static struct outcome_between between_of(const struct record *record, const struct record_row *row)
+{
+    size_t at = (size_t)(row - record->row);
+    return (struct outcome_between){neighbour(record->landing, record->rows, at, -1),
+                                    neighbour(record->landing, record->rows, at, 1)};
+}
+
+enum mr_status record_begin(struct store *store, struct record *record, struct error *error)
+{
+    struct store_advice *advice = NULL;
+    size_t count = 0, advices = 0;
+    *record = (struct record){0};
+    enum mr_status status = store_landings(store, &record->landing, &count, error);
+    if (status == MR_OK)
+        status = store_advices(store, &advice, &advices, error);
+    if (status == MR_OK)
+        record->row = xcalloc(count, sizeof *record->row);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        struct record_row *row = &record->row[record->rows++];
+        row->run = record->landing[i].id;
+        take_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
+        status = store_is_void(store, row->run, &row->is_void, NULL, error);
+    }
+    free(advice);
+    return status;
+}
+
+enum mr_status record_judge(struct store *store, struct record *record,
+                            const struct record_given *given, struct error *error)
+{
+    struct record_row *row = record_find(record, given->measured->landing.id);
+    if (!row)
+        return MR_OK;
+    const struct outcome_between between = between_of(record, row);
+    return judge_landing(store, &between, given, row, error);
+}
+
+enum mr_status record_end(struct store *store, struct record *record, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (size_t i = 0; status == MR_OK && i < record->rows; i++) {
+        struct record_row *row = &record->row[i];
+        const struct outcome_between between = between_of(record, row);
+        if (!row->judged)
+            status = load_landing(store, &between, row, error);
+    }
+    for (size_t i = 0; status == MR_OK && i < record->rows; i++)
+        add_row(record, &record->row[i]);
+    return status;
+}
+
+enum mr_status record_load(struct store *store, struct record *record, struct error *error)
+{
+    enum mr_status status = record_begin(store, record, error);
+    return status == MR_OK ? record_end(store, record, error) : status;
+}
+
+void record_free(struct record *record)
+{
+    free(record->row);
+    free(record->landing);
+    record->row = NULL;
+    record->landing = NULL;
 }
 
 /* The sums of a campaign's record in words and numbers. */

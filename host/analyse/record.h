@@ -54,15 +54,6 @@ struct outcome {
     size_t waves, breaks; /* seen, and not withdrawn */
 };
 
-/* The landings of a campaign around it, of the same board; NULL: there is none. */
-struct outcome_between {
-    const struct store_landing *before, *after;
-};
-
-/* `measured`: with its series, measured_load. */
-enum mr_status outcome_load(struct store *store, const struct measured *measured,
-                            const struct outcome_between *between, struct outcome *outcome,
-                            struct error *error);
 /* "transducers and survey", for tables. Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);
 

@@ -12,6 +12,450 @@
 #include "host/link/timemap.h"
 #include "host/store/store_readiness.h"
 
+const char *summary_link_name(int link)
+{
+    return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
+}
+
+static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
+                                    struct summary_link *link, struct error *error)
+{
+    struct store_trouble *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_troubles(store, run, kind, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
+            link->trouble[rows[i].code] = rows[i].count;
+    }
+    free(rows);
+    return status;
+}
+
+void summary_count_gaps(const struct store_gap *gaps, size_t count,
+                        struct summary_link link[LINK_KINDS])
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct store_gap *gap = &gaps[i];
+        if (gap->link < 0 || gap->link >= LINK_KINDS)
+            continue;
+        struct summary_link *its = &link[gap->link];
+        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
+            its->silent = true;
+        else if (strcmp(gap->message, "frame") == 0)
+            *(strcmp(gap->cause, "board") == 0 ? &its->dropped : &its->lost) += gap->count;
+    }
+}
+
+static enum mr_status summary_links_load(struct store *store, struct summary *summary,
+                                         struct error *error)
+{
+    int64_t run = summary->measured.landing.id;
+    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        struct summary_link *link = &summary->link[kind];
+        const char *spec = kind == LINK_CAN ? summary->session.can_link
+                                            : summary->session.serial_link;
+        link->used = spec[0] != '\0';
+        status = store_frames_count(store, run, kind, &link->received, error);
+        int64_t blocks = 0;
+        if (status == MR_OK && kind == LINK_SERIAL)
+            status = store_blocks_count(store, run, &blocks, error);
+        link->received += blocks;
+        if (status == MR_OK)
+            status = load_troubles(store, run, kind, link, error);
+    }
+    summary_count_gaps(summary->gap, summary->gaps, summary->link);
+    return status;
+}
+
+void summary_troubles(const int64_t *trouble, char *out, size_t size)
+{
+    size_t used = 0;
+    out[0] = '\0';
+    for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
+        if (trouble[i] > 0)
+            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "",
+                                     link_trouble_text(i), (long long)trouble[i]);
+    }
+}
+
+json_t *summary_troubles_json(const int64_t *trouble)
+{
+    json_t *object = json_object();
+    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+        if (trouble[i] > 0)
+            json_object_set_new(object, link_trouble_text(i), json_integer((json_int_t)trouble[i]));
+    }
+    return object;
+}
+
+/* Why frames that a gap counts are not there. */
+static const char *gap_reason(const char *cause)
+{
+    static const struct {
+        const char *cause;
+        const char *text;
+    } reasons[] = {
+        {"board", "not sent by the board"},
+        {"queue", "lost in this computer's receive queue"},
+        {"lock", "lost while another program held the campaign"},
+        {"slow disk", "lost while the disk was slow"},
+        {"full disk", "lost while the disk was full"},
+        {"processor", "lost while this computer was too slow"},
+        {"adapter", "lost in the adapter"},
+        {"bus-off", "lost while the adapter was off the bus"},
+        {"away", "lost while the link was away"},
+        {"file", "not in the file"},
+        {"silence", "the link was silent"},
+    };
+    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
+        if (strcmp(cause, reasons[i].cause) == 0)
+            return reasons[i].text;
+    }
+    return "lost";
+}
+
+static void gap_answer(const struct store_gap *gap, struct answer *answer)
+{
+    answer_row(answer);
+    answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
+    answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
+    answer_count(answer, "count", "count", gap->count);
+    answer_words(answer, "message", "what", "%s", gap->message);
+    answer_words(answer, "channels", "channels", "%s", gap->channels);
+    answer_words(answer, NULL, "why", "%s", gap_reason(gap->cause));
+    answer_words(answer, "cause", NULL, "%s", gap->cause);
+    answer_count(answer, "from_block", "from block", gap->from_block);
+    answer_count(answer, "to_block", "to block", gap->to_block);
+}
+
+static void link_answer(const struct summary_link *link, int kind, struct answer *answer)
+{
+    char line[400], label[20];
+    if (!link->used) {
+        answer_words(answer, NULL, summary_link_name(kind), "not used");
+        return;
+    }
+    answer_words(answer, NULL, summary_link_name(kind),
+                 "%lld frames received, %lld lost, %lld not sent by the board%s",
+                 (long long)link->received, (long long)link->lost, (long long)link->dropped,
+                 link->silent ? "; silent in part: more may be lost" : "");
+    summary_troubles(link->trouble, line, sizeof line);
+    snprintf(label, sizeof label, "%s link", summary_link_name(kind));
+    if (line[0])
+        answer_words(answer, NULL, label, "%s", line);
+    answer_open(answer, kind == LINK_CAN ? "can" : "serial", NULL);
+    answer_count(answer, "received", NULL, link->received);
+    answer_count(answer, "lost", NULL, link->lost);
+    answer_count(answer, "dropped", NULL, link->dropped);
+    answer_flag(answer, "silent", NULL, link->silent);
+    answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
+    answer_close(answer);
+}
+
+static void summary_links_answer(const struct summary *summary, struct answer *answer)
+{
+    answer_open(answer, "links", "");
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        link_answer(&summary->link[kind], kind, answer);
+    answer_close(answer);
+    if (summary->gaps == 0)
+        answer_words(answer, NULL, "gaps", "none");
+    answer_table(answer, "gaps", "gaps");
+    for (size_t i = 0; i < summary->gaps; i++)
+        gap_answer(&summary->gap[i], answer);
+    answer_close(answer);
+}
+
+static enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean,
+                                        struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < MR_QUANTITIES && status == MR_OK; i++)
+        status = store_mean_get(store, run, (enum mr_quantity)i, &mean[i], error);
+    return status;
+}
+
+static void summary_mean_answer(const struct store_mean *mean, struct answer *answer)
+{
+    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+        const struct mr_quantity_info *info = mr_quantity_at(i);
+        const struct store_mean *m = &mean[i];
+        const char *unit = info->unit;
+        while ((unsigned char)*unit >= 0x80) /* the degree */
+            unit++;
+        if (!m->readings && m->told)
+            answer_words(answer, NULL, info->name, "none of %lld readings came; %s",
+                         (long long)m->told, info->why);
+        if (!m->readings)
+            continue;
+        answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);
+        answer_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
+                      (long long)m->told);
+        answer_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
+        if (!isnan(m->error))
+            answer_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)
+                ->digits = 4;
+    }
+}
+
+static bool lacks(const struct measured_channel *channel, enum mr_channel_kind kind)
+{
+    return channel->config.kind == kind && channel->missing_to > channel->missing_from;
+}
+
+/* "1, 2, 5": the channels that lack what the one at `c` lacks; false: an earlier one lacks it. */
+static bool numbers_text(const struct measured *measured, unsigned c, char *out, size_t size)
+{
+    const struct measured_channel *first = &measured->channel[c];
+    size_t used = 0;
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+        const struct measured_channel *channel = &measured->channel[i];
+        if (!lacks(channel, first->config.kind) || channel->missing_from != first->missing_from ||
+            channel->missing_to != first->missing_to)
+            continue;
+        if (i < c)
+            return false;
+        if (used < size)
+            used += (size_t)snprintf(out + used, size - used, "%s%u", used > 0 ? ", " : "",
+                                     channel->config.number);
+    }
+    return true;
+}
+
+static void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
+                                   struct answer *answer)
+{
+    char numbers[120];
+    if (measured_ends_early(measured))
+        answer_sentence(answer, NULL,
+                        "The record ends %.3f s after %s, while the gear %s: peaks and ends are "
+                        "those until then.",
+                        measured_time_s(measured, measured->samples - 1),
+                        measured->t0_is_touchdown ? "touchdown" : "the first switch",
+                        measured_moves_text(measured));
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (!lacks(channel, kind) || !numbers_text(measured, c, numbers, sizeof numbers))
+            continue;
+        answer_sentence(answer, NULL,
+                        "Readings are missing from %.3f to %.3f s (%s%s %s): a peak that fell "
+                        "among them is not seen, and no error here knows of it.",
+                        measured_time_s(measured, channel->missing_from),
+                        measured_time_s(measured, channel->missing_to),
+                        kind == MR_KIND_TENSION ? "gage" : "transducer",
+                        strpbrk(numbers, " ") ? "s" : "", numbers);
+    }
+}
+
+#define US_PER_MIN 60e6
+
+static const char *summary_ready_kind(int kind)
+{
+    return kind == 0 ? "ready" : "walk";
+}
+
+static void take_no_go(const char *checks, char *out, size_t size)
+{
+    json_t *object = json_loads(checks, 0, NULL), *check;
+    size_t i;
+    json_array_foreach(json_object_get(object, "checks"), i, check)
+    {
+        const char *verdict = json_string_value(json_object_get(check, "verdict"));
+        const char *name = json_string_value(json_object_get(check, "name")),
+                   *value = json_string_value(json_object_get(check, "value"));
+        size_t at = strlen(out);
+        if (verdict && name && value && strcmp(verdict, "NO-GO") == 0)
+            snprintf(out + at, size - at, "%s%s: %s", at ? "; " : "", name, value);
+    }
+    json_decref(object);
+}
+
+static enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
+                                         struct summary_ready ready[SUMMARY_READY_KINDS],
+                                         struct error *error)
+{
+    enum mr_status status = MR_OK;
+    memset(ready, 0, SUMMARY_READY_KINDS * sizeof *ready);
+    for (int kind = 0; kind < SUMMARY_READY_KINDS && status == MR_OK && landing->board_uid[0];
+         kind++) {
+        struct store_readiness row;
+        status = store_readiness_get(store, landing->board_uid, summary_ready_kind(kind),
+                                     landing->armed_us, true, &row, &ready[kind].known, error);
+        if (status != MR_OK || !ready[kind].known)
+            continue;
+        ready[kind].go = strcmp(row.verdict, "go") == 0;
+        ready[kind].before_min = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
+        take_no_go(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
+        free(row.checks);
+    }
+    return status;
+}
+
+static void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
+                                 struct answer *answer)
+{
+    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+        const struct summary_ready *r = &ready[kind];
+        if (r->known)
+            answer_words(answer, NULL, summary_ready_kind(kind), "%s, %.0f min before%s%s",
+                         r->go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "", r->no_go)
+                ->warn = !r->go;
+    }
+    answer_open(answer, "readiness", NULL);
+    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+        if (!ready[kind].known) {
+            answer_none(answer, summary_ready_kind(kind), NULL, "");
+            continue;
+        }
+        answer_open(answer, summary_ready_kind(kind), NULL);
+        answer_flag(answer, "go", NULL, ready[kind].go);
+        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
+            4;
+        answer_words(answer, "no_go", NULL, "%s", ready[kind].no_go);
+        answer_close(answer);
+    }
+    answer_close(answer);
+}
+
+#define DAY_MOST_US 1e17 /* the year 5138 */
+
+/* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of
+ * two that are none, the one that says more. */
+static bool better(const struct store_time_map *a, const struct store_time_map *b)
+{
+    if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
+        return b->refusal != TIMEMAP_GOOD &&
+               (a->refusal == TIMEMAP_GOOD || a->refusal > b->refusal);
+    return a->link == LINK_CAN && b->link != LINK_CAN;
+}
+
+enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
+                                  bool *known, struct error *error)
+{
+    struct store_time_map *map = NULL;
+    size_t maps = 0;
+    *known = false;
+    enum mr_status status = store_time_maps(store, run, &map, &maps, error);
+    for (size_t i = 0; status == MR_OK && i < maps; i++) {
+        if (!*known || better(&map[i], clock))
+            *clock = map[i];
+        *known = true;
+    }
+    free(map);
+    return status;
+}
+
+struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us)
+{
+    double since_us = board_us - (double)clock->board_us;
+    return (struct summary_moment){
+        (double)clock->host_us + since_us / (1.0 + clock->fast_ppm * 1e-6),
+        clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
+}
+
+static enum mr_status summary_time_load(struct store *store, struct summary *summary,
+                                        struct error *error)
+{
+    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
+    if (status == MR_OK)
+        status = summary_time_clock(store, summary->measured.landing.id, &summary->clock,
+                                    &summary->clock_known, error);
+    return status;
+}
+
+struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
+{
+    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD)
+        return (struct summary_moment){(double)NAN, (double)NAN};
+    return summary_time_by(&summary->clock, board_us);
+}
+
+/* "2026-11-21 22:28:14.1234 UTC" */
+static void day_text(double host_us, char *out, size_t size)
+{
+    time_t second = fabs(host_us) < DAY_MOST_US ? (time_t)floor(host_us / 1e6) : 0;
+    struct tm utc;
+    char text[40];
+    if (!(fabs(host_us) < DAY_MOST_US) || !gmtime_r(&second, &utc)) {
+        snprintf(out, size, "a time that no calendar has");
+        return;
+    }
+    strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+    snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
+}
+
+static void clock_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct store_time_map *clock = &summary->clock;
+    const struct summary_moment touchdown = summary_time_of_day(summary,
+                                                                (double)summary->measured.t0_us);
+    bool good = clock->refusal == TIMEMAP_GOOD;
+    char day[60];
+    if (!summary->clock_known)
+        return;
+    answer_open(answer, "clock", "");
+    answer_flag(answer, "good", NULL, good);
+    answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
+    if (good) {
+        answer_words(answer, NULL, "clock",
+                     "board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms "
+                     "(95 %%) and the link's least delay",
+                     fabs(clock->fast_ppm), clock->fast_half_ppm,
+                     clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
+                     (long long)clock->pairs, clock->host_half_us / 1e3);
+        answer_words(answer, "link", NULL, clock->link == LINK_CAN ? "can" : "serial");
+        answer_count(answer, "moments", NULL, clock->pairs);
+        answer_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
+        answer_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
+        answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
+        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_us, 0);
+    } else {
+        answer_words(answer, NULL, "clock", "no times of day: %s",
+                     timemap_refusal_text((unsigned)clock->refusal));
+    }
+    if (good && summary->measured.t0_is_touchdown) {
+        day_text(touchdown.host_us, day, sizeof day);
+        answer_words(answer, NULL, "touchdown at", "%s", day);
+    }
+    answer_close(answer);
+}
+
+static void film_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct film *film = &summary->film;
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    double worst_ft = 0.0;
+    size_t placed = 0;
+    char gear[80] = "";
+    if (film->frames == 0)
+        return;
+    for (size_t i = 0; i < film->frames; i++) {
+        if (isnan(film->frame[i].station_ft.value))
+            continue;
+        worst_ft = fmax(worst_ft, film->frame[i].station_ft.error);
+        placed++;
+    }
+    if (placed)
+        snprintf(gear, sizeof gear, "; gear on %zu of them within %.3f %s (95 %%)", placed,
+                 SUMMARY_95 * worst_ft * station->factor, station->text);
+    answer_open(answer, "film", "");
+    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
+                 film->rate_hz, (long long)film->missing, gear);
+    answer_count(answer, "frames", NULL, (int64_t)film->frames);
+    answer_count(answer, "missing", NULL, film->missing);
+    answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
+    answer_close(answer);
+}
+
+void summary_time_answer(const struct summary *summary, struct answer *answer)
+{
+    clock_answer(summary, answer);
+    film_answer(summary, answer);
+}
+
+/* ---- the summary ---- */
+
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
                             struct error *error)
 {
@@ -204,8 +648,8 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     }
 }
 
-void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel,
-                            struct answer *answer)
+static void summary_channel_answer(const struct measured *measured,
+                                   const struct measured_channel *channel, struct answer *answer)
 {
     const bool gage = channel->config.kind == MR_KIND_TENSION;
     const enum unit_kind unit = gage ? UNIT_TENSION : UNIT_DISPLACEMENT;
@@ -424,444 +868,4 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_t *json = answer_json(answer);
     answer_free(answer);
     return json;
-}
-
-const char *summary_link_name(int link)
-{
-    return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
-}
-
-static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
-                                    struct summary_link *link, struct error *error)
-{
-    struct store_trouble *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_troubles(store, run, kind, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
-            link->trouble[rows[i].code] = rows[i].count;
-    }
-    free(rows);
-    return status;
-}
-
-void summary_count_gaps(const struct store_gap *gaps, size_t count,
-                        struct summary_link link[LINK_KINDS])
-{
-    for (size_t i = 0; i < count; i++) {
-        const struct store_gap *gap = &gaps[i];
-        if (gap->link < 0 || gap->link >= LINK_KINDS)
-            continue;
-        struct summary_link *its = &link[gap->link];
-        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
-            its->silent = true;
-        else if (strcmp(gap->message, "frame") == 0)
-            *(strcmp(gap->cause, "board") == 0 ? &its->dropped : &its->lost) += gap->count;
-    }
-}
-
-enum mr_status summary_links_load(struct store *store, struct summary *summary, struct error *error)
-{
-    int64_t run = summary->measured.landing.id;
-    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
-    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct summary_link *link = &summary->link[kind];
-        const char *spec = kind == LINK_CAN ? summary->session.can_link
-                                            : summary->session.serial_link;
-        link->used = spec[0] != '\0';
-        status = store_frames_count(store, run, kind, &link->received, error);
-        int64_t blocks = 0;
-        if (status == MR_OK && kind == LINK_SERIAL)
-            status = store_blocks_count(store, run, &blocks, error);
-        link->received += blocks;
-        if (status == MR_OK)
-            status = load_troubles(store, run, kind, link, error);
-    }
-    summary_count_gaps(summary->gap, summary->gaps, summary->link);
-    return status;
-}
-
-void summary_troubles(const int64_t *trouble, char *out, size_t size)
-{
-    size_t used = 0;
-    out[0] = '\0';
-    for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
-        if (trouble[i] > 0)
-            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "",
-                                     link_trouble_text(i), (long long)trouble[i]);
-    }
-}
-
-json_t *summary_troubles_json(const int64_t *trouble)
-{
-    json_t *object = json_object();
-    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
-        if (trouble[i] > 0)
-            json_object_set_new(object, link_trouble_text(i), json_integer((json_int_t)trouble[i]));
-    }
-    return object;
-}
-
-/* Why frames that a gap counts are not there. */
-static const char *gap_reason(const char *cause)
-{
-    static const struct {
-        const char *cause;
-        const char *text;
-    } reasons[] = {
-        {"board", "not sent by the board"},
-        {"queue", "lost in this computer's receive queue"},
-        {"lock", "lost while another program held the campaign"},
-        {"slow disk", "lost while the disk was slow"},
-        {"full disk", "lost while the disk was full"},
-        {"processor", "lost while this computer was too slow"},
-        {"adapter", "lost in the adapter"},
-        {"bus-off", "lost while the adapter was off the bus"},
-        {"away", "lost while the link was away"},
-        {"file", "not in the file"},
-        {"silence", "the link was silent"},
-    };
-    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
-        if (strcmp(cause, reasons[i].cause) == 0)
-            return reasons[i].text;
-    }
-    return "lost";
-}
-
-static void gap_answer(const struct store_gap *gap, struct answer *answer)
-{
-    answer_row(answer);
-    answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
-    answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
-    answer_count(answer, "count", "count", gap->count);
-    answer_words(answer, "message", "what", "%s", gap->message);
-    answer_words(answer, "channels", "channels", "%s", gap->channels);
-    answer_words(answer, NULL, "why", "%s", gap_reason(gap->cause));
-    answer_words(answer, "cause", NULL, "%s", gap->cause);
-    answer_count(answer, "from_block", "from block", gap->from_block);
-    answer_count(answer, "to_block", "to block", gap->to_block);
-}
-
-static void link_answer(const struct summary_link *link, int kind, struct answer *answer)
-{
-    char line[400], label[20];
-    if (!link->used) {
-        answer_words(answer, NULL, summary_link_name(kind), "not used");
-        return;
-    }
-    answer_words(answer, NULL, summary_link_name(kind),
-                 "%lld frames received, %lld lost, %lld not sent by the board%s",
-                 (long long)link->received, (long long)link->lost, (long long)link->dropped,
-                 link->silent ? "; silent in part: more may be lost" : "");
-    summary_troubles(link->trouble, line, sizeof line);
-    snprintf(label, sizeof label, "%s link", summary_link_name(kind));
-    if (line[0])
-        answer_words(answer, NULL, label, "%s", line);
-    answer_open(answer, kind == LINK_CAN ? "can" : "serial", NULL);
-    answer_count(answer, "received", NULL, link->received);
-    answer_count(answer, "lost", NULL, link->lost);
-    answer_count(answer, "dropped", NULL, link->dropped);
-    answer_flag(answer, "silent", NULL, link->silent);
-    answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
-    answer_close(answer);
-}
-
-void summary_links_answer(const struct summary *summary, struct answer *answer)
-{
-    answer_open(answer, "links", "");
-    for (int kind = 0; kind < LINK_KINDS; kind++)
-        link_answer(&summary->link[kind], kind, answer);
-    answer_close(answer);
-    if (summary->gaps == 0)
-        answer_words(answer, NULL, "gaps", "none");
-    answer_table(answer, "gaps", "gaps");
-    for (size_t i = 0; i < summary->gaps; i++)
-        gap_answer(&summary->gap[i], answer);
-    answer_close(answer);
-}
-
-enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean,
-                                 struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < MR_QUANTITIES && status == MR_OK; i++)
-        status = store_mean_get(store, run, (enum mr_quantity)i, &mean[i], error);
-    return status;
-}
-
-void summary_mean_answer(const struct store_mean *mean, struct answer *answer)
-{
-    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
-        const struct mr_quantity_info *info = mr_quantity_at(i);
-        const struct store_mean *m = &mean[i];
-        const char *unit = info->unit;
-        while ((unsigned char)*unit >= 0x80) /* the degree */
-            unit++;
-        if (!m->readings && m->told)
-            answer_words(answer, NULL, info->name, "none of %lld readings came; %s",
-                         (long long)m->told, info->why);
-        if (!m->readings)
-            continue;
-        answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);
-        answer_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings,
-                      (long long)m->told);
-        answer_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
-        if (!isnan(m->error))
-            answer_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)
-                ->digits = 4;
-    }
-}
-
-static bool lacks(const struct measured_channel *channel, enum mr_channel_kind kind)
-{
-    return channel->config.kind == kind && channel->missing_to > channel->missing_from;
-}
-
-/* "1, 2, 5": the channels that lack what the one at `c` lacks; false: an earlier one lacks it. */
-static bool numbers_text(const struct measured *measured, unsigned c, char *out, size_t size)
-{
-    const struct measured_channel *first = &measured->channel[c];
-    size_t used = 0;
-    for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        const struct measured_channel *channel = &measured->channel[i];
-        if (!lacks(channel, first->config.kind) || channel->missing_from != first->missing_from ||
-            channel->missing_to != first->missing_to)
-            continue;
-        if (i < c)
-            return false;
-        if (used < size)
-            used += (size_t)snprintf(out + used, size - used, "%s%u", used > 0 ? ", " : "",
-                                     channel->config.number);
-    }
-    return true;
-}
-
-void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
-                            struct answer *answer)
-{
-    char numbers[120];
-    if (measured_ends_early(measured))
-        answer_sentence(answer, NULL,
-                        "The record ends %.3f s after %s, while the gear %s: peaks and ends are "
-                        "those until then.",
-                        measured_time_s(measured, measured->samples - 1),
-                        measured->t0_is_touchdown ? "touchdown" : "the first switch",
-                        measured_moves_text(measured));
-    for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        const struct measured_channel *channel = &measured->channel[c];
-        if (!lacks(channel, kind) || !numbers_text(measured, c, numbers, sizeof numbers))
-            continue;
-        answer_sentence(answer, NULL,
-                        "Readings are missing from %.3f to %.3f s (%s%s %s): a peak that fell "
-                        "among them is not seen, and no error here knows of it.",
-                        measured_time_s(measured, channel->missing_from),
-                        measured_time_s(measured, channel->missing_to),
-                        kind == MR_KIND_TENSION ? "gage" : "transducer",
-                        strpbrk(numbers, " ") ? "s" : "", numbers);
-    }
-}
-
-#define US_PER_MIN 60e6
-
-static const char *summary_ready_kind(int kind)
-{
-    return kind == 0 ? "ready" : "walk";
-}
-
-static void take_no_go(const char *checks, char *out, size_t size)
-{
-    json_t *object = json_loads(checks, 0, NULL), *check;
-    size_t i;
-    json_array_foreach(json_object_get(object, "checks"), i, check)
-    {
-        const char *verdict = json_string_value(json_object_get(check, "verdict"));
-        const char *name = json_string_value(json_object_get(check, "name")),
-                   *value = json_string_value(json_object_get(check, "value"));
-        size_t at = strlen(out);
-        if (verdict && name && value && strcmp(verdict, "NO-GO") == 0)
-            snprintf(out + at, size - at, "%s%s: %s", at ? "; " : "", name, value);
-    }
-    json_decref(object);
-}
-
-enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
-                                  struct summary_ready ready[SUMMARY_READY_KINDS],
-                                  struct error *error)
-{
-    enum mr_status status = MR_OK;
-    memset(ready, 0, SUMMARY_READY_KINDS * sizeof *ready);
-    for (int kind = 0; kind < SUMMARY_READY_KINDS && status == MR_OK && landing->board_uid[0];
-         kind++) {
-        struct store_readiness row;
-        status = store_readiness_get(store, landing->board_uid, summary_ready_kind(kind),
-                                     landing->armed_us, true, &row, &ready[kind].known, error);
-        if (status != MR_OK || !ready[kind].known)
-            continue;
-        ready[kind].go = strcmp(row.verdict, "go") == 0;
-        ready[kind].before_min = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
-        take_no_go(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
-        free(row.checks);
-    }
-    return status;
-}
-
-void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
-                          struct answer *answer)
-{
-    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
-        const struct summary_ready *r = &ready[kind];
-        if (r->known)
-            answer_words(answer, NULL, summary_ready_kind(kind), "%s, %.0f min before%s%s",
-                         r->go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "", r->no_go)
-                ->warn = !r->go;
-    }
-    answer_open(answer, "readiness", NULL);
-    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
-        if (!ready[kind].known) {
-            answer_none(answer, summary_ready_kind(kind), NULL, "");
-            continue;
-        }
-        answer_open(answer, summary_ready_kind(kind), NULL);
-        answer_flag(answer, "go", NULL, ready[kind].go);
-        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
-            4;
-        answer_words(answer, "no_go", NULL, "%s", ready[kind].no_go);
-        answer_close(answer);
-    }
-    answer_close(answer);
-}
-
-#define DAY_MOST_US 1e17 /* the year 5138 */
-
-/* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of
- * two that are none, the one that says more. */
-static bool better(const struct store_time_map *a, const struct store_time_map *b)
-{
-    if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
-        return b->refusal != TIMEMAP_GOOD &&
-               (a->refusal == TIMEMAP_GOOD || a->refusal > b->refusal);
-    return a->link == LINK_CAN && b->link != LINK_CAN;
-}
-
-enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock,
-                                  bool *known, struct error *error)
-{
-    struct store_time_map *map = NULL;
-    size_t maps = 0;
-    *known = false;
-    enum mr_status status = store_time_maps(store, run, &map, &maps, error);
-    for (size_t i = 0; status == MR_OK && i < maps; i++) {
-        if (!*known || better(&map[i], clock))
-            *clock = map[i];
-        *known = true;
-    }
-    free(map);
-    return status;
-}
-
-struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us)
-{
-    double since_us = board_us - (double)clock->board_us;
-    return (struct summary_moment){
-        (double)clock->host_us + since_us / (1.0 + clock->fast_ppm * 1e-6),
-        clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
-}
-
-enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
-{
-    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
-    if (status == MR_OK)
-        status = summary_time_clock(store, summary->measured.landing.id, &summary->clock,
-                                    &summary->clock_known, error);
-    return status;
-}
-
-struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
-{
-    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD)
-        return (struct summary_moment){(double)NAN, (double)NAN};
-    return summary_time_by(&summary->clock, board_us);
-}
-
-/* "2026-11-21 22:28:14.1234 UTC" */
-static void day_text(double host_us, char *out, size_t size)
-{
-    time_t second = fabs(host_us) < DAY_MOST_US ? (time_t)floor(host_us / 1e6) : 0;
-    struct tm utc;
-    char text[40];
-    if (!(fabs(host_us) < DAY_MOST_US) || !gmtime_r(&second, &utc)) {
-        snprintf(out, size, "a time that no calendar has");
-        return;
-    }
-    strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
-    snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
-}
-
-static void clock_answer(const struct summary *summary, struct answer *answer)
-{
-    const struct store_time_map *clock = &summary->clock;
-    const struct summary_moment touchdown = summary_time_of_day(summary,
-                                                                (double)summary->measured.t0_us);
-    bool good = clock->refusal == TIMEMAP_GOOD;
-    char day[60];
-    if (!summary->clock_known)
-        return;
-    answer_open(answer, "clock", "");
-    answer_flag(answer, "good", NULL, good);
-    answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
-    if (good) {
-        answer_words(answer, NULL, "clock",
-                     "board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms "
-                     "(95 %%) and the link's least delay",
-                     fabs(clock->fast_ppm), clock->fast_half_ppm,
-                     clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
-                     (long long)clock->pairs, clock->host_half_us / 1e3);
-        answer_words(answer, "link", NULL, clock->link == LINK_CAN ? "can" : "serial");
-        answer_count(answer, "moments", NULL, clock->pairs);
-        answer_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
-        answer_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
-        answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
-        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_us, 0);
-    } else {
-        answer_words(answer, NULL, "clock", "no times of day: %s",
-                     timemap_refusal_text((unsigned)clock->refusal));
-    }
-    if (good && summary->measured.t0_is_touchdown) {
-        day_text(touchdown.host_us, day, sizeof day);
-        answer_words(answer, NULL, "touchdown at", "%s", day);
-    }
-    answer_close(answer);
-}
-
-static void film_answer(const struct summary *summary, struct answer *answer)
-{
-    const struct film *film = &summary->film;
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
-    double worst_ft = 0.0;
-    size_t placed = 0;
-    char gear[80] = "";
-    if (film->frames == 0)
-        return;
-    for (size_t i = 0; i < film->frames; i++) {
-        if (isnan(film->frame[i].station_ft.value))
-            continue;
-        worst_ft = fmax(worst_ft, film->frame[i].station_ft.error);
-        placed++;
-    }
-    if (placed)
-        snprintf(gear, sizeof gear, "; gear on %zu of them within %.3f %s (95 %%)", placed,
-                 SUMMARY_95 * worst_ft * station->factor, station->text);
-    answer_open(answer, "film", "");
-    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
-                 film->rate_hz, (long long)film->missing, gear);
-    answer_count(answer, "frames", NULL, (int64_t)film->frames);
-    answer_count(answer, "missing", NULL, film->missing);
-    answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
-    answer_close(answer);
-}
-
-void summary_time_answer(const struct summary *summary, struct answer *answer)
-{
-    clock_answer(summary, answer);
-    film_answer(summary, answer);
 }

@@ -15,14 +15,6 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-/* Means over a landing of what the board tells again and again: the quantities of the catalogue
- * that the campaign keeps. */
-
-/* `mean` has MR_QUANTITIES. */
-enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean,
-                                 struct error *error);
-void summary_mean_answer(const struct store_mean *mean, struct answer *answer);
-
 /* What `matrig ready` had found before a landing: the newest check and the newest walk of its
  * board, within 12 h before arming. */
 
@@ -34,15 +26,6 @@ struct summary_ready {
     double before_min; /* minutes before arming */
     char no_go[400];   /* "switch 12: did not answer; ..." */
 };
-
-/* One for each kind: ready, walk. */
-enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
-                                  struct summary_ready ready[SUMMARY_READY_KINDS],
-                                  struct error *error);
-/* "go, 14 min before", with what was not when it was no-go; for programs "readiness", in which null
- * was not done. */
-void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS],
-                          struct answer *answer);
 
 /* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with
  * known spread. */
@@ -97,11 +80,9 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer);
 void summary_zone_answer(const struct summary *summary, struct answer *answer);
 /* clock, film, links, gaps, faults */
 void summary_health_answer(const struct summary *summary, struct answer *answer);
-/* The channels of a kind as a table, and the facts of a row of it. */
+/* The channels of a kind as a table. */
 void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind,
                              const char *label, struct answer *answer);
-void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel,
-                            struct answer *answer);
 
 /* summary_answer as text (false: `out` cannot be written) and as JSON (the caller's). */
 bool summary_print(const struct summary *summary, bool si, FILE *out);
@@ -112,24 +93,9 @@ void summary_troubles(const int64_t *trouble, char *out, size_t size);
 /* The same as an object: {"bus off": 1, ...}. The caller owns it. */
 json_t *summary_troubles_json(const int64_t *trouble);
 
-/* The part of a landing's summary that is about its links: frames received, lost and doubted,
- * troubles, gaps. */
-
-enum mr_status summary_links_load(struct store *store, struct summary *summary,
-                                  struct error *error);
 /* Adds up what the gaps say: lost, dropped, silent. */
 void summary_count_gaps(const struct store_gap *gaps, size_t count,
                         struct summary_link link[LINK_KINDS]);
-void summary_links_answer(const struct summary *summary, struct answer *answer);
-
-/* Readings that are missing where a peak may have been, in words above the tables of channels. */
-
-/* A sentence for each stretch that channels of this kind lack: each channel's longest. */
-void summary_missing_answer(const struct measured *measured, enum mr_channel_kind kind,
-                            struct answer *answer);
-
-/* The part of a landing's summary that is about time: the board's clock, the time of day of the
- * touchdown, the film. */
 
 /* Of a moment of the board: Unix microseconds and half the 95 % interval; NaN: not known. */
 struct summary_moment {
@@ -143,7 +109,6 @@ enum mr_status summary_time_clock(struct store *store, int64_t run, struct store
                                   bool *known, struct error *error);
 struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us);
 
-enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error);
 void summary_time_answer(const struct summary *summary, struct answer *answer);
 
 #endif

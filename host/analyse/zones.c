@@ -109,6 +109,36 @@ static void find_warning(const struct measured *measured, struct zones *zones)
     }
 }
 
+#define PAUSE_BLOCKS 100 /* two statements: a frame that is lost alone hides no warning for long */
+
+/* `row`: in order of time. */
+static struct zones_heard zones_heard(const struct measured *measured, const struct store_zone *row,
+                                      size_t count)
+{
+    const struct store_landing *landing = &measured->landing;
+    struct zones_heard heard = {.any = count > 0,
+                                .ended = landing->state == MR_LANDING_DONE ||
+                                         landing->state == MR_LANDING_IDLE,
+                                .pause_from_s = (double)NAN,
+                                .pause_to_s = (double)NAN,
+                                .since_touchdown = measured->t0_is_touchdown};
+    int64_t longest = PAUSE_BLOCKS;
+    if (count == 0)
+        return heard;
+    heard.first_s = measured_block_s(measured, row[0].block);
+    heard.last_s = measured_block_s(measured, row[count - 1].block);
+    heard.late = landing->armed_block == STORE_NONE ||
+                 row[0].block - landing->armed_block > PAUSE_BLOCKS;
+    for (size_t i = 1; i < count; i++) {
+        if (row[i].block - row[i - 1].block <= longest)
+            continue;
+        longest = row[i].block - row[i - 1].block;
+        heard.pause_from_s = measured_block_s(measured, row[i - 1].block);
+        heard.pause_to_s = measured_block_s(measured, row[i].block);
+    }
+    return heard;
+}
+
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
                           struct error *error)
 {
@@ -309,35 +339,6 @@ void zones_answer(const struct zones *zones, bool watched, struct answer *answer
     if (w->warned)
         warning_answer(w, answer);
     answer_close(answer);
-}
-
-#define PAUSE_BLOCKS 100 /* two statements: a frame that is lost alone hides no warning for long */
-
-struct zones_heard zones_heard(const struct measured *measured, const struct store_zone *row,
-                               size_t count)
-{
-    const struct store_landing *landing = &measured->landing;
-    struct zones_heard heard = {.any = count > 0,
-                                .ended = landing->state == MR_LANDING_DONE ||
-                                         landing->state == MR_LANDING_IDLE,
-                                .pause_from_s = (double)NAN,
-                                .pause_to_s = (double)NAN,
-                                .since_touchdown = measured->t0_is_touchdown};
-    int64_t longest = PAUSE_BLOCKS;
-    if (count == 0)
-        return heard;
-    heard.first_s = measured_block_s(measured, row[0].block);
-    heard.last_s = measured_block_s(measured, row[count - 1].block);
-    heard.late = landing->armed_block == STORE_NONE ||
-                 row[0].block - landing->armed_block > PAUSE_BLOCKS;
-    for (size_t i = 1; i < count; i++) {
-        if (row[i].block - row[i - 1].block <= longest)
-            continue;
-        longest = row[i].block - row[i - 1].block;
-        heard.pause_from_s = measured_block_s(measured, row[i - 1].block);
-        heard.pause_to_s = measured_block_s(measured, row[i].block);
-    }
-    return heard;
 }
 
 static void add(char out[ZONES_HEARD_TEXT], const char *text)

@@ -20,10 +20,6 @@ struct zones_heard {
     bool since_touchdown;            /* else t_s counts from the first switch or arming */
 };
 
-/* `row`: in order of time. */
-struct zones_heard zones_heard(const struct measured *measured, const struct store_zone *row,
-                               size_t count);
-
 #define ZONES_HEARD_TEXT 300
 /* Why a warning before `before_s` may not have been heard (INFINITY: any warning). False: there is
  * no reason. */

@@ -96,7 +96,9 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
     return set_path(measured, scene, error);
 }
 
-enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error)
+/* The scene's mats and runway are the rig's; else MR_USAGE, with what makes them so. */
+static enum mr_status compare_scale(const struct sim_scene *scene, const char *where,
+                                    struct error *error)
 {
     const double rig_ft = MR_SEGMENTS * (double)MR_SEGMENT_LENGTH_FT;
     double runway_ft = scene->mats * scene->length_ft;
@@ -389,7 +391,8 @@ void compare_simulated_free(struct compare_simulated *s)
     memset(s, 0, sizeof *s);
 }
 
-char *compare_describe(const struct compare_model *model, const struct compare_simulated *s)
+/* What was simulated, so that it can be checked later. The caller frees. */
+static char *compare_describe(const struct compare_model *model, const struct compare_simulated *s)
 {
     const struct sim_scene *scene = &s->scene;
     json_t *path = json_array(), *gaps = json_array();

@@ -22,9 +22,6 @@
  * of the fitted motion, thrust = (aircraft / strips) a / g. */
 enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
                              struct sim_scene *scene, struct error *error);
-/* The scene's mats and runway are the rig's; else MR_USAGE, with what makes them so. `where` begins
- * the error. */
-enum mr_status compare_scale(const struct sim_scene *scene, const char *where, struct error *error);
 
 /* What a landing is compared with: a scene, or the ensemble of runways of a campaign, played
  * through the measured motions.
@@ -83,10 +80,6 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
                                 const double *station_ft, size_t stations,
                                 struct compare_simulated *simulated, struct error *error);
 void compare_simulated_free(struct compare_simulated *simulated);
-/* What was simulated, so that it can be checked later: parameters that matter, path and gaps as
- * used. The caller frees. */
-char *compare_describe(const struct compare_model *model,
-                       const struct compare_simulated *simulated);
 
 /* One landing of a campaign compared with a model, and the comparison kept in the campaign. */
 
