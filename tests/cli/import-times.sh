@@ -22,7 +22,6 @@ taken() { # CODE PATTERN BLOCKS FIRST LAST: exit and message, and how long the l
 far='malformed at line 202, column 1: the time jumps by more than a minute; 1 line was passed over'
 last() { taken 4 "$far" 200 '' $'3000,1\n' && taken 4 "$far" 200 '' $'1e6,1\n'; }
 no_clock() { taken 4 'malformed at line 202, column 1: a time that no clock shows; 1 line' 200 '' $'1e308,1\n' && taken 4 'malformed at line 2, column 1: a time that no clock shows' 200 $'-1e308,1\n' ''; }
-both_ends() { taken 4 'malformed at line 2, .*2 lines were passed over' 200 $'-1e308,1\n' $'1e308,1\n'; }
 value() { taken 4 'malformed at line 202, column 8: a value that no instrument reads; 1 line' 200 '' $'10.200,1e300\n'; }
 alone() { # a row and no other: the one that was written beyond its buffer
     local time
@@ -86,7 +85,6 @@ names_are_looked_for_there() {
 
 check "a row far beyond all others is set aside and told" last
 check "a time that no clock shows costs its row" no_clock
-check "at both ends" both_ends
 check "a value that no float holds costs its row" value
 check "a row alone with such a time" alone
 check "a table that goes back is refused" goes_back

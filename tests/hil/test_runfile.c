@@ -29,22 +29,7 @@ static void body(void)
         else
             line("switch %u %.1f %.3f -\n", p, 5.0 * p - 2.5, 5.0 * p - 2.5);
     }
-    for (unsigned i = 1; i <= 8; i++)
-        line("transducer %u %u.0\n", i, 30 + 10 * i);
-    for (unsigned i = 1; i <= 14; i++)
-        line("gage %u %u %u\n", i, 10 * i, i <= 7 ? 1 : 2);
-    for (unsigned k = 0; k < 2; k++) {
-        for (unsigned i = 0; i < 421; i++)
-            line("%s%s %.4f",
-                 i % 10 ? ""
-                 : i    ? "\n"
-                        : "",
-                 i % 10 ? ""
-                 : k    ? "gap_end_in"
-                        : "gap_in",
-                 0.0001 * i);
-        line("\n");
-    }
+    line("transducer 1 40.0\ngage 14 140 2\ngap_in 0.0001 0.0002\ngap_end_in 0.0001 0.0002\n");
     line("command 0.25 can survey 3 0.305\ncommand 0.5 serial arm 5\n");
     line("samples 4 1000\n");
     line("1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22\nx2\n");
