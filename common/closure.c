@@ -57,18 +57,6 @@ static void close_by_movement(const struct mr_closure_input *input, float *remai
     }
 }
 
-static void bracketed_ft(const struct mr_closure_input *input, float *low_ft, float *high_ft)
-{
-    *low_ft = *high_ft = MR_NAN;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        if (__builtin_isnan(input->displacement_in[i]))
-            continue;
-        if (__builtin_isnan(*low_ft))
-            *low_ft = input->station_ft[i];
-        *high_ft = input->station_ft[i];
-    }
-}
-
 /* The smaller root of d = v t - a t^2 / 2, in a form without cancellation. */
 float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
 {
@@ -84,16 +72,15 @@ float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_
 }
 
 void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone,
-                     float *remaining_out)
+                     float *remaining_in)
 {
-    float remaining_in[MR_SEGMENTS];
     float wheel_ft = __builtin_isnan(input->wheel_ft) ? 0.0f : input->wheel_ft;
 
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         remaining_in[s] = input->slack_in[s];
     close_by_movement(input, remaining_in);
 
-    *zone = (struct mr_closure_zone){.lead_s = MR_NAN};
+    *zone = (struct mr_closure_zone){0};
     for (unsigned s = 0; s < MR_SEGMENTS;) {
         unsigned first = s;
         while (s < MR_SEGMENTS && remaining_in[s] < MR_CLOSURE_OPEN_IN)
@@ -112,20 +99,5 @@ void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zon
             zone->start_ft = start_ft;
             zone->end_ft = end_ft;
         }
-    }
-    if (zone->mats > 0) {
-        float low_ft, high_ft;
-        bracketed_ft(input, &low_ft, &high_ft);
-        float from_ft = zone->start_ft > low_ft ? zone->start_ft : low_ft;
-        float to_ft = zone->end_ft < high_ft ? zone->end_ft : high_ft;
-        float measured_ft = to_ft > from_ft ? to_ft - from_ft : 0.0f;
-        zone->inferred = 1.0f - measured_ft / (zone->end_ft - zone->start_ft);
-        if (!__builtin_isnan(input->wheel_ft))
-            zone->lead_s = mr_closure_lead_s(zone->start_ft - wheel_ft, input->speed_ft_s,
-                                             input->deceleration_ft_s2);
-    }
-    if (remaining_out) {
-        for (unsigned s = 0; s < MR_SEGMENTS; s++)
-            remaining_out[s] = remaining_in[s];
     }
 }

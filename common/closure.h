@@ -6,7 +6,7 @@
  * and b (upfield, downfield) the joints have closed by u_a - u_b. A braking gear closes joints like
  * a plough, starting at the wheel: the closure of an interval is therefore given to its segments
  * from the upfield end on (from the wheel, when the wheel is inside), each up to its slack. Outside
- * the transducers only the survey speaks; that part of a run is called inferred.
+ * the transducers only the survey speaks.
  *
  * Buckling starts inside a zone of 50 to 60 compressed mats (report 6.1.4): a run of
  * MR_CLOSURE_WARNING_MATS is warned of. Single precision, no library calls but a square root: host
@@ -32,22 +32,17 @@ struct mr_closure_input {
     const float *displacement_in; /* MR_TRANSDUCERS, since arming; NaN: not valid */
     const float *slack_in;        /* MR_SEGMENTS; NaN: not surveyed (never closed) */
     float wheel_ft;               /* NaN: not known, every station is ahead */
-    float speed_ft_s;             /* NaN or 0: no lead time */
-    float deceleration_ft_s2;
 };
 
 struct mr_closure_zone {
     unsigned mats; /* 0: no closed segment ahead */
     float start_ft;
     float end_ft;
-    /* until the wheel is at start_ft at constant deceleration; NaN: it stops before, or no speed */
-    float lead_s;
-    float inferred; /* part of the run outside the transducers, 0..1 */
 };
 
 /* Longest run of closed segments whose end is ahead of the wheel; a run the wheel is inside starts
- * at the wheel. On equal lengths the nearest. `remaining_in` (MR_SEGMENTS, may be NULL) receives
- * what is left of each segment's slack. */
+ * at the wheel. On equal lengths the nearest. `remaining_in` (MR_SEGMENTS) receives what is left of
+ * each segment's slack. */
 void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone,
                      float *remaining_in);
 

@@ -2,6 +2,8 @@
 
 #include <stdbool.h>
 
+#include "common/decimal.h"
+
 struct command_row {
     uint8_t code;
     const char *name;
@@ -37,39 +39,16 @@ static const char *match_word(const char *words, const char *name)
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* Decimal number with up to `per_unit` steps to one; exact in integers, so every platform agrees.
- * Rounds half up. Where `per_unit` is 1 the number counts something and has no fraction. */
+/* In steps of `per_unit` to one, rounded half up. Where that is 1 the number counts something and
+ * has no fraction. */
 static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 {
-    bool negative = *p == '-';
-    int64_t whole = 0;
-    int64_t digits = 0;
-    int64_t scale = per_unit;
-    if (negative)
-        p++;
-    if (*p < '0' || *p > '9')
+    const char *end;
+    double counts = mr_decimal_read(p, &end) * (double)per_unit;
+    if (end == p || !(counts <= (double)INT32_MAX) || !(counts >= -(double)INT32_MAX))
         return NULL;
-    for (; *p >= '0' && *p <= '9'; p++) {
-        whole = whole * 10 + (*p - '0');
-        if (whole > INT32_MAX)
-            return NULL;
-    }
-    int64_t counts = whole * per_unit;
-    if (*p == '.' && per_unit > 1) {
-        int64_t fraction = 0;
-        int64_t divisor = 1;
-        for (p++; *p >= '0' && *p <= '9'; p++, digits++) {
-            if (digits < 9) {
-                fraction = fraction * 10 + (*p - '0');
-                divisor *= 10;
-            }
-        }
-        counts += (2 * fraction * scale + divisor) / (2 * divisor);
-    }
-    if (counts > INT32_MAX)
-        return NULL;
-    *value = (int32_t)(negative ? -counts : counts);
-    return p;
+    *value = (int32_t)(counts < 0.0 ? counts - 0.5 : counts + 0.5);
+    return per_unit > 1 || counts == (double)*value ? end : NULL;
 }
 
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command)

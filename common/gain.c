@@ -1,15 +1,5 @@
 #include "common/gain.h"
 
-static float smaller(float a, float b)
-{
-    return a < b ? a : b;
-}
-
-static float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
 struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel)
 {
     const float corrected = 1.0f + MR_REFERENCE_SPAN;
@@ -51,8 +41,9 @@ float mr_channel_reached(const struct mr_channel_config *channel)
     float one = value_at(channel, limits.low_code), other = value_at(channel, limits.high_code);
     if (!(channel->low < channel->high))
         return 1.0f;
-    float from = larger(smaller(one, other), channel->low),
-          to = smaller(larger(one, other), channel->high);
+    float from = one < other ? one : other, to = one < other ? other : one;
+    from = from > channel->low ? from : channel->low;
+    to = to < channel->high ? to : channel->high;
     return to > from ? (to - from) / (channel->high - channel->low) : 0.0f;
 }
 

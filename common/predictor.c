@@ -200,9 +200,7 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
     const struct mr_closure_input input = {.station_ft = p->config.station_ft,
                                            .displacement_in = moved_in,
                                            .slack_in = slack_in,
-                                           .wheel_ft = p->wheel_ft,
-                                           .speed_ft_s = p->speed_ft_s,
-                                           .deceleration_ft_s2 = p->deceleration_ft_s2};
+                                           .wheel_ft = p->wheel_ft};
     mr_closure_find(&input, zone, left_in);
 }
 
@@ -921,7 +919,6 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
 {
     bool unmoved = __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s);
     *zone = (struct mr_predictor_zone){.level = p->level,
-                                       .grit_scale = p->scale,
                                        .coming_ft = MR_NAN,
                                        .distance_ft = MR_NAN,
                                        .lead_s = MR_NAN,

@@ -103,7 +103,6 @@ struct mr_predictor_zone {
     unsigned basis; /* bits of enum mr_predictor_basis */
     /* since a transducer last corrected the model; of a blind one since arming */
     uint32_t age_blocks;
-    float grit_scale; /* closing resistance found, relative to the configured one */
 };
 
 #define MR_PREDICTOR_START_CLASSES 8u

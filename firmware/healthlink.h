@@ -32,14 +32,6 @@ struct selftest {
     bool reference_bad, excited;
 };
 
-/* MR_OK: it has begun; MR_WAIT: one is going on. */
-enum mr_status selftest_begin(struct selftest *test, uint16_t tag);
-/* 10 ms have passed. True: it is over, `result` says how. */
-bool selftest_tick(struct selftest *test, struct mr_self_test *result);
-void selftest_block(struct selftest *test, const struct mr_block *block);
-/* What was not done stays undone. True: there was one to be broken off. */
-bool selftest_stop(struct selftest *test, struct mr_self_test *result);
-
 /* ---- healthlink ---- */
 
 #define HEALTHLINK_RESET_TICKS 5u /* for the acknowledgement to get out */

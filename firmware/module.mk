@@ -9,7 +9,7 @@ ifneq ($(words $(BOARD)) $(filter $(BOARD),$(boards)),1 $(strip $(BOARD)))
 $(error BOARD=$(BOARD): there is no such board; there are: $(boards))
 endif
 # What no image needs stays with the host.
-arm_src := $(filter-out common/decimal.c common/quantity.c common/symbols.c,$(common_src)) $(wildcard firmware/*.c) firmware/f407/startup.c firmware/libc/libc.c
+arm_src := $(filter-out common/command.c common/decimal.c common/quantity.c common/symbols.c,$(common_src)) $(wildcard firmware/*.c) firmware/f407/startup.c firmware/libc/libc.c
 driver_src := $(filter-out $(arm_src),$(wildcard firmware/f407/*.c))
 for_board = -DBOARD_FILE='"firmware/boards/$(1).def"'
 # Objects and folder of a board's image.

@@ -37,10 +37,11 @@ void reference_bringup(FILE *out)
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
     row(out, #section, name, "`" #fact "` of the board", beyond, none, source, advice);
 #include "host/board/bringup_limits.def"
-    fputs("\n`cycles_predict` is what a block of a landing costs the predictor, by the core's cycle "
-          "counter (DWT); `of_budget_predict` is that over what its budget assumes: 1.5 cycles an "
-          "instruction, a division or root 12.5 more. Above 1 the chip is dearer than the budget "
-          "(`make budget`) takes it for. On the emulated board the counter counts instructions, so "
-          "it is 0.66 to 0.67 there and says nothing of silicon.\n",
-          out);
+    fputs(
+        "\n`cycles_predict` is what a block of a landing costs the predictor, by the core's cycle "
+        "counter (DWT); `of_budget_predict` is that over what its budget assumes: 1.5 cycles an "
+        "instruction, a division or root 12.5 more. Above 1 the chip is dearer than the budget "
+        "(`make budget`) takes it for. On the emulated board the counter counts instructions, so "
+        "it is 0.66 to 0.67 there and says nothing of silicon.\n",
+        out);
 }

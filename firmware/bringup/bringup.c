@@ -1,6 +1,6 @@
 /* The bring-up image: a small program that says on the serial port what a new board is and does,
- * with the firmware's own drivers. At power on, and whenever `report` is typed, a whole report; then
- * commands. Two of its parts end in a reset, after which it goes on where it was.
+ * with the firmware's own drivers. At power on, and whenever `report` is typed, a whole report;
+ * then commands. Two of its parts end in a reset, after which it goes on where it was.
  * docs/howto/bring-up.md tells how it is used, docs/reference/bring-up.md what each line means.
  *
  * None of it waits without a bound, all feeds the watchdog; what is not there is said: the value
@@ -361,8 +361,9 @@ static void say_noise(void)
 /* ---- cost ---- */
 
 /* Cycles of the predictor, a block of a landing braked at 8 ft/s2 in each round, beside what its
- * budget assumes: 1.5 an instruction, a division or root 12.5 more (tests/budget.sh). Instructions of
- * a block: mean of COST_ROUNDS, counted by the emulated board, whose cycle counter counts them. */
+ * budget assumes: 1.5 an instruction, a division or root 12.5 more (tests/budget.sh).
+ * Instructions of a block: mean of COST_ROUNDS, counted by the emulated board, whose cycle
+ * counter counts them. */
 #define COST_ROUNDS  600u
 #define INSTRUCTIONS 41581u
 #define DIVIDES      35u

@@ -1,7 +1,7 @@
 /* Switch edges and the camera's frame pulses: TIM2 captures each at 84 MHz, DMA1 stores it. Edges:
  * channel 1, stream 5. Pulses, on PB3: channel 2, stream 6; what is shorter than 3 us is noise: the
- * input filter passes it over, and delays what it passes. The camera's trigger is PE2. RM0090 18.3.5,
- * table 42. */
+ * input filter passes it over, and delays what it passes. The camera's trigger is PE2. RM0090
+ * 18.3.5, table 42. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 

@@ -44,8 +44,8 @@ void watchdog_feed(void);
 #define WATCHDOG_USUAL 500u
 #define WATCHDOG_FLASH 1500u
 void watchdog_patience(uint32_t counts);
-/* board.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything
- * else. */
+/* board.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before
+ * anything else. */
 void rom_if_asked(void);
 /* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as
  * in the message hello. True: too many in a row, the board only speaks. */

@@ -1,4 +1,5 @@
-/* board.h's flash on the STM32F407: sectors 2 and 3, words of 32 bits (2.7 to 3.6 V). RM0090 3.6 and 3.9.
+/* board.h's flash on the STM32F407: sectors 2 and 3, words of 32 bits (2.7 to 3.6 V). RM0090 3.6
+ * and 3.9.
  *
  * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it
  * meanwhile: its time is trebled from begin to end. Interrupts are off: their handlers are in the

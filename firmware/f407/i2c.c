@@ -1,5 +1,5 @@
-/* board.h's bus of the thermometer on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a pull-up on the board.
- * RM0090 27.3.3 (master mode).
+/* board.h's bus of the thermometer on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both
+ * with a pull-up on the board. RM0090 27.3.3 (master mode).
  *
  * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to,
  * and no device minds (the TMP112 gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the

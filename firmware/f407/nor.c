@@ -1,9 +1,9 @@
-/* board.h's memory on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1
- * stream 3 receives, stream 4 sends. RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV
- * rev. F 8.2 (commands), 9.6 (times).
+/* board.h's memory on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz /
+ * 2; DMA1 stream 3 receives, stream 4 sends. RM0090 28.3.9 (DMA), table 42 (streams); data sheet
+ * W25Q128JV rev. F 8.2 (commands), 9.6 (times).
  *
- * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a page
- * is being programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each
+ * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a
+ * page is being programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each
  * stretch looks at it; during an erase, which is only while idle, the main loop looks. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"

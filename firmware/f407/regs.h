@@ -213,7 +213,6 @@ struct usart_regs {
 };
 #define USART1         ((struct usart_regs *)0x40011000u)
 #define USART6         ((struct usart_regs *)0x40011400u)
-#define USART_SR_TXE   (1u << 7)
 #define USART_CR1_RE   (1u << 2)
 #define USART_CR1_TE   (1u << 3)
 #define USART_CR1_UE   (1u << 13)

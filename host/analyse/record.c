@@ -267,10 +267,9 @@ static void by_survey_after(const struct measured *measured, const struct zones_
     struct mr_closure_input input = {.station_ft = station_ft,
                                      .displacement_in = nothing_in,
                                      .slack_in = slack->slack_in,
-                                     .wheel_ft = (float)stop_ft,
-                                     .speed_ft_s = 0.0f,
-                                     .deceleration_ft_s2 = MR_NAN};
-    mr_closure_find(&input, &zone, NULL);
+                                     .wheel_ft = (float)stop_ft};
+    float left_in[MR_SEGMENTS];
+    mr_closure_find(&input, &zone, left_in);
     bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_NEAR_FT;
     outcome->left_mats = at_it ? (int64_t)zone.mats : 0;
     if (outcome->left_mats < OUTCOME_MATS || outcome->came == OUTCOME_CAME)

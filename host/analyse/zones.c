@@ -183,7 +183,6 @@ void zones_closed(const struct measured *measured, const struct zones_closure *c
     float station_ft[MR_TRANSDUCERS];
     float displacement_in[MR_TRANSDUCERS];
     double t_s = measured_time_s(measured, sample);
-    double error_ft_s;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
         station_ft[i] = channel->config.station_ft;
@@ -197,8 +196,6 @@ void zones_closed(const struct measured *measured, const struct zones_closure *c
         .displacement_in = displacement_in,
         .slack_in = closure->slack_in,
         .wheel_ft = (float)measured_station_ft(measured, t_s),
-        .speed_ft_s = (float)measured_speed_ft_s(measured, t_s, &error_ft_s),
-        .deceleration_ft_s2 = (float)measured->summary.mean_deceleration_ft_s2.value,
     };
     mr_closure_find(&input, zone, remaining_in);
 }

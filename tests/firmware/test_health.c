@@ -391,11 +391,10 @@ TEST_IN(a_landing_armed_meanwhile_keeps_the_board, start, NULL)
 /* A program that is not what its header says is a fault from the start on. */
 TEST_IN(a_damaged_image_is_a_fault_at_start, start, NULL)
 {
-    fake.image_known = true;
     uint16_t before = health_counted(MR_FAULT_SELFTEST);
     app_start(&app);
     assert_int_equal(health_counted(MR_FAULT_SELFTEST), before);
-    fake.image_bad = true;
+    fake.image_state = MR_IMAGE_PROGRAM;
     app_start(&app);
     assert_int_equal(health_counted(MR_FAULT_SELFTEST), before + 1);
     unsigned told = 0;

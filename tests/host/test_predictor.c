@@ -171,7 +171,6 @@ static void assert_sane(void)
         assert_true(predictor.gap_ft[j] >= 0.0f &&
                     predictor.gap_ft[j] <= predictor.config.chain.slack_ft);
     assert_true(zone.mats <= predictor.config.chain.mats + 4u);
-    assert_true(zone.grit_scale > 0.1f && zone.grit_scale < 10.0f);
 }
 
 /* --- closed forms --- */

@@ -163,9 +163,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
     const struct mr_closure_input kinematic = {.station_ft = player->rig.station_ft,
                                                .displacement_in = input->displacement_in,
                                                .slack_in = player->slack_in,
-                                               .wheel_ft = input->wheel_ft,
-                                               .speed_ft_s = input->speed_ft_s,
-                                               .deceleration_ft_s2 = input->deceleration_ft_s2};
+                                               .wheel_ft = input->wheel_ft};
     mr_closure_find(&kinematic, &closed, player->left_in);
     rank_waves(player, landing, t_s, &zone, &closed, outcome);
     if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
