@@ -132,7 +132,7 @@ printf '{"base": {"model": "chain", "N": 2, "F": 10, "tend": 0.001}, "vary": {"K
 printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >"$tmp/readings.json"
 for words in "show $db" "show $db 1" "landing $db" "landing $db 1" "compare $db 1" "report $db -o $tmp/r.html" \
     "export $db 1 --format csv -o $tmp/x.csv" "export --format dbc -o $tmp/x.dbc" "bundle $db 1 -o $tmp/bundle.db" "scale" "bands" \
-    "sim host/scenes/friction_block.json" "error host/scenes/friction_block.json" "sweep $tmp/study.json" "sweep $tmp/study.json --cases 1..2" "sweep $tmp/study.json --cases 1..2 -o $tmp/s.jsonl" "sweep $tmp/study.json --table $tmp/s.jsonl" \
+    "sim host/scenes/friction_block.json" "error tests/sim_reference/scenes/report_frictionless.json" "sweep $tmp/study.json" "sweep $tmp/study.json --cases 1..2" "sweep $tmp/study.json --cases 1..2 -o $tmp/s.jsonl" "sweep $tmp/study.json --table $tmp/s.jsonl" \
     "params $tmp/readings.json" "survey $db --list" "live $db" help; do
     check "--json $(cut -d' ' -f1 <<<"$words")" object $words
 done

@@ -51,7 +51,7 @@ replaces run.mf4 export $db 1 --format mdf4 -o $tmp/run.mf4
 replaces matrig.dbc export --format dbc -o $tmp/matrig.dbc
 keeps sheet.csv survey $db --edges none --sheet $tmp/sheet.csv
 replaces sim.csv sim host/scenes/wave.json --csv $tmp/sim.csv
-replaces flat.svg error host/scenes/friction_block.json --plot $tmp/flat.svg
+replaces flat.svg error tests/sim_reference/scenes/report_frictionless.json --plot $tmp/flat.svg
 keeps prototype.json scale host/scenes/wave.json -o $tmp/prototype.json
 keeps params.json params $tmp/readings.json -o $tmp/params.json
 replaces compare.csv compare $db 1 -o $tmp/compare.csv
