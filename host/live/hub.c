@@ -52,7 +52,7 @@ struct live_hub {
     pthread_cond_t news;
     const struct live_source *source;
     struct live_buckets buckets;
-    uint32_t run; /* of this hub: ids of another one say nothing here */
+    uint32_t run; /* of this hub: readings of another one are of another time */
 
     struct slot slot[SLOTS]; /* in the order in which they came */
     unsigned slots;
@@ -324,12 +324,12 @@ void live_hub_close(struct live_hub *hub)
 }
 
 /* An event as it goes out; frees `json`. NULL: no memory. */
-static char *event_text(const struct live_hub *hub, enum event_kind kind, char *json, uint64_t id)
+static char *event_text(enum event_kind kind, char *json, uint64_t id)
 {
     static const char *const names[] = {"configuration", "messages", "state", "readings"};
     char *text = NULL;
-    if (json && asprintf(&text, "event: %s\nid: %08" PRIx32 "-%" PRIu64 "\ndata: %s\n\n",
-                         names[kind], hub->run, id, json) < 0)
+    if (json &&
+        asprintf(&text, "event: %s\nid: %" PRIu64 "\ndata: %s\n\n", names[kind], id, json) < 0)
         text = NULL;
     free(json);
     return text;
@@ -337,7 +337,7 @@ static char *event_text(const struct live_hub *hub, enum event_kind kind, char *
 
 static void publish(struct live_hub *hub, enum event_kind kind, char *json)
 {
-    char *text = event_text(hub, kind, json, hub->next);
+    char *text = event_text(kind, json, hub->next);
     if (!text)
         return; /* no memory: the next one tells it again */
     size_t length = strlen(text);
@@ -647,17 +647,6 @@ char *live_hub_snapshot(struct live_hub *hub)
 
 /* ---- viewers ---- */
 
-void live_hub_viewer(struct live_hub *hub, const char *last, struct live_viewer *viewer)
-{
-    uint32_t run;
-    uint64_t id;
-    pthread_mutex_lock(&hub->lock);
-    bool known = last && sscanf(last, "%8" SCNx32 "-%" SCNu64, &run, &id) == 2 && run == hub->run &&
-                 id + 1 >= hub->first && id < hub->next;
-    *viewer = (struct live_viewer){.next = known ? id + 1 : hub->next, .fresh = !known};
-    pthread_mutex_unlock(&hub->lock);
-}
-
 /* All that a viewer without a past needs. Locked by the caller. */
 static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
@@ -668,9 +657,9 @@ static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *len
         return NULL;
     uint64_t before = hub->next ? hub->next - 1 : 0;
     char *parts[] = {
-        event_text(hub, EVENT_CONFIGURATION, dumped(configuration_json(hub->source)), before),
-        event_text(hub, EVENT_MESSAGES, slots_text(hub), before),
-        event_text(hub, EVENT_STATE, dumped(state_json(hub)), before),
+        event_text(EVENT_CONFIGURATION, dumped(configuration_json(hub->source)), before),
+        event_text(EVENT_MESSAGES, slots_text(hub), before),
+        event_text(EVENT_STATE, dumped(state_json(hub)), before),
     };
     fputs("retry: 500\n", out);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {

@@ -4,9 +4,8 @@
  *
  * The page keeps the state of the board: it gets the messages. Events are server-sent events as
  * they go out: messages 50 times a second, a change of the warning at once; readings 20 times, and
- * what the host knows of the links 5 times. The ring keeps a minute: a viewer that was away goes on
- * where it was, one that was away longer, or is new, gets a snapshot (configuration, the newest of
- * each message) and the readings of the ring. A viewer that does not read costs nothing but its
+ * what the host knows of the links 5 times. The ring keeps a minute: a viewer that is new, or was away, gets a
+ * snapshot (configuration, the newest of each message) and the readings of the ring. A viewer that does not read costs nothing but its
  * connection. */
 #ifndef MATRIG_HOST_LIVE_HUB_H
 #define MATRIG_HOST_LIVE_HUB_H
@@ -43,12 +42,11 @@ char *live_hub_snapshot(struct live_hub *hub);
 
 /* ---- viewers ---- */
 
-/* Where a viewer is. `last`: the Last-Event-ID it came back with; NULL: it is new. */
+/* Where a viewer is; it begins with {.fresh = true}. */
 struct live_viewer {
     uint64_t next;
     bool fresh; /* the snapshot and the ring's readings are to come first */
 };
-void live_hub_viewer(struct live_hub *hub, const char *last, struct live_viewer *viewer);
 /* The text of the events to come, to be freed; waits up to `wait_ms` for one. NULL: none came. */
 char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_ms, size_t *length);
 /* Wakes all that wait; from now on nobody waits. */

@@ -154,7 +154,7 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
     if (!stream)
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
     stream->hub = server->hub;
-    live_hub_viewer(server->hub, header(connection, "Last-Event-ID"), &stream->viewer);
+    stream->viewer.fresh = true;
     struct MHD_Response *response = MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
     if (!response)

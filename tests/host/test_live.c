@@ -245,16 +245,6 @@ static void hub_zone(struct live_hub *hub, int64_t block, bool warning)
     say_to_hub(hub, MR_ID_ZONE_LEAD, payload, length, block);
 }
 
-static uint64_t id_of(const char *event)
-{
-    unsigned run;
-    unsigned long long id;
-    const char *at = strstr(event, "\nid: ");
-    assert_non_null(at);
-    assert_int_equal(sscanf(at, "\nid: %8x-%llu", &run, &id), 2);
-    return id;
-}
-
 /* The next event of a viewer that has this in it; NULL: none. To be freed. */
 static char *next_with(struct live_hub *hub, struct live_viewer *viewer, const char *part)
 {
@@ -274,7 +264,7 @@ TEST(a_warning_is_an_event_at_once)
     struct live_viewer viewer;
     size_t length;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    live_hub_viewer(hub, NULL, &viewer);
+    viewer = (struct live_viewer){.fresh = true};
     char *first = live_hub_next(hub, &viewer, 0, &length);
     assert_non_null(first);
     assert_non_null(strstr(first, "event: configuration\n"));
@@ -331,40 +321,6 @@ TEST(a_snapshot_is_for_who_joins_late)
     live_hub_close(hub);
 }
 
-TEST(who_comes_back_goes_on_where_it_was)
-{
-    struct live_hub *hub;
-    struct error error = {0};
-    struct live_viewer viewer, back;
-    size_t length;
-    char last[40];
-    assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    for (int64_t i = 0; i < 100; i++)
-        hub_zone(hub, 1000 + 50 * i, i % 2 == 0);
-    live_hub_viewer(hub, NULL, &viewer);
-    char *text = live_hub_next(hub, &viewer, 0, &length);
-    uint64_t at = id_of(text);
-    snprintf(last, sizeof last, "%.8s-%llu", strstr(text, "\nid: ") + 5,
-             (unsigned long long)at - 50);
-    live_hub_viewer(hub, last, &back);
-    assert_false(back.fresh);
-    for (uint64_t expected = at - 49; expected <= at; expected++) {
-        char *event = live_hub_next(hub, &back, 0, &length);
-        assert_non_null(event);
-        assert_int_equal(id_of(event), expected);
-        free(event);
-    }
-    assert_null(live_hub_next(hub, &back, 0, &length));
-    /* Of another run, from the future, or no id at all: everything anew. */
-    const char *const strange[] = {"00000000-5", "ffffffffffffffff", "", "x-y"};
-    for (size_t i = 0; i < COUNT_OF(strange); i++) {
-        live_hub_viewer(hub, strange[i], &back);
-        assert_true(back.fresh);
-    }
-    free(text);
-    live_hub_close(hub);
-}
-
 TEST(who_does_not_read_is_told_anew)
 {
     struct live_hub *hub;
@@ -372,7 +328,7 @@ TEST(who_does_not_read_is_told_anew)
     struct live_viewer viewer;
     size_t length, told = 0;
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
-    live_hub_viewer(hub, NULL, &viewer);
+    viewer = (struct live_viewer){.fresh = true};
     free(live_hub_next(hub, &viewer, 0, &length));
     for (int64_t i = 0; i < 6000; i++)
         hub_zone(hub, 1000 + 50 * i, i % 2 == 0);

@@ -508,7 +508,7 @@
     on('messages', takeMessages);
     on('readings', takeReadings);
     on('state', (told) => { board.takeHost(told); stateAt = performance.now(); refresh(); });
-    /* The browser comes back by itself, with Last-Event-ID; when it has given up, or hangs, we do. */
+    /* The browser comes back by itself; when it has given up, or hangs, we do. */
     source.onerror = () => { if (source.readyState === EventSource.CLOSED) again(); };
   };
   /* A tab that nobody sees has no stream. */
