@@ -48,6 +48,7 @@ void hil_map_follow_boot_pin(struct hil_core *core);
 /* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the
  * core; DMA still sees what was written. A board with one is slower, for every load is looked
  * at. */
+
 /* From now on. False: no more room. */
 bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
 /* After a snapshot was restored: look at loads, if there is something to see. */

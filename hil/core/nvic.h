@@ -56,6 +56,7 @@ void hil_systick_reset(struct hil_core *core);
 
 /* System control block and the rest of the private peripheral bus: CPUID to CPACR, FPU control, DWT
  * cycle counter, debug identification (ARMv7-M B3.2, RM0090 38). */
+
 /* `idcode`: of the chip, for DBGMCU. */
 void hil_scb_reset(struct hil_scb *scb, uint32_t idcode);
 /* Anything from 0xE0000000 to 0xE00FFFFF; hands on to NVIC and SysTick. */

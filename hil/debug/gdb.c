@@ -23,6 +23,7 @@
 #define SIGNAL_SEGMENT   11
 
 /* In the order of enum hil_debug_register. */
+
 /* clang-format off */
 #define REG(name, ...)    "<reg name=\"" name "\" bitsize=\"32\"" __VA_ARGS__ "/>\n"
 #define DOUBLE(n)         "<reg name=\"d" #n "\" bitsize=\"64\" type=\"ieee_double\"/>\n"

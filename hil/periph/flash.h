@@ -66,6 +66,7 @@ void hil_flash_create(struct hil_flash_device *dev);
 void hil_flash_reset(struct hil_flash_device *dev);
 /* For the bus, the event queue and the core (hil_bank_calls); `device` is a struct
  * hil_flash_device. */
+
 /* What is at address 0: `device` is the flash's. */
 HIL_ON_BUS(syscfg)
 void hil_syscfg_reset(void *device, unsigned unit);
