@@ -98,6 +98,18 @@ static void take_plan_history(struct advise *advise)
     free(log_ratio);
 }
 
+/* Mean deceleration over the way to the stop: v^2 / 2 s. NaN: it does not stop. */
+static double mean_of(const struct advise_profile *profile, double speed_ft_s)
+{
+    const double step_s = 1e-3;
+    double v = speed_ft_s, way_ft = 0.0, t_s = 0.0;
+    for (; v > 0.0 && t_s < 600.0; t_s += step_s) {
+        way_ft += v * step_s;
+        v -= advise_factor(profile, t_s) * step_s;
+    }
+    return v > 0.0 ? (double)NAN : speed_ft_s * speed_ft_s / (2.0 * way_ft);
+}
+
 static enum mr_status make_plan(struct advise *advise, struct error *error)
 {
     const struct advise_request *request = &advise->request;
@@ -118,14 +130,24 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
         return error_set(error, MR_USAGE,
                          "not on the runway: touchdown at %.1f ft; the mats end at %.1f ft",
                          plan->touchdown_ft, length_ft);
-    advise->as_before = isnan(plan->speed_ft_s) || isnan(plan->mean_ft_s2);
+    advise->as_before = isnan(plan->speed_ft_s) ||
+                        (isnan(plan->mean_ft_s2) && !plan->profile.count);
     if (advise->as_before && !last)
         return error_set(error, MR_USAGE,
                          "no plan: no landing before from which to take it; give --speed and "
                          "--deceleration");
     if (isnan(plan->speed_ft_s))
         plan->speed_ft_s = last->seen.braking.speed_ft_s;
-    if (isnan(plan->mean_ft_s2))
+    if (plan->profile.count) {
+        plan->mean_ft_s2 = mean_of(&plan->profile, plan->speed_ft_s);
+        if (isnan(plan->mean_ft_s2))
+            return error_set(
+                error, MR_USAGE,
+                "no stop: --profile does not stop the gear within 10 min; give braking "
+                "that does");
+        for (size_t i = 0; i < plan->profile.count; i++)
+            plan->profile.factor[i] /= plan->mean_ft_s2;
+    } else if (isnan(plan->mean_ft_s2))
         plan->mean_ft_s2 = last->seen.braking.mean_ft_s2;
     take_plan_history(advise);
     return MR_OK;

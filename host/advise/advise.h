@@ -22,7 +22,7 @@ struct advise_request {
     /* NaN: as the landing before (speed, deceleration), as configured (touchdown) */
     double speed_ft_s, deceleration_ft_s2, touchdown_ft;
     double share;                  /* of the thrust that the strip bears; NaN: not measured */
-    struct advise_profile profile; /* factors of the deceleration; count 0: even */
+    struct advise_profile profile; /* of decelerations, ft/s2; count 0: even */
     double limit;
     int64_t members, seed;
     int64_t before; /* as if RUN were still to come; 0: after all landings */

@@ -189,7 +189,7 @@ struct gear {
     double speed_ft_s, at_ft, thrust_lb_per_g;
 };
 
-static double factor_at(const struct advise_profile *profile, double t_s)
+double advise_factor(const struct advise_profile *profile, double t_s)
 {
     if (!profile || !profile->count)
         return 1.0;
@@ -211,7 +211,7 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
         return braking->mean_ft_s2;
     double part = fmin(t_s / ONSET_S, 1.0);
     return part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2 *
-           factor_at(braking->profile, t_s);
+           advise_factor(braking->profile, t_s);
 }
 
 /* Eight members and their landing. */

@@ -99,6 +99,8 @@ struct advise_profile {
     double t_s[ADVISE_PROFILE], factor[ADVISE_PROFILE];
 };
 
+double advise_factor(const struct advise_profile *profile, double t_s);
+
 /* A landing of one member. Braking begins with an onset of 60 ms. */
 struct advise_braking {
     double speed_ft_s, touchdown_ft;

@@ -35,8 +35,7 @@ static bool part(const char *text, size_t length, const char *bare, const char *
     return quantity_parse(word, unit, bare, value, &wrong);
 }
 
-/* "0:4,2:8": braking of 4 at the touchdown that goes over to 8 at 2 s. The mean, over time to the
- * stop from `speed_ft_s`, becomes the plan; the points are relative to it. */
+/* "0:4,2:8": braking of 4 at the touchdown that goes over to 8 at 2 s. */
 static enum mr_status read_profile(const char *text, bool si, struct advise_profile *profile,
                                    struct error *error)
 {
@@ -61,52 +60,6 @@ static enum mr_status read_profile(const char *text, bool si, struct advise_prof
         more = at[length] == ',';
         at += length + more;
     }
-    return MR_OK;
-}
-
-/* Mean deceleration over the way to the stop: v^2 / 2 s. NaN: it does not stop. */
-static double mean_of(const struct advise_profile *profile, double speed_ft_s)
-{
-    const double step_s = 1e-3;
-    double v = speed_ft_s, way_ft = 0.0;
-    for (double t_s = 0.0; v > 0.0; t_s += step_s) {
-        size_t i = 0;
-        if (t_s > 600.0)
-            return (double)NAN;
-        while (i + 1 < profile->count && profile->t_s[i + 1] <= t_s)
-            i++;
-        double a = profile->factor[i];
-        if (i + 1 < profile->count && t_s > profile->t_s[i])
-            a += (profile->factor[i + 1] - a) * (t_s - profile->t_s[i]) /
-                 (profile->t_s[i + 1] - profile->t_s[i]);
-        way_ft += v * step_s;
-        v -= a * step_s;
-    }
-    return speed_ft_s * speed_ft_s / (2.0 * way_ft);
-}
-
-static enum mr_status take_profile(struct request *r, const struct cli *cli, struct error *error)
-{
-    struct advise_request *request = &r->advise;
-    if (!r->profile)
-        return MR_OK;
-    if (isfinite(request->deceleration_ft_s2))
-        return error_set(error, MR_USAGE,
-                         "both --profile and --deceleration: matrig advise; the profile has its "
-                         "own mean, leave one out");
-    if (isnan(request->speed_ft_s))
-        return error_set(error, MR_USAGE,
-                         "--profile needs --speed: matrig advise; its mean depends on it");
-    enum mr_status status = read_profile(r->profile, cli->si, &request->profile, error);
-    if (status != MR_OK)
-        return status;
-    request->deceleration_ft_s2 = mean_of(&request->profile, request->speed_ft_s);
-    if (!isfinite(request->deceleration_ft_s2))
-        return error_set(error, MR_USAGE,
-                         "no stop: '%s' for --profile; it does not stop the gear within 10 min",
-                         r->profile);
-    for (size_t i = 0; i < request->profile.count; i++)
-        request->profile.factor[i] /= request->deceleration_ft_s2;
     return MR_OK;
 }
 
@@ -211,8 +164,12 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE,
                            "--load with --before: matrig advise; a chart is for the landing to "
                            "come");
-    if (status == MR_OK)
-        status = take_profile(&r, cli, &error);
+    if (status == MR_OK && r.profile && isfinite(r.advise.deceleration_ft_s2))
+        status = error_set(&error, MR_USAGE,
+                           "both --profile and --deceleration: matrig advise; the profile has its "
+                           "own mean, leave one out");
+    if (status == MR_OK && r.profile)
+        status = read_profile(r.profile, cli->si, &r.advise.profile, &error);
     if (status == MR_OK && r.load && r.advise.profile.count > MR_RISK_KNOTS)
         status = error_set(&error, MR_USAGE,
                            "%zu points: --profile; a board takes %u with --load, leave some out",
