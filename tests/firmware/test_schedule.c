@@ -1,82 +1,9 @@
-/* When each periodic message goes out: idle, armed, without scans. The blocks are written here once
- * more, as a candump log of the board shows them, so that a row of firmware/schedule.def that moves
- * is seen. */
+/* What firmware/schedule.def makes of itself: rounds, bursts, without scans. That each message has
+ * its block, the golden landings see (tests/golden). */
 #include "firmware/schedule.h"
 #include "tests/firmware/play.h"
 
-#define SECONDS            4u
 #define SUPERVISIONS_PER_S 100u
-
-struct expected {
-    uint16_t id;
-    unsigned period, phase;
-};
-
-/* In every state. */
-static const struct expected always[] = {
-    {MR_ID_CLOCK, 100, 3},          {MR_ID_HEALTH, 100, 23},         {MR_ID_CAN_HEALTH, 100, 43},
-    {MR_ID_SERIAL_HEALTH, 100, 63}, {MR_ID_MESSAGE_COUNT, 50, 33},   {MR_ID_SYNC, 1000, 253},
-    {MR_ID_SYNC_AT, 1000, 263},     {MR_ID_BOX_STATE, 1000, 313},    {MR_ID_CAN_ALARM, 1000, 323},
-    {MR_ID_CAN_DROPS, 1000, 343},   {MR_ID_UPKEEP, 1000, 363},       {MR_ID_RESTARTS, 1000, 383},
-    {MR_ID_HELLO, 1000, 513},       {MR_ID_RUNWAY_STORE, 1000, 613}, {MR_ID_LANDING, 1000, 713},
-};
-static const struct expected idle[] = {
-    {MR_ID_DISPLACEMENT_1_3, 100, 0},
-    {MR_ID_TENSION_1_3, 100, 1},
-    {MR_ID_BAND_STATE, 1000, 1},
-};
-static const struct expected armed[] = {
-    {MR_ID_DISPLACEMENT_1_3, 2, 0},
-    {MR_ID_TENSION_1_3, 4, 1},
-    {MR_ID_BAND_STATE, 100, 1},
-    {MR_ID_ZONE, 50, 0},
-};
-
-/* From block `from` on, so many seconds: at each block it is due, at no other. Two bands: two
- * frames of BAND_STATE. */
-static void check(const struct expected *e, uint32_t from)
-{
-    unsigned due = 0, told = 0;
-    for (uint32_t index = from; index < from + 1000u * SECONDS; index++)
-        due += index % e->period == e->phase;
-    for (size_t i = 0; i < fake.sent_count; i++) {
-        if (fake.sent[i].id != e->id || fake.sent_block[i] < from)
-            continue;
-        if (fake.sent_block[i] % e->period != e->phase)
-            fail_msg("message 0x%03x in block %u, expected in %u of each %u", e->id,
-                     fake.sent_block[i], e->phase, e->period);
-        told++;
-    }
-    assert_int_equal(told, due * (e->id == MR_ID_BAND_STATE ? 2u : 1u));
-}
-
-TEST_IN(each_message_has_its_block, start, NULL)
-{
-    uint32_t from = 20000; /* the start's burst is over */
-    play(from);
-    fake.sent_count = fake.serial_count = 0;
-    play(1000 * SECONDS);
-    for (size_t i = 0; i < COUNT_OF(always); i++)
-        check(&always[i], from);
-    for (size_t i = 0; i < COUNT_OF(idle); i++)
-        check(&idle[i], from);
-    assert_int_equal(count_frames(MR_ID_CHANNEL_QUALITY), 0);
-    command("arm 7");
-    play(2000);
-    from = index_now;
-    fake.sent_count = fake.serial_count = 0;
-    play(1000 * SECONDS);
-    for (size_t i = 0; i < COUNT_OF(always); i++)
-        check(&always[i], from);
-    for (size_t i = 0; i < COUNT_OF(armed); i++)
-        check(&armed[i], from);
-    /* 8 transducers, 14 gages, each once a second */
-    assert_int_equal(count_frames(MR_ID_CHANNEL_QUALITY), 22 * SECONDS);
-    for (size_t i = 0; i < fake.sent_count; i++) {
-        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY)
-            assert_int_equal(fake.sent_block[i] % 40u, 14);
-    }
-}
 
 /* A configuration goes round, an item each 40 blocks, in blocks in which nothing else of it
  * goes. */
