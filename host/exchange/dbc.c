@@ -85,8 +85,11 @@ static void list_values(FILE *out, const struct mr_message_info *message,
         write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
     for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
         bool is = named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
-        for (unsigned number = named[i].first; is && number <= named[i].last; number++)
-            write_value(out, named[i].sign * (long)number, named[i].text(number));
+        for (unsigned number = named[i].first; is && number <= named[i].last; number++) {
+            const char *text = named[i].text(number);
+            if (strcmp(text, "unknown fault") != 0) /* a number that is free */
+                write_value(out, named[i].sign * (long)number, text);
+        }
     }
     for (const struct mr_value *value = field->values;
          field->coding == MR_CODING_CODE && value->word; value++) {
