@@ -30,10 +30,10 @@ struct zone_warning {
     bool warned;
     /* At the first warning. The moment is that of the decision on the board, by the board's clock:
      * the beginning of the block that decided, which is the stamp of the frame. Lamp and frame
-     * follow when the block is complete, 1 ms later; summary_time.h knows when the frame was
+     * follow when the block is complete, 1 ms later; summary.h knows when the frame was
      * received. */
     int64_t block;
-    /* since touchdown: the clock of log, report, predict and make series. The live page, before the
+    /* since touchdown: the clock of log, report and make series. The live page, before the
      * fit, has the block */
     double t_s;
     int64_t mats;
