@@ -14,7 +14,6 @@
 #include "host/base/command.h"
 #include "host/base/progress.h"
 #include "host/base/xmalloc.h"
-#include "host/study/fit/campaign.h"
 #include "host/study/fit/landings.h"
 
 _Static_assert(FIT_LEAST_DRAWS == FIT_DRAWS_LEAST, "the option and the fit agree");

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "host/store/store_journal.h"
-#include "host/study/fit/campaign.h"
 #include "host/study/fit/landings.h"
 #include "tests/fit/cheap.h"
 #include "tests/fit/runway.h"
