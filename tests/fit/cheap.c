@@ -150,8 +150,8 @@ bool cheap_landing(const double z[FIT_KEYS], uint64_t seed, bool surveyed,
             true, survey(gap_ft, exp(CHEAP_SURVEY_SPREAD * z[FIT_GAP]), landing.survey_in, &random),
             CHEAP_SURVEY_SPREAD};
     for (size_t c = 0; c < TRANSDUCERS && good; c++)
-        series[c] = (struct fit_series){(int64_t)c + 1, station_ft[c],  0.0, SAMPLE_S, value_in[c],
-                                        samples,        CHEAP_NOISE_IN, 0.0, 0.0};
+        series[c] = (struct fit_series){station_ft[c],  0.0, SAMPLE_S, value_in[c], samples,
+                                        CHEAP_NOISE_IN, 0.0, 0.0};
     fit_landings_begin(list, &landing.scene);
     memcpy(list->parameter, prior, sizeof prior);
     if (good)

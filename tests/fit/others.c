@@ -109,8 +109,7 @@ static bool add_landing(const struct score_truth *truth, uint32_t number, uint32
         for (uint32_t k = 0; k < its->rows; k++)
             value_in[c * its->rows + k] = (double)its->u_in[k][FIRST_STATION + c] +
                                           NOISE_IN * cheap_normal(random);
-        series[c] = (struct fit_series){.number = (int64_t)c + 1,
-                                        .station_ft = 10.0 * (double)(FIRST_STATION + 1 + c),
+        series[c] = (struct fit_series){.station_ft = 10.0 * (double)(FIRST_STATION + 1 + c),
                                         .dt_s = ROW_S,
                                         .value_in = value_in + c * its->rows,
                                         .count = its->rows,

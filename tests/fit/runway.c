@@ -201,8 +201,7 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
     if (good && surveyed && last)
         read_survey(truth, landing.after_in);
     for (size_t c = 0; c < MR_TRANSDUCERS && good; c++)
-        series[c] = (struct fit_series){.number = (int64_t)c + 1,
-                                        .station_ft = station_ft[c],
+        series[c] = (struct fit_series){.station_ft = station_ft[c],
                                         .dt_s = SAMPLE_S,
                                         .value_in = value_in + c * samples,
                                         .count = samples,

@@ -309,7 +309,7 @@ TEST(windows_follow_the_wheel)
     struct fit_landing landing = {.run = 7};
     struct error error = {0};
     double *value = calloc(COUNT, sizeof *value);
-    struct fit_series series = {1, 30.0, 0.0, 0.001, value, COUNT, 0.0, 0.0, 0.0};
+    struct fit_series series = {30.0, 0.0, 0.001, value, COUNT, 0.0, 0.0, 0.0};
     assert_non_null(value);
     for (int i = 0; i < COUNT; i++)
         value[i] = 0.001 * i;

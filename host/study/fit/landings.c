@@ -640,7 +640,6 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
     size_t channel = landing->channels++;
     double end_s = sim_scene_end_s(&landing->scene),
            stop_s = landing->scene.path[landing->scene.path_count - 1].t_s;
-    landing->channel[channel].number = series->number;
     landing->channel[channel].station_ft = series->station_ft;
     landing->channel[channel].noise_in = series->noise_in;
     landing->channel[channel].baseline_in = series->baseline_in;
@@ -862,7 +861,6 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
         double noise_in = channel->noise * sqrt((double)channel->stride);
         double baseline_in = noise_in / sqrt(fmax((double)channel->rest, 1.0));
         series[count++] = (struct fit_series){
-            .number = channel->config.number,
             .station_ft = (double)channel->config.station_ft,
             .t0_s = measured_time_s(measured, first),
             .dt_s = measured_time_s(measured, 1) - measured_time_s(measured, 0),

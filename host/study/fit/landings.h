@@ -44,7 +44,6 @@ extern const struct fit_name {
 /* A transducer's movement since the baseline, inches, NaN where not valid; sample i at t0_s + i
  * dt_s since touchdown. */
 struct fit_series {
-    int64_t number;
     double station_ft;
     double t0_s, dt_s;
     const double *value_in;
@@ -75,7 +74,6 @@ struct fit_landing {
      * reader */
     size_t gages;
     struct {
-        int64_t number;
         double station_ft, noise_in, baseline_in, gain;
     } channel[MR_TRANSDUCERS];
     size_t channels;
