@@ -22,7 +22,7 @@ struct request {
     const char *db, *edges_text, *note, *from, *sheet, *load;
     bool begin_new, end, show, can, doubtful, force;
     enum survey_edges edges;
-    double closed_in;
+    double closed_in, error_in;
     int64_t number; /* 0: the newest */
 };
 
@@ -265,7 +265,7 @@ static enum mr_status begin(const struct request *request, struct store *store,
             return error->status;
     }
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
-                                    .error_in = SURVEY_ERROR_IN,
+                                    .error_in = request->error_in,
                                     .closed_in = request->closed_in};
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text[request->edges]);
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
@@ -559,6 +559,8 @@ static const struct command_part parts[] = {
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 20.0, 40.0, SURVEY_SPACING_IN,
                      "distance of gage points with all ten joints closed; else {standard}: what is "
                      "beyond it is the opening of the joints"),
+    OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
+                     "standard error of a reading; else {standard}"),
     OPTION_TEXT("--from", "CSV", from,
                 "readings of a sheet. What a person would be asked about is taken with --doubtful "
                 "only; exit 1 without"),
@@ -587,7 +589,7 @@ static const struct command_part parts[] = {
 const struct command command_survey = {
     "survey",
     survey_command,
-    "DB [--edges left|both|none] [--new] [--closed IN] "
+    "DB [--edges left|both|none] [--new] [--closed IN] [--error IN] "
     "[--note T]\n"
     "                         [--from CSV [--doubtful] | --end | --sheet F "
     "[--force] | --show | --load LINK [--can]] [--survey N]",

@@ -21,7 +21,7 @@ struct request {
     const struct cli *cli;
     const char *words[2]; /* DB, CHANNEL */
     const char *at, *config;
-    double kelvin;
+    double hours, kelvin;
     int64_t run;
     int channel;     /* index; -1: all */
     double at_value; /* NaN: not given */
@@ -127,7 +127,7 @@ static struct mr_error_case plain_case(const struct request *r, const struct sub
         .noise = (float)budget_noise_codes() * fabsf(one->channel.unit_per_code),
         .averaged = 1.0f,
         .baseline_blocks = movement ? (float)MEASURED_BASELINE_BLOCKS : 0.0f,
-        .hours = movement ? 0.0f : 1.0f /* since the zeros were taken */,
+        .hours = movement ? 0.0f : (float)r->hours,
         .reference_error = s->config.channel[MR_REFERENCE].gain_error};
 }
 
@@ -343,6 +343,8 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
                   "the temperature differs from that of the calibration by up to K; else "
                   "{standard}"),
+    OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
+                  "since the zeros of the gages were taken, with --config; else {standard}"),
     HELP_NOTE("The stated error (as beside every reading) and what it leaves out: certificate, "
               "position, temperature. x, u(x) and c are in inches\nand pounds, also with --si. "),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
@@ -351,7 +353,7 @@ static const struct command_part parts[] = {
 const struct command command_uncertainty = {
     "uncertainty",
     uncertainty_command,
-    "DB [CHANNEL [--at V]] [--run RUN | --config F] [--kelvin K]",
+    "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K]",
     "the uncertainty budget of each channel, with its certificate",
     COMMAND_PARTS(parts),
     {1, 2, "DB [CHANNEL]"},

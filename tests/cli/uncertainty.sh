@@ -46,7 +46,7 @@ without_a_landing() { # of a configuration
     $matrig board --serial "unix:$sockets/serial" config get -o "$tmp/rig.cfg"
     kill $!
     wait $!
-    $matrig uncertainty "$tmp/c.db" t2 --config "$tmp/rig.cfg" --at 444.82N --kelvin 0 >"$tmp/out" && cat "$tmp/out" && grep -Eq '^reading +100\.00 lb$' "$tmp/out" && grep -Eq "^ +zero's drift.* 0.5 +1 +0.5 " "$tmp/out"
+    $matrig uncertainty "$tmp/c.db" t2 --config "$tmp/rig.cfg" --hours 2 --at 444.82N --kelvin 0 >"$tmp/out" && cat "$tmp/out" && grep -Eq '^reading +100\.00 lb$' "$tmp/out" && grep -Eq "^ +zero's drift.* 0.5 +2 +1 " "$tmp/out"
 }
 does_not_hold() { build/tests/uncertainty/study 200 --without "$1"; [ $? = 1 ]; }
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
