@@ -56,7 +56,7 @@ struct day_facts {
     /* the newest survey; 0: none */
     int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: not finished */
     size_t survey_read, survey_of;
-    char edges[8];
+    char edges[16];
     int64_t loaded_us; /* when a board was given it; 0: never */
     /* the newest advice since the newest landing; 0: none */
     int64_t advised_us;

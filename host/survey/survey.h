@@ -18,16 +18,22 @@
  * Gage points are punched into the mats every ten mats along four lines: 12 in from each edge, near
  * the centreline, 36 in left of it. A reading is the distance between two neighbouring points of a
  * line, 33.5 in as designed; its change is what ten joints have opened. Stations are marked every
- * 10 ft beside the runway: how far the mat's mark stands downfield of the station's.
+ * 10 ft beside the runway: how far the mat's mark stands downfield of the station's. For a
+ * diagonal lay there are stations at all four lines, their distance from a fixed line beside
+ * the runway (across), and seven lines of points at 45 degrees, at right angles to the joints.
  *
  * A plan goes down one line and back up the next, with the stations as they are passed. Pure: no
  * I/O. Inches and feet. */
-#define SURVEY_LINES      4u
-#define SURVEY_SPANS      MR_SEGMENTS
-#define SURVEY_POINTS     (SURVEY_SPANS + 1u)
-#define SURVEY_STATIONS   13u /* 0 to 120 ft */
-#define SURVEY_STATION_FT 10.0
-#define SURVEY_ITEMS_MAX  (SURVEY_LINES * SURVEY_SPANS + 2u * SURVEY_STATIONS)
+#define SURVEY_LINES          4u
+#define SURVEY_SPANS          MR_SEGMENTS
+#define SURVEY_POINTS         (SURVEY_SPANS + 1u)
+#define SURVEY_STATIONS       13u /* 0 to 120 ft */
+#define SURVEY_STATION_FT     10.0
+#define SURVEY_DIAGONALS      7u
+#define SURVEY_DIAGONAL_SPANS 7u /* 14 ft of width at 45 degrees are 7 spans of 33.5 in */
+#define SURVEY_ITEMS_MAX                                    \
+    (SURVEY_LINES * (SURVEY_SPANS + 2u * SURVEY_STATIONS) + \
+     SURVEY_DIAGONALS * SURVEY_DIAGONAL_SPANS)
 
 #define SURVEY_SPAN_FT        (MR_MATS_PER_SEGMENT * 2.0 / 7.0) /* ten mats */
 #define SURVEY_WIDTH_IN       168.0                             /* about 14 ft (report 2.6) */
@@ -37,12 +43,20 @@
 #define SURVEY_SPAN_CHANGE_IN (SURVEY_JOINT_IN * MR_MATS_PER_SEGMENT)
 #define SURVEY_MOVE_IN        1.0 /* of a station between two surveys: beyond it, asked again */
 
-enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_KINDS };
-enum survey_edges { SURVEY_EDGE_LEFT, SURVEY_EDGE_BOTH, SURVEY_EDGE_NONE };
+enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_ACROSS, SURVEY_DIAGONAL, SURVEY_KINDS };
+/* Where stations are read; a diagonal lay: at all lines, with across and the 45 degree lines. */
+enum survey_edges {
+    SURVEY_EDGE_LEFT,
+    SURVEY_EDGE_BOTH,
+    SURVEY_EDGE_NONE,
+    SURVEY_EDGE_DIAGONAL,
+    SURVEY_EDGES
+};
 
 struct survey_item {
     enum survey_kind kind;
-    /* from 1: left edge, 36 in left of the centreline, near it, right edge */
+    /* from 1: left edge, 36 in left of the centreline, near it, right edge; of the 45 degree lines
+     * from upfield on */
     unsigned line;
     unsigned place; /* span or station, from 0 */
 };
@@ -57,7 +71,7 @@ void survey_plan_make(struct survey_plan *plan, enum survey_edges edges);
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
 /* "gap", "station"; "left", "both", "none". */
-extern const char *const survey_kind_text[SURVEY_KINDS], *const survey_edges_text[3];
+extern const char *const survey_kind_text[SURVEY_KINDS], *const survey_edges_text[SURVEY_EDGES];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
 double survey_line_in(unsigned line);        /* from the left edge */
@@ -180,6 +194,8 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
 struct survey_readings {
     double gap_in[SURVEY_LINES][SURVEY_SPANS];
     double station_in[SURVEY_LINES][SURVEY_STATIONS];
+    double across_in[SURVEY_LINES][SURVEY_STATIONS];
+    double diagonal_in[SURVEY_DIAGONALS][SURVEY_DIAGONAL_SPANS];
     double error_in;
 };
 
@@ -190,7 +206,7 @@ struct survey_estimate {
 /* One survey against another. */
 struct survey_change {
     struct survey_readings change; /* error_in: that of a change of a span */
-    double station_error_in;       /* of a change of a station */
+    double station_error_in;       /* of a change of a station or of a distance across */
     struct survey_estimate moved[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
     size_t compared; /* readings that both have */
@@ -238,9 +254,6 @@ enum mr_status survey_find(struct store *store, const struct survey *survey,
 enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t to_us,
                                    struct survey_found *found, bool *there, struct error *error);
 
-/* What a survey answers (host/base/answer.h). */
-void survey_answer(const struct survey *survey, const struct survey_found *found,
-                   struct answer *answer);
 /* "within", "perhaps beyond" (its 95 % interval reaches over it), "beyond", "not known" */
 const char *survey_bow_verdict(const struct survey_found *found);
 /* "2026-11-22 01:48 UTC" */
