@@ -103,8 +103,8 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
 /* Which board an image is for, by what is in a file; one that has no header or cannot be read
- * leaves `type` as it is, for whoever loads it says why. Either may be NULL; the ELF has precedence.
- * MR_VERSION: for a board that is not modelled; `error` says which. */
+ * leaves `type` as it is, for whoever loads it says why. Either may be NULL; the ELF has
+ * precedence. MR_VERSION: for a board that is not modelled; `error` says which. */
 enum mr_status hil_which_files(const char *elf, const char *flash,
                                const struct hil_board_type **type, char *error, size_t size);
 

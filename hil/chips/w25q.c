@@ -263,8 +263,8 @@ static enum hil_rule rest_after(uint8_t command)
                                  : HIL_RULES;
 }
 
-/* What the W25Q128JV demands of its master: its rows of hil/periph/rules.def. A command's first byte
- * is there: only now is it known what its select had to keep. */
+/* What the W25Q128JV demands of its master: its rows of hil/periph/rules.def. A command's first
+ * byte is there: only now is it known what its select had to keep. */
 static void hold_rules(struct hil_rules_device *rules, const struct hil_w25q_past *past,
                        uint8_t command, double clock_period_ns)
 {

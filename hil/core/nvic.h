@@ -1,5 +1,5 @@
-/* Exceptions: which is pending, active and allowed, NVIC and the system handlers' priorities (ARMv7-M
- * B1.5, PM0214 4.3).
+/* Exceptions: which is pending, active and allowed, NVIC and the system handlers' priorities
+ * (ARMv7-M B1.5, PM0214 4.3).
  *
  * Exception numbers: 1..15 system, 16 + n interrupt n. Priorities keep the upper four bits, as on
  * the STM32F4. */

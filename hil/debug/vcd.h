@@ -1,8 +1,9 @@
 /* Trace of a run as a VCD file (IEEE 1364-2001, 18.2; timescale 1 ns), for GTKWave, PulseView and
  * the like: pins, converters, links, exceptions, sleep.
  *
- * An exception's lane is high while it is active, preempted or not. Peripherals and pins change at their exact
- * time, what the core does at the start of the basic block that does it. Same run, same bytes. */
+ * An exception's lane is high while it is active, preempted or not. Peripherals and pins change at
+ * their exact time, what the core does at the start of the basic block that does it. Same run, same
+ * bytes. */
 #ifndef MATRIG_HIL_VCD_H
 #define MATRIG_HIL_VCD_H
 

@@ -1,4 +1,5 @@
-/* A CAN frame, what the bus can be like, and the length of a frame on the wire, from its real bit stream (ISO 11898-1 10.4 to 10.5). */
+/* A CAN frame, what the bus can be like, and the length of a frame on the wire, from its real bit
+ * stream (ISO 11898-1 10.4 to 10.5). */
 #ifndef MATRIG_HIL_CANBITS_H
 #define MATRIG_HIL_CANBITS_H
 

@@ -13,9 +13,9 @@
  * off read as erased: protection level 1, nothing write-protected (RM0090 3.7.1).
  *
  * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), write
- * protection and the hardware watchdog by option bytes, programming the one-time area, stop-mode options (there is no stop mode). The
- * block on flash that silicon has at level 1 for code in RAM after booting from system memory is
- * not modelled: the boot ROM itself refuses. */
+ * protection and the hardware watchdog by option bytes, programming the one-time area, stop-mode
+ * options (there is no stop mode). The block on flash that silicon has at level 1 for code in RAM
+ * after booting from system memory is not modelled: the boot ROM itself refuses. */
 #ifndef MATRIG_HIL_FLASH_H
 #define MATRIG_HIL_FLASH_H
 

@@ -13,8 +13,8 @@ enum data_file {
     PLACE_DEMO     /* script of matrig demo */
 };
 
-/* Looked for beside the program, then in ../share/matrig from there. When it is nowhere: where it was
- * looked for first, so that opening it says so. */
+/* Looked for beside the program, then in ../share/matrig from there. When it is nowhere: where it
+ * was looked for first, so that opening it says so. */
 void data_dir_find(enum data_file what, char *path, size_t size);
 
 /* The firmware image of a board, likewise: zg's is DATA_FIRMWARE, others lie beside it in a folder

@@ -14,8 +14,8 @@
 
 /* ---- where ---- */
 
-/* A landing cannot be repeated: an output never takes the place of a database. Only a regular file is
- * read: a pipe or a terminal would be waited for. */
+/* A landing cannot be repeated: an output never takes the place of a database. Only a regular file
+ * is read: a pipe or a terminal would be waited for. */
 bool output_is_database(const char *path)
 {
     static const char magic[16] = "SQLite format 3";

@@ -37,8 +37,8 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
 
 /* Similitude: by what power of the length scale n, in halves, prototype / model, a value in this
  * unit changes. Lengths change by n, times by sqrt(n) (gravity is the same), forces by n^3 when the
- * materials' density is kept (the 1/7 model: Table 2.2) or by n^2 when their stiffness is (the pilot
- * model: Table B.2). Everything else follows from its dimensions. */
+ * materials' density is kept (the 1/7 model: Table 2.2) or by n^2 when their stiffness is (the
+ * pilot model: Table B.2). Everything else follows from its dimensions. */
 static int half_powers(const struct request *request, const char *unit)
 {
     int powers[3]; /* of force, length, time */

@@ -113,8 +113,8 @@ enum mr_status series_from_json(struct landing_series *series, const char *where
 enum mr_status series_load_on(struct landing_series *series, const char *path, const char *ground,
                               struct error *error);
 void series_free(struct landing_series *series);
-/* The object of a JSON file; `name` is looked for beside `file` (NULL: as it is). `what` names it in
- * errors. A new reference; NULL: MR_IO, MR_TRUNCATED, MR_MALFORMED. */
+/* The object of a JSON file; `name` is looked for beside `file` (NULL: as it is). `what` names it
+ * in errors. A new reference; NULL: MR_IO, MR_TRUNCATED, MR_MALFORMED. */
 json_t *series_json(const char *file, const char *name, const char *what, struct error *error);
 /* Where that is. */
 void series_beside(const char *file, const char *name, char path[PATH_MAX]);

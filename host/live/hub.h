@@ -4,9 +4,9 @@
  *
  * The page keeps the state of the board: it gets the messages. Events are server-sent events as
  * they go out: messages 50 times a second, a change of the warning at once; readings 20 times, and
- * what the host knows of the links 5 times. The ring keeps a minute: a viewer that is new, or was away, gets a
- * snapshot (configuration, the newest of each message) and the readings of the ring. A viewer that does not read costs nothing but its
- * connection. */
+ * what the host knows of the links 5 times. The ring keeps a minute: a viewer that is new, or was
+ * away, gets a snapshot (configuration, the newest of each message) and the readings of the ring. A
+ * viewer that does not read costs nothing but its connection. */
 #ifndef MATRIG_HOST_LIVE_HUB_H
 #define MATRIG_HOST_LIVE_HUB_H
 

@@ -1,5 +1,5 @@
-/* A recorded landing: what the board said of it, messages and block records, and what it is given to
- * say the same again. */
+/* A recorded landing: what the board said of it, messages and block records, and what it is given
+ * to say the same again. */
 #ifndef MATRIG_HOST_REPLAY_INPUT_H
 #define MATRIG_HOST_REPLAY_INPUT_H
 

@@ -1,5 +1,6 @@
-/* Results: of one case, which is a simulation or a search with several; and the lines of all cases, gathered from any number of files: one row a case, in the
- * sweep's order, with the indices of sensitivity where the design has them.
+/* Results: of one case, which is a simulation or a search with several; and the lines of all cases,
+ * gathered from any number of files: one row a case, in the sweep's order, with the indices of
+ * sensitivity where the design has them.
  *
  *   {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" | why not,
  *    ["reason":,] ["result": {...},] ["find": {...}]} */

@@ -6,7 +6,6 @@
 
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
-#include "host/sim/models/kernel.h"
 
 #define DEGREES    (180.0 / 3.14159265358979323846)
 #define START_EDGE 1e-12

@@ -180,8 +180,8 @@ static bool beside_run(const struct sim_scene *scene, const double *station_ft, 
 #define HALVINGS        40
 #define PAIRS_PER_JOINT 6 /* leaves half a percent of where it began */
 
-/* Half of what gaps are uniform up to, for a mean with none beyond the slack: s - s^2/(4 m) with 2 m
- * > s. All hooked: INFINITY. */
+/* Half of what gaps are uniform up to, for a mean with none beyond the slack: s - s^2/(4 m) with 2
+ * m > s. All hooked: INFINITY. */
 static double half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)

@@ -1,6 +1,7 @@
 /* SPI2 as the test's hand: for each byte on the serial line, one transaction of control[1] bytes
  * from `out` to `in` with PB12 low around it. control[2]: 0 polled, 1 by DMA1 streams 3 and 4, 2
- * polled but PB12 rises in the middle of the last byte, 3 polled without reading anything. control[3]: CR1 without MSTR, SPE, SSM, SSI. */
+ * polled but PB12 rises in the middle of the last byte, 3 polled without reading anything.
+ * control[3]: CR1 without MSTR, SPE, SSM, SSI. */
 #include "tests/hil/images/image.h"
 
 #define CR1       REG(0x40003800u)
