@@ -64,13 +64,13 @@ assert d["learned"]["landings"] == 2 and d["members"] == 64
 assert 0.4 < d["thrust_lb"] / d["critical_lb"] < 4' "$tmp/both.json"
 }
 check "rows, intervals and stations hold together" rows_hold
-another_seed() { advise other $plan --seed 2 && holds 'assert d[0]["rows"] != d[1]["rows"]' "$tmp/both.json" "$tmp/other.json"; }
-check "another seed draws other members" another_seed
 as_before_5() { # its survey came with it, and its parameters from landing 1 alone
-    advise before --before 2 $plan && holds 'print(d[0]["segments_surveyed"], d[1]["segments_surveyed"])
+    advise before --before 2 --seed 2 $plan && holds 'print(d[0]["segments_surveyed"], d[1]["segments_surveyed"])
 assert d[0]["segments_surveyed"] > 30 and d[0]["learned"]["landings"] == 1 and d[1]["segments_surveyed"] == 0' "$tmp/before.json" "$tmp/both.json"
 }
 check "as if landing 5 were still to come" as_before_5
+another_seed() { holds 'assert d[0]["rows"] != d[1]["rows"]' "$tmp/kept.json" "$tmp/before.json"; } # of the same campaign as it was then
+check "another seed draws other members" another_seed
 # 2 s at 4, then 8 ft/s2: from 32 ft/s 2 s to 24 ft/s, 56 ft, then 36 ft: mean 1024 / 184 ft/s2, 1.696 m/s2
 a_profile_in_si() {
     $matrig --si advise "$db" --before 2 --speed 9.7536 --profile 0s:4ft/s2,2s:0.12432g,2.001s:8ft/s2 --members 64 >"$tmp/si.txt"

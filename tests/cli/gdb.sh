@@ -158,7 +158,7 @@ kills_and_goes() { # without waiting for an answer
 }
 reset_connections_of_a_port() {
     rm -f "$tmp/port.err"
-    timeout 600 build/matrig-board --elf $elf --gdb 0 2>"$tmp/port.err" &
+    timeout 600 build/matrig-board --elf $elf --speed real --gdb 0 2>"$tmp/port.err" &
     board=$!
     await grep -q 'target remote' "$tmp/port.err"
     local port=$(sed -n 's/.*target remote .*://p' "$tmp/port.err")

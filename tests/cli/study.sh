@@ -4,7 +4,7 @@
 . "$(dirname "$0")/tap.sh"
 m=$PWD/build/matrig
 study=$PWD/build/matrig-study
-scene=host/scenes/consistent_fig3_7.json
+scene=host/scenes/rstar_fig3_8_soft.json
 here=$PWD/$tmp
 nowhere() { PATH=/nowhere "$@"; }
 
