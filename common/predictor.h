@@ -52,7 +52,7 @@
 #define MR_PREDICTOR_ADVISORY_MATS     30u
 /* joints looked at in a block, of the search for zones (common/zonescan.h) */
 #define MR_PREDICTOR_VISITS_PER_BLOCK  128u
-/* so many of them cost one mat update on the board (host/sim/check/predictor_cost.h) */
+/* so many of them cost one mat update on the board (tests/error_report/predictor_cost.h) */
 #define MR_PREDICTOR_VISITS_PER_UPDATE 2u
 /* budget: 60 % of 168 MHz, the rest of a block's work taken off (the same) */
 #define MR_PREDICTOR_UPDATES_PER_BLOCK 900u

@@ -95,7 +95,7 @@ static void say_options(void)
 /* ---- clocks ---- */
 
 /* Clocks against each other. The crystal is compared with the internal oscillator at start
- * (clock.c), the internal low-speed one by the watchdog (falls.c). Here: the core's cycles, SysTick
+ * (clock.c), the internal low-speed one by the watchdog. Here: the core's cycles, SysTick
  * and the timers, which must be whole multiples; where the timers stand to each other; where in the
  * scan the converters are. RM0090 18.3.15 (TIM4 starts TIM2), 13.8 (DMA). */
 #define INTERNAL_KHZ  16000u

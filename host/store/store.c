@@ -50,7 +50,7 @@ static enum mr_status create_tables(struct store *store, struct error *error)
 {
     char numbers[160];
     int64_t tables = 0;
-    uint32_t own = 0; /* by which matrig log knows the file again (store_log.c) */
+    uint32_t own = 0; /* by which matrig log knows the file again */
     if (getrandom(&own, sizeof own, 0) != (ssize_t)sizeof own)
         own = (uint32_t)time(NULL);
     snprintf(numbers, sizeof numbers,
