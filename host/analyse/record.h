@@ -1,5 +1,5 @@
 /* The record of a campaign: every advice that was kept before a landing, every warning and risk in
- * it, with what came of it (zones.h), and their sums.
+ * it, with what came of it, and their sums.
  *
  * A landing with an unknown outcome is counted as unknown, never as a success. Voided landings
  * stand apart. Nothing here is stored: it is read from the campaign anew, so that a later survey or
