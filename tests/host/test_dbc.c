@@ -21,8 +21,8 @@ TEST(lines_are_as_worked_out_by_hand)
         "\nSIG_VALTYPE_ 502 zero_code : 1;\n",
         "\nVAL_ 256 d1_in -32768 \"missing\" ;\n",
         "\nVAL_ 160 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n",
-        "\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 \"survey\" 6 \"bootrom\" "
-        "7 \"reset\" 8 \"self-test\" ;\n",
+        ("\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 \"survey\" 6 \"bootrom\" "
+         "7 \"reset\" 8 \"self-test\" ;\n"),
         /* a state has its names wherever it stands */
         "\nVAL_ 496 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n",
         "\nVAL_ 233 validity 0 \"valid\" 2 \"saturated\" ",
