@@ -693,9 +693,7 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
             bool run = item && item->fact.run;
             if (run)
                 fprintf(out, "<a href=\"#run%s\">", text);
-            html_text(out, is_number && item->kind != ANSWER_COUNT && isnan(item->value)
-                               ? "\xe2\x80\x93"
-                               : text);
+            html_text(out, is_number && strcmp(text, "-") == 0 ? "\xe2\x80\x93" : text);
             fputs(run ? "</a></td>" : "</td>", out);
         }
         fputs("</tr>\n", out);

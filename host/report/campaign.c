@@ -358,12 +358,14 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
                 x[count] = facts->deceleration_ft_s2.value;
                 y[count++] = rose ? facts->band[b].rose_lb : facts->band[b].fell_lb;
             }
-            figure_series(&figure, &(struct chart_series){name, b, "points", x, y, NULL, count});
+            const char *kind = b + 1 < bands ? "rings" : "points";
+            figure_series(&figure, &(struct chart_series){name, b, kind, x, y, NULL, count});
         }
     }
     figure_end(&figure, NULL,
                "Change of tension after the first switch, mean over a band's gages: largest fall "
-               "(below 0) and largest rise (above). As report fig. 5.3.");
+               "(below 0) and largest rise (above). Where bands change alike the mark of one "
+               "lies inside that of the other. As report fig. 5.3.");
     free(x);
 }
 
@@ -402,7 +404,7 @@ static enum mr_status tension(const struct report *report, FILE *out, struct err
 static void overlap(struct answer *answer, const char *label, const struct compare_overlap *overlap)
 {
     if (!overlap->known)
-        answer_words(answer, NULL, label, "-");
+        answer_words(answer, NULL, label, "\xe2\x80\x93");
     else if (overlap->all_mats > 0.0)
         answer_words(answer, NULL, label, "%.0f of %.0f", overlap->common_mats, overlap->all_mats);
     else

@@ -51,8 +51,8 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes);
 struct chart_series {
     const char *name; /* of its key; NULL: none */
     unsigned look;    /* colour, dash and mark */
-    /* "line", "marked" (with a few marks), "marks" (one at each point), "points", "dots",
-     * "whiskers" (marks with their interval), "sim", "faint" */
+    /* "line", "marked" (with a few marks), "marks" (one at each point), "points", "rings" (around
+     * points of others), "dots", "whiskers" (marks with their interval), "sim", "faint" */
     const char *kind;
     const double *x, *y; /* x rises or falls; NaN: a hole */
     const double *half;  /* of an interval or band; NULL: none */

@@ -26,7 +26,7 @@ const matrigCharts = (() => {
 
   /* ---- marks and shapes ---- */
   const CORNERS = [0, 4, 3, 4, 3], TURNED = [0, Math.PI / 4, -Math.PI / 2, 0, Math.PI / 2]; /* circle, square, triangles and a diamond */
-  const mark = (context, look, x, y, r) => {
+  const mark = (context, look, x, y, r, hollow) => {
     const n = CORNERS[look % 5];
     context.beginPath();
     if (!n) context.arc(x, y, r, 0, 2 * Math.PI);
@@ -35,11 +35,13 @@ const matrigCharts = (() => {
       context.lineTo(x + 1.3 * r * Math.cos(a), y + 1.3 * r * Math.sin(a));
     }
     context.closePath();
-    context.fill();
+    if (hollow) context.stroke();
+    else context.fill();
   };
-  const drawMark = (look) => (g, name, context, x, y, colour, size) => {
+  const drawMark = (look, hollow) => (g, name, context, x, y, colour, size) => {
     context.fillStyle = context.strokeStyle = colour;
-    mark(context, look, x, y, size);
+    context.lineWidth = 1.6;
+    mark(context, look, x, y, size, hollow);
   };
   /* A line through [low, high] at each point. */
   const whiskers = (e) => {
@@ -183,9 +185,9 @@ const matrigCharts = (() => {
   const lookOf = (s) => ({
     color: hue(s.k === 'sim' ? 'b' : s.k === 'faint' ? 'rule' : HUES[s.l % 6]),
     strokePattern: s.k === 'sim' ? [5, 3] : DASHES[s.l % 6].length ? DASHES[s.l % 6] : null,
-    strokeWidth: s.k === 'points' || s.k === 'dots' ? 0 : 1.4,
-    drawPoints: ['points', 'dots', 'marks', 'whiskers'].includes(s.k), marked: s.k === 'marked', pointSize: s.k === 'dots' ? 1.6 : 3,
-    drawPointCallback: drawMark(s.l), drawHighlightPointCallback: drawMark(s.l),
+    strokeWidth: ['points', 'rings', 'dots'].includes(s.k) ? 0 : 1.4,
+    drawPoints: ['points', 'rings', 'dots', 'marks', 'whiskers'].includes(s.k), marked: s.k === 'marked', pointSize: { dots: 1.6, rings: 6 }[s.k] || 3, hollow: s.k === 'rings',
+    drawPointCallback: drawMark(s.l, s.k === 'rings'), drawHighlightPointCallback: drawMark(s.l, s.k === 'rings'),
   });
   class Plot {
     constructor(figure, given) {
@@ -278,7 +280,7 @@ const matrigCharts = (() => {
           context.lineWidth = 1.6;
           if (look.strokeWidth) { context.setLineDash(look.strokePattern || []); context.beginPath(); context.moveTo(0, 6); context.lineTo(30, 6); context.stroke(); }
           context.setLineDash([]);
-          if (look.drawPoints || look.marked) mark(context, s.l, 15, 6, look.pointSize);
+          if (look.drawPoints || look.marked) mark(context, s.l, 15, 6, Math.min(look.pointSize, 5), look.hollow);
         });
       }
       for (const [kind, text] of this.given.k || []) this.key(text, (context) => shape(context, kind, kind === 'seen' || kind === 'sensor' ? 15 : 2, kind in FILLS || kind === 'warned' ? 1 : 6, 28, kind in FILLS || kind === 'warned' ? 11 : 6, 1));
