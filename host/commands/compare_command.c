@@ -32,13 +32,13 @@ static bool is_file(const char *word)
            (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
 }
 
-/* DB RUN [FILE], DB FILE, or DB with --series. */
+/* DB RUN [FILE], DB FILE, or DB with --series; FILE may stand behind --scene. */
 static enum mr_status read_words(const char *const words[3], struct request *request,
                                  struct error *error)
 {
     request->db = words[0];
     const char *file = words[1] && is_file(words[1]) ? words[1] : words[2];
-    if (!words[1] && !request->series)
+    if (!words[1] && !request->series && !request->scene)
         return error_set(error, MR_USAGE,
                          "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB "
                          "--series NAME; see matrig compare --help");
@@ -53,8 +53,11 @@ static enum mr_status read_words(const char *const words[3], struct request *req
     if (!request->run && (request->output || request->voided))
         return error_set(error, MR_USAGE, "for one landing: %s; give its RUN",
                          request->output ? "-o" : "--void");
-    request->scene = file;
-    if (!file) {
+    if (file && request->scene)
+        return error_set(error, MR_USAGE, "two scenes: %s and --scene %s; give one", file,
+                         request->scene);
+    request->scene = file ? file : request->scene;
+    if (!request->scene) {
         data_dir_find(DATA_RUNWAY, request->runway, sizeof request->runway);
         request->scene = request->runway;
     }
@@ -171,6 +174,7 @@ static const struct command_part parts[] = {
                       "ensemble that has a spread. Without\n"
                       "RUN: all landings, in order; the runway is as each left it. Without FILE: "
                       "the model runway"),
+    OPTION_TEXT("--scene", "S", scene, "the same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "the landings of a series (matrig landing --series) instead of all"),
     OPTION_TEXT("--limits", "F", limits_path,
@@ -192,7 +196,7 @@ static const struct command_part parts[] = {
 const struct command command_compare = {
     "compare",
     compare_command,
-    "DB RUN [FILE] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--void] | DB FILE "
+    "DB RUN [FILE | --scene S] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--void] | DB FILE "
     "[--series NAME] | DB --series NAME",
     "measured against simulated: a landing, or a series",
     COMMAND_PARTS(parts),

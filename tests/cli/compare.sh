@@ -97,6 +97,8 @@ wrong_input_is_told() {
     fails_with 1 'channels.*.rsm_in is not in the answer of RUN 1' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
         fails_with 3 'cannot read limits: .*none.json' $matrig compare "$db" 1 --limits "$tmp/none.json" &&
         fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
+        fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 --scene host/scenes/full_width_36000.json &&
+        fails_with 2 "two scenes: $scene and --scene $scene; give one" $matrig compare "$db" 1 $scene --scene $scene &&
         fails_with 2 'one runway; give a study file for --seeds' $matrig compare "$db" 1 --seeds 4 &&
         fails_with 2 'RUN or series' $matrig compare "$db" 1 --series spring &&
         fails_with 2 'for one landing: -o' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
