@@ -509,8 +509,7 @@ static const struct command_part parts[] = {
         "tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: "
         "KL\n"
         "hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
-        "            (readings within the free travel are found and left out; three or more must "
-        "lie beyond)\n"
+        "            (readings within the free travel are refused: leave them out)\n"
         "pull        pull_lb, weight_lb: f\n"
         "deflection  load_lb, deflection_in [, mats]: KV"),
     OPTION_TEXT("-o", "F", output_path, "write the parameters as the beginning of a scene"),
