@@ -33,7 +33,7 @@
     X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since " \
       "start]")                                                                                   \
     X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 "   \
-      "read, 4 mark, 6 runway]")                                                                \
+      "read, 4 mark, 6 runway]")                                                                  \
     X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 "    \
       "message]")                                                                                 \
     X(CONFIG,            27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 none is "  \
