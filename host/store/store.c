@@ -402,11 +402,41 @@ static enum mr_status read_file_header(const struct store *store, struct store_h
              : MR_MALFORMED;
 }
 
+static int guarded_write(sqlite3_file *file, const void *bytes, int length, sqlite3_int64 at)
+{
+    const struct store_guard *guard = (const struct store_guard *)file->pMethods;
+    return store_overwritten(guard->store) ? SQLITE_IOERR_WRITE
+                                           : guard->plain->xWrite(file, bytes, length, at);
+}
+
+static int guarded_truncate(sqlite3_file *file, sqlite3_int64 length)
+{
+    const struct store_guard *guard = (const struct store_guard *)file->pMethods;
+    return store_overwritten(guard->store) ? SQLITE_IOERR_TRUNCATE
+                                           : guard->plain->xTruncate(file, length);
+}
+
+/* A checkpoint takes its time, and begins whenever SQLite sees fit. */
+static void guard_file(struct store *store)
+{
+    sqlite3_file *file = NULL;
+    if (store->guard.plain ||
+        sqlite3_file_control(store->database, "main", SQLITE_FCNTL_FILE_POINTER, &file) !=
+            SQLITE_OK ||
+        !file || !file->pMethods)
+        return;
+    store->guard = (struct store_guard){*file->pMethods, file->pMethods, store};
+    store->guard.methods.xWrite = guarded_write;
+    store->guard.methods.xTruncate = guarded_truncate;
+    file->pMethods = &store->guard.methods;
+}
+
 void store_watch_file(struct store *store)
 {
     uint32_t page_bytes;
     if (!store->alone || read_file_header(store, &store->header, &page_bytes) != MR_OK)
         store->header.bytes = 0;
+    guard_file(store);
 }
 
 bool store_overwritten(struct store *store)

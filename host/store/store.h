@@ -440,7 +440,8 @@ void store_journal_remove(const char *path, const struct store_identity *identit
 
 /* ---- whether the file is what was logged ---- */
 
-/* Looked at from now on; after store_take_alone. */
+/* Looked at from now on, after store_take_alone; also before each write of SQLite to it, and none
+ * goes into one that somebody overwrote. */
 void store_watch_file(struct store *store);
 /* Somebody overwrote the file past SQLite (cp) or made it shorter: by its header and size, or
  * SQLite finds it damaged. Once true, it stays so. */

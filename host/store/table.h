@@ -217,6 +217,13 @@ struct store_header {
     int64_t bytes;
 };
 
+/* SQLite's methods of the file, of which those that write look first whose it is. */
+struct store_guard {
+    sqlite3_io_methods methods; /* first: SQLite points to them */
+    const sqlite3_io_methods *plain;
+    struct store *store;
+};
+
 struct store {
     sqlite3 *database;
     char *path;
@@ -229,6 +236,7 @@ struct store {
     int64_t steps;              /* since the last statement that began while no other was running */
     struct store_header header; /* as it was last looked at; bytes 0: never */
     bool overwritten;
+    struct store_guard guard;
     int64_t session;                     /* that is logged; 0: none */
     struct store_logged committed, next; /* of it; to be committed */
     int64_t version;                     /* of the content, when the session was last looked for */

@@ -218,6 +218,32 @@ TEST(killed_in_a_transaction)
         1);
 }
 
+/* Between a look at the file and the checkpoint of a commit, or of the end, another program puts
+ * its own content there. */
+TEST(a_checkpoint_leaves_what_another_program_put_there)
+{
+    struct store *store = fresh("put.db");
+    struct error error = {0};
+    uint8_t record[75] = {0};
+    static uint8_t others[400000] = "somebody's"; /* a much shorter one SQLite refuses */
+    assert_int_equal(store_take_alone(store, &error), MR_OK);
+    store_watch_file(store);
+    store_begin(store, &error);
+    int64_t session = add_session(store);
+    for (int64_t i = 0; i < 60000; i++) /* more than SQLite leaves in its journal */
+        store_block_put(store, session, 0, STORE_NONE, 1, i, 0, record, sizeof record, &error);
+    assert_no_error(&error);
+    scratch_write(path, others, sizeof others);
+    store_commit(store, &error);
+    store_close(store);
+    static uint8_t back[sizeof others + 1];
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fread(back, 1, sizeof back, file), sizeof others);
+    fclose(file);
+    assert_memory_equal(back, others, sizeof others);
+}
+
 /* Another program sets up the same new file between two questions of store_open to it, when it
  * can. */
 static int another_sets_it_up(void *context, int action, const char *pragma, const char *value,
