@@ -151,8 +151,8 @@ enum mr_status collect_message_again(struct collector *collector, struct side *s
 
 /* ---- gear ----
  *
- * The gear of a landing into the campaign: switches, motion, touchdown and stop; and the zones that
- * are found before it. */
+ * The gear of a landing into the campaign: switches, motion, touchdown and stop; the zones that are
+ * found before it, and the mats' temperature. */
 
 static enum mr_status edge(struct collector *collector, struct side *side,
                            const struct mr_edge *message, struct error *error)
@@ -221,6 +221,17 @@ static enum mr_status result(struct collector *collector, const struct side *sid
                          : MR_OK;
 }
 
+static enum mr_status temperature(struct collector *collector, struct side *side,
+                                  const struct mr_message *message, struct error *error)
+{
+    struct store_mat_temperature row = {.block = collect_block(side, message),
+                                        .links = collect_link_bit(side)};
+    collect_temperature_row(&row, &message->as.temperature);
+    return side->current && row.block >= 0
+             ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error)
+             : MR_OK;
+}
+
 static enum mr_status collect_gear_message(struct collector *collector, struct side *side,
                                            const struct collector_event *event, struct error *error)
 {
@@ -234,6 +245,7 @@ static enum mr_status collect_gear_message(struct collector *collector, struct s
     case MR_PLACE_ZONE_LEAD: return zone(collector, side, m, error);
     case MR_PLACE_TOUCHDOWN:
     case MR_PLACE_STOP: return result(collector, side, m, error);
+    case MR_PLACE_TEMPERATURE: return temperature(collector, side, m, error);
     default: return MR_OK;
     }
 }
@@ -488,8 +500,8 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
 
 /* ---- health ----
  *
- * How the board and its channels are, into the campaign: what fails, temperatures, the slow log, a
- * crash, CAN as the board sees it. */
+ * How the board and its channels are, into the campaign: what fails, the slow log, a crash, CAN as
+ * the board sees it. */
 
 /* Faults are repeated once a second; a row is made when one has counted on. */
 static enum mr_status fault(struct collector *collector, const struct side *side,
@@ -502,17 +514,6 @@ static enum mr_status fault(struct collector *collector, const struct side *side
     }
     return collect_put_event(collector, side, "fault", message->block, message->code,
                              message->detail, message->count, host_us, error);
-}
-
-static enum mr_status temperature(struct collector *collector, struct side *side,
-                                  const struct mr_message *message, struct error *error)
-{
-    struct store_mat_temperature row = {.block = collect_block(side, message),
-                                        .links = collect_link_bit(side)};
-    collect_temperature_row(&row, &message->as.temperature);
-    return side->current && row.block >= 0
-             ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error)
-             : MR_OK;
 }
 
 static enum mr_status quality(struct collector *collector, const struct side *side,
@@ -596,7 +597,6 @@ static enum mr_status collect_health_message(struct collector *collector, struct
     switch (m->place) {
     case MR_PLACE_CHANNEL_QUALITY: return quality(collector, side, &m->as.channel_quality, error);
     case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
-    case MR_PLACE_TEMPERATURE: return temperature(collector, side, m, error);
     case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
     case MR_PLACE_CAN_ALARM:
         return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);

@@ -25,6 +25,11 @@ losses_are_made() {
 can_fills() {
     $matrig export "$tmp/lossy.db" 1 --format csv -o "$tmp/lossy.csv" && $lossy check "$tmp/all.csv" "$tmp/lossy.serial" "$tmp/lossy.can" "$tmp/lossy.csv"
 }
+can_fills_rows() { # what the board said of the landing
+    local table query=
+    for table in edges motion zones predictions risks trust temperatures bands results; do query+="select '$table', count(*) from $table;"; done
+    diff <(sqlite3 "$tmp/all.db" "$query") <(sqlite3 "$tmp/lossy.db" "$query")
+}
 # Displacements come every 2 ms on CAN: their newest are of the last block, or of the one before; or of the one before that, where with the
 # last block the slower rate of the rest began.
 it_is_told() {
@@ -69,6 +74,7 @@ a_new_calibration_is_not_mixed_with_the_old() { # what CAN brought was computed 
 
 check "serial loses a second, single blocks and the end; CAN a little" losses_are_made
 check "CAN fills what serial lost, sample by sample, and says so" can_fills
+check "and what the board said meanwhile" can_fills_rows
 check "summary and report tell the stretches" it_is_told
 check "peak movements are those of the whole landing" peaks_hold
 check "each record in the campaign says how it came" the_campaign_knows
