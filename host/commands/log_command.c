@@ -304,14 +304,11 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
     return status;
 }
 
-static void close_all(struct logger *logger)
+static bool close_all(struct logger *logger)
 {
     collector_close(logger->collector);
     watch_call(&logger->watch, true); /* the journal is written back */
-    if (logger->store && store_overwritten(logger->store))
-        store_leave(logger->store, false);
-    else
-        store_close(logger->store);
+    bool closed = logger_close_store(logger);
     watch_call(&logger->watch, false);
     watch_close(&logger->watch);
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -320,6 +317,7 @@ static void close_all(struct logger *logger)
     }
     if (logger->news >= 0)
         close(logger->news);
+    return closed;
 }
 
 struct request {
@@ -375,7 +373,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     logger_serve_page(&logger, true);
     json_decref(logger.landings);
     live_close(&logger.live);
-    close_all(&logger);
+    if (!close_all(&logger) && exit_code == 0)
+        exit_code = 3;
     close(signals);
     return exit_code;
 }

@@ -469,15 +469,29 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
     return status;
 }
 
-/* What is in the file now is somebody else's. */
-static void leave_to_others(struct store *store, const char *original)
+/* What is in the file now is somebody else's. `kept`: where the journal is; "": nowhere. */
+static void leave_to_others(struct store *store, const char *original, char kept[PATH_MOST])
 {
-    char folder[PATH_MOST], kept[PATH_MOST];
+    char folder[PATH_MOST];
     bool aside = name_beside(folder_of(original, folder), original, "journal", ".wal", kept,
-                             sizeof kept);
+                             PATH_MOST);
     store_leave(store, false);
-    if (aside)
-        store_journal_aside(original, kept);
+    if (!aside || !store_journal_aside(original, kept))
+        kept[0] = '\0';
+}
+
+bool logger_close_store(struct logger *logger)
+{
+    char original[PATH_MOST], kept[PATH_MOST];
+    if (!logger->store || !store_overwritten(logger->store)) {
+        store_close(logger->store);
+        return true;
+    }
+    snprintf(original, sizeof original, "%s", store_path(logger->store));
+    leave_to_others(logger->store, original, kept);
+    fprintf(stderr, "matrig: %s was overwritten by another program before it was closed%s%s\n",
+            original, kept[0] ? "; its journal is " : "", kept);
+    return false;
 }
 
 static void forget_landings(struct logger *logger) /* they come again, and have other numbers */
@@ -491,7 +505,7 @@ static void forget_landings(struct logger *logger) /* they come again, and have 
 static enum mr_status start_over(struct logger *logger, enum store_place place,
                                  const char *original)
 {
-    char folder[PATH_MOST], saved[sizeof logger->saved], since[40];
+    char folder[PATH_MOST], kept[PATH_MOST], saved[sizeof logger->saved], since[40];
     const char *const folders[] = {folder_of(original, folder), "."};
     struct error why = {0};
     struct store *store = NULL;
@@ -522,7 +536,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     collector_close(logger->collector);
     logger->collector = collector;
     if (place == STORE_OVERWRITTEN)
-        leave_to_others(logger->store, original);
+        leave_to_others(logger->store, original, kept);
     else
         store_close(logger->store); /* all that is in it was put there by SQLite */
     go_on_in(logger, store, saved);

@@ -108,6 +108,9 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error);
 /* Writes what is in the queues, and the end of the session. What a campaign does not take in time
  * goes with all that the queues keep into a new one beside it. */
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
+/* False: somebody has overwritten the campaign since; told, and its journal does not stay with what is
+ * there now. */
+bool logger_close_store(struct logger *logger);
 /* Sends it to the board, over serial when that can be, else over CAN; false: over neither.
  * `unasked`: nobody waits for it, so a link that does not take it is not tried again. */
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);

@@ -487,13 +487,14 @@ enum mr_status store_session_there(struct store *store, bool *there, struct erro
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-void store_journal_aside(const char *path, const char *kept)
+bool store_journal_aside(const char *path, const char *kept)
 {
     char journal[PATH_MOST], index[PATH_MOST];
     snprintf(journal, sizeof journal, "%s" JOURNAL, path);
     snprintf(index, sizeof index, "%s-shm", path);
-    rename(journal, kept);
+    bool aside = rename(journal, kept) == 0;
     unlink(index);
+    return aside;
 }
 
 static enum mr_status copy_pages(struct store *store, sqlite3 *copy, const char *path,

@@ -453,7 +453,7 @@ void store_logged_committed(struct store *store);
  * committed of the session is no longer in the campaign. */
 enum mr_status store_session_there(struct store *store, bool *there, struct error *error);
 /* After store_leave of such a file: its journal gets the name `kept`, because SQLite would write it
- * into what is in the file now. */
-void store_journal_aside(const char *path, const char *kept);
+ * into what is in the file now. False: there is none, or it stays. */
+bool store_journal_aside(const char *path, const char *kept);
 
 #endif

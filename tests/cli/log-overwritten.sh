@@ -94,6 +94,23 @@ copied_last() { # at the very end, before anybody could have noticed
     saved=$(basename "$(json last db)" .db)
     [ $good = 0 ] && [[ $saved == last-saved-* ]] && has_come "$saved" 15000 && [ "$(db "$saved" "select ended_by from sessions")" = signal ]
 }
+copied_after() { # all is logged, and its summary is not read yet; no landing, whose own would be waited for before
+    mkfifo "$tmp/after.out"
+    exec 8<>"$tmp/after.out"
+    head -c 65536 /dev/zero >&8
+    build/tests/soak_host/sender "$sockets/after.can" "$sockets/after.serial" 1 0 >/dev/null 2>&1 &
+    stdbuf -o0 $matrig --json log --listen --can "unix:$sockets/after.can" --serial "unix:$sockets/after.serial" --db "$dbs/after.db" >"$tmp/after.out" 2>"$tmp/after.err" &
+    logger=$!
+    await has_come after 1000 && sqlite3 "$dbs/after.db" ".backup $dbs/after.backup" || return 1
+    await eval '[ "$(db after "select ended_by from sessions")" = end ]' && copy after || return 1
+    timeout 60 cat <&8 >/dev/null &
+    wait $logger
+    local status=$?
+    exec 8>&-
+    cat "$tmp/after.err"
+    [ $status = 3 ] && cmp "$dbs/after.db" "$dbs/after.backup" && [ ! -e "$dbs/after.db-wal" ] && [ -s "$(echo "$dbs"/after-journal-*.wal)" ] &&
+        told after "^matrig: $dbs/after.db was overwritten by another program before it was closed; its journal is $dbs/after-journal-"
+}
 # Notes, checkpoints, a vacuum, readers, a backup: all by SQLite.
 used() {
     begin used 10 || return 1
@@ -117,5 +134,6 @@ check_case locked "and while another program holds it: likewise"
 check_case truncated "it is truncated: likewise"
 check_case restored "a backup is restored into it by sqlite3: likewise"
 check_case copied_last "a backup is copied over it just before the end: likewise"
+check_case copied_after "and while its summary waits to be read: told, the copy stays what it is, exit 3"
 check_case used "who uses the campaign by SQLite alarms nobody"
 finish
