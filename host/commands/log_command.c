@@ -147,6 +147,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_note_exchanged(logger);
         logger_note_unheard(logger);
         logger_show_progress(logger, false);
+        logger_say_rest(logger);
         if (signalled)
             logger->ended_by = "signal";
         else if (!any_open(logger))
@@ -216,6 +217,7 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     /* The session is in the campaign before anything else: a transaction that fails later leaves it
      * there. */
     status = logger_commit(logger, error);
+    logger_hasty(logger, true);
     if (status == MR_OK)
         status = collect(logger, signals, for_s, error);
     /* Whatever went wrong, what was received stays, and the session is closed if the database still
@@ -223,7 +225,10 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
-    if (logger_finish(logger, signals, &late) == MR_OK)
+    bool finished = logger_finish(logger, signals, &late) == MR_OK;
+    logger_hasty(logger, false);
+    logger_say_rest(logger);
+    if (finished)
         logger_show_finished(logger, &late);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
@@ -372,6 +377,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
     logger_serve_page(&logger, true);
     json_decref(logger.landings);
+    free(logger.unsaid);
     live_close(&logger.live);
     if (!close_all(&logger) && exit_code == 0)
         exit_code = 3;

@@ -77,6 +77,9 @@ struct logger {
     uint64_t signalled_us;   /* when it was asked for first; 0: not yet */
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
+    char *unsaid; /* of the summaries: what standard output has not taken; NULL: never anything */
+    size_t unsaid_length;
+    int output[2];          /* standard output and error as they were, while logger_hasty; 0: not */
     unsigned shown;         /* landings summarised */
     struct live live;       /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
@@ -108,8 +111,8 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error);
 /* Writes what is in the queues, and the end of the session. What a campaign does not take in time
  * goes with all that the queues keep into a new one beside it. */
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
-/* False: somebody has overwritten the campaign since; told, and its journal does not stay with what is
- * there now. */
+/* False: somebody has overwritten the campaign since; told, and its journal does not stay with what
+ * is there now. */
 bool logger_close_store(struct logger *logger);
 /* Sends it to the board, over serial when that can be, else over CAN; false: over neither.
  * `unasked`: nobody waits for it, so a link that does not take it is not tried again. */
@@ -119,6 +122,14 @@ void logger_ask_for_configuration(struct logger *logger);
 void logger_serve_live(struct logger *logger);
 
 /* ---- tell.c ---- */
+
+/* A terminal that was stopped, or whose connection hangs, must not hold up the writing: from now on,
+ * or no more, standard output and error take what they can at once. What is left of the summaries
+ * is printed later; of the rest it is not said. */
+void logger_hasty(struct logger *logger, bool on);
+/* What is left of the summaries, as far as standard output takes it; waits for it when it is not
+ * hasty. */
+void logger_say_rest(struct logger *logger);
 
 /* Takes the progress away before a line goes to stderr. */
 void logger_clear_progress(const struct logger *logger);

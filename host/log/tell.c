@@ -6,7 +6,9 @@
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -169,6 +171,67 @@ void logger_serve_page(struct logger *logger, bool end)
     }
 }
 
+void logger_hasty(struct logger *logger, bool on)
+{
+    for (int i = 0; i < 2; i++) {
+        int fd = STDOUT_FILENO + i, other = -1;
+        struct stat info;
+        char path[40];
+        snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
+        if (!on && logger->output[i] > 0) {
+            dup2(logger->output[i], fd);
+            close(logger->output[i]);
+            logger->output[i] = 0;
+        } else if (on && fstat(fd, &info) == 0 &&
+                   (S_ISFIFO(info.st_mode) || (S_ISCHR(info.st_mode) && isatty(fd)))) {
+            /* a description of its own: the other one is shared with those who started it */
+            other = open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        }
+        if (other < 0)
+            continue;
+        logger->output[i] = fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+        if (logger->output[i] > 0)
+            dup2(other, fd);
+        close(other);
+    }
+}
+
+void logger_say_rest(struct logger *logger)
+{
+    size_t said = 0;
+    if (logger->unsaid_length == 0)
+        return;
+    if (logger->output[0] > 0) {
+        ssize_t count = write(STDOUT_FILENO, logger->unsaid, logger->unsaid_length);
+        said = count > 0 ? (size_t)count : 0;
+    } else {
+        said = logger->unsaid_length;
+        fwrite(logger->unsaid, 1, said, stdout);
+        fflush(stdout);
+    }
+    logger->unsaid_length -= said;
+    memmove(logger->unsaid, logger->unsaid + said, logger->unsaid_length);
+}
+
+static void say_summary(struct logger *logger, const struct summary *summary)
+{
+    char *text = NULL;
+    size_t length = 0;
+    FILE *out = open_memstream(&text, &length);
+    if (out) {
+        summary_print(summary, logger->cli->si, out);
+        fclose(out);
+    }
+    char *all = realloc(logger->unsaid, logger->unsaid_length + length + 1);
+    if (all && text) {
+        memcpy(all + logger->unsaid_length, text, length);
+        logger->unsaid_length += length;
+    }
+    logger->unsaid = all ? all : logger->unsaid;
+    free(text);
+    logger_say_rest(logger);
+}
+
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
 {
     int64_t run;
@@ -187,8 +250,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         if (logger->cli->json) {
             json_array_append_new(logger->landings, summary_json(&summary, logger->cli->si));
         } else {
-            summary_print(&summary, logger->cli->si, stdout);
-            fflush(stdout);
+            say_summary(logger, &summary);
         }
         summary_free(&summary);
         note_twin(logger, run);
@@ -218,8 +280,7 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     if (summary_load(logger->store, progress.run, &summary, &why) != MR_OK) {
         cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)progress.run, why.text);
     } else if (!logger->cli->json) {
-        summary_print(&summary, logger->cli->si, stdout);
-        fflush(stdout);
+        say_summary(logger, &summary);
     }
     summary_free(&summary);
     write_page(logger);

@@ -111,6 +111,36 @@ second_writer() {
         [ "$(db first 'select count(*) from sessions')" = 1 ] && grep -q "^RUN 1: landing 1, done" "$tmp/first.txt"
 }
 
+# What is said goes to a terminal that was stopped (Ctrl-S) until the landing is over: the campaign does not wait, and the summary comes.
+cat >"$tmp/stopped.py" <<'P'
+import os, pty, subprocess, sys, termios, threading, time
+master, terminal = pty.openpty()
+termios.tcflow(terminal, termios.TCOOFF)
+logger = subprocess.Popen(sys.argv[3:], stdin=subprocess.DEVNULL, stdout=terminal, stderr=terminal)
+until = time.monotonic() + 60
+while not os.path.exists(sys.argv[1]) and time.monotonic() < until:
+    time.sleep(0.05)
+os.path.exists(sys.argv[1]) or logger.kill()
+said = open(sys.argv[2], "wb")
+def read():
+    while True:
+        said.write(os.read(master, 4096))
+        said.flush()
+threading.Thread(target=read, daemon=True).start()
+termios.tcflow(terminal, termios.TCOON)
+code = logger.wait(30)
+time.sleep(0.3)
+sys.exit(code)
+P
+stopped_terminal() {
+    build/tests/soak_host/sender "$sockets/stop.can" "$sockets/stop.serial" 12 0 >"$tmp/stop.sent" 2>&1 &
+    TERM=xterm python3 "$tmp/stopped.py" "$tmp/stop.go" "$tmp/stop.said" $matrig log --listen --can "unix:$sockets/stop.can" --serial "unix:$sockets/stop.serial" \
+        --db "$dbs/stop.db" &
+    logger=$!
+    await eval '[ "$(db stop "select state from landings")" = 4 ]' && touch "$tmp/stop.go" && wait $logger && grep -q '^RUN 1: landing 1, done' "$tmp/stop.said" &&
+        intact stop
+}
+
 # The three that take longest side by side: most of it is waiting.
 (killed_three_times >"$tmp/killed.out" 2>&1; echo $? >"$tmp/killed.code") &
 killed=$!
@@ -123,11 +153,14 @@ check "killed with -9 in mid-landing, three times: what was received 100 ms befo
 second=$!
 (back >"$tmp/backward.out" 2>&1; echo $? >"$tmp/backward.code") &
 backward=$!
+(stopped_terminal >"$tmp/stopped.out" 2>&1; echo $? >"$tmp/stopped.code") &
+stopped=$!
 (forward >"$tmp/forward.out" 2>&1; echo $? >"$tmp/forward.code") &
 ahead=$!
 check "the next log goes on in the campaign of a killed one" the_next_log_goes_on
-wait $second $backward $ahead
+wait $second $backward $ahead $stopped
 check "a second log into the campaign is refused, the first unharmed, notes go on" outcome second
 check "the clock set back an hour in a landing: told, recorded, nothing else" outcome backward
 check "the clock set forward an hour in a landing: told, recorded, nothing else" outcome forward
+check "its terminal is stopped: it goes on, and the summary comes later" outcome stopped
 finish
