@@ -397,8 +397,9 @@ static void go_on_in(struct logger *logger, struct store *store, const char *pat
     logger->emptied = logger->followed = false;
 }
 
-/* Goes on in the copy. */
-static enum mr_status move_to(struct logger *logger, const char *path, struct error *error)
+/* Goes on in the copy. `shared`: others may have begun to use the one before. */
+static enum mr_status move_to(struct logger *logger, const char *path, bool shared,
+                              struct error *error)
 {
     struct store *saved;
     enum mr_status status = store_open(path, STORE_CREATE, &saved, error);
@@ -408,7 +409,7 @@ static enum mr_status move_to(struct logger *logger, const char *path, struct er
         return status;
     store_watch_file(saved);
     collector_move(logger->collector, saved);
-    store_leave(logger->store, true);
+    store_leave(logger->store, !shared);
     go_on_in(logger, saved, path);
     return MR_OK;
 }
@@ -420,6 +421,7 @@ static void say_what_happened(struct logger *logger, enum store_place place, con
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
     snprintf(logger->taken, sizeof logger->taken, "%s %s while it was logged", original,
              place == STORE_NO_JOURNAL    ? "lost its journal (-wal)"
+             : place == STORE_NO_INDEX    ? "lost its journal's index (-shm)"
              : place == STORE_REPLACED    ? "was replaced by another file"
              : place == STORE_OVERWRITTEN ? "was overwritten by another program"
              : place == STORE_EMPTIED     ? "lost what was logged into it"
@@ -554,8 +556,8 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
 
 /* ---- taken away ---- */
 
-static enum mr_status save_and_go_on(struct logger *logger, const char *original, const char *now,
-                                     struct error *error)
+static enum mr_status save_and_go_on(struct logger *logger, enum store_place place,
+                                     const char *original, const char *now, struct error *error)
 {
     struct error why = {0};
     char saved[sizeof logger->saved];
@@ -573,9 +575,11 @@ static enum mr_status save_and_go_on(struct logger *logger, const char *original
         return MR_OK;
     }
     const struct store_identity before = logger->watch.identity;
-    enum mr_status status = move_to(logger, saved, error);
+    const bool shared = place == STORE_NO_INDEX;
+    enum mr_status status = move_to(logger, saved, shared, error);
     if (status == MR_OK) {
-        store_journal_remove(original, &before);
+        if (!shared)
+            store_journal_remove(original, &before);
         /* also with --quiet */
         fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n",
                 logger->taken, saved);
@@ -600,7 +604,7 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
     store_whereabouts(logger->store, now, sizeof now);
     say_what_happened(logger, place, original, now);
     if (!is_gone(place))
-        return save_and_go_on(logger, original, now, error);
+        return save_and_go_on(logger, place, original, now, error);
     if (start_over(logger, place, original) == MR_OK)
         logger->rescue_us = 0;
     else

@@ -123,9 +123,9 @@ void logger_serve_live(struct logger *logger);
 
 /* ---- tell.c ---- */
 
-/* A terminal that was stopped, or whose connection hangs, must not hold up the writing: from now on,
- * or no more, standard output and error take what they can at once. What is left of the summaries
- * is printed later; of the rest it is not said. */
+/* A terminal that was stopped, or whose connection hangs, must not hold up the writing: from now
+ * on, or no more, standard output and error take what they can at once. What is left of the
+ * summaries is printed later; of the rest it is not said. */
 void logger_hasty(struct logger *logger, bool on);
 /* What is left of the summaries, as far as standard output takes it; waits for it when it is not
  * hasty. */

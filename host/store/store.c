@@ -296,6 +296,7 @@ enum mr_status store_commit(struct store *store, struct error *error)
 /* ---- for matrig log ---- */
 
 #define JOURNAL   "-wal"
+#define INDEX     "-shm"
 #define PATH_MOST 4096
 
 void store_patience(struct store *store, int wait_ms)
@@ -352,6 +353,8 @@ void store_identify(const char *path, struct store_identity *identity)
         identity->journal_device = info.st_dev;
         identity->journal = info.st_ino;
     }
+    if (stat_of(path, INDEX, &info))
+        identity->index = info.st_ino;
 }
 
 enum store_place store_find(const char *path, const struct store_identity *identity)
@@ -366,9 +369,10 @@ enum store_place store_find(const char *path, const struct store_identity *ident
         return STORE_IN_PLACE;
     if (!stat_of(path, JOURNAL, &info))
         return errno == ENOENT ? STORE_NO_JOURNAL : STORE_IN_PLACE;
-    return info.st_ino != identity->journal || info.st_dev != identity->journal_device
-             ? STORE_NO_JOURNAL
-             : STORE_IN_PLACE;
+    if (info.st_ino != identity->journal || info.st_dev != identity->journal_device)
+        return STORE_NO_JOURNAL;
+    bool index = stat_of(path, INDEX, &info) ? info.st_ino == identity->index : errno != ENOENT;
+    return index || identity->index == 0 ? STORE_IN_PLACE : STORE_NO_INDEX;
 }
 
 /* Of the file's header (https://sqlite.org/fileformat2.html, 1.3). */
@@ -491,7 +495,7 @@ bool store_journal_aside(const char *path, const char *kept)
 {
     char journal[PATH_MOST], index[PATH_MOST];
     snprintf(journal, sizeof journal, "%s" JOURNAL, path);
-    snprintf(index, sizeof index, "%s-shm", path);
+    snprintf(index, sizeof index, "%s" INDEX, path);
     bool aside = rename(journal, kept) == 0;
     unlink(index);
     return aside;
@@ -566,6 +570,6 @@ void store_journal_remove(const char *path, const struct store_identity *identit
         return;
     snprintf(name, sizeof name, "%s" JOURNAL, path);
     unlink(name);
-    snprintf(name, sizeof name, "%s-shm", path);
+    snprintf(name, sizeof name, "%s" INDEX, path);
     unlink(name);
 }

@@ -414,12 +414,13 @@ enum store_place {
     STORE_MISSING,
     STORE_REPLACED,
     STORE_NO_JOURNAL,
+    STORE_NO_INDEX, /* of the journal: other programs would not see this one any more */
     STORE_OVERWRITTEN,
     STORE_EMPTIED
 };
 struct store_identity {
     dev_t device, journal_device;
-    ino_t file, journal;
+    ino_t file, journal, index;
 };
 /* Of what is at the path just after opening and store_take_alone. */
 void store_identify(const char *path, struct store_identity *identity);

@@ -251,6 +251,7 @@ replaced() { # and nothing of the log's is beside it that SQLite would write int
         [ "$(sqlite3 "$dbs/replaced.db" 'select text from somebodys')" = own ] && cmp "$dbs/replaced.db" "$dbs/another.copy"
 }
 journal() { taken journal "lost its journal \(-wal\)" rm "$dbs/journal.db-wal"; }
+index() { taken index "lost its journal's index \(-shm\)" rm "$dbs/index.db-shm"; }
 
 # Side by side: most of it is waiting.
 declare -A process
@@ -298,10 +299,12 @@ result given-up "ended while another program holds the campaign: soon, and all o
 result full-end "ended while the disk is full: likewise"
 start replaced replaced
 start journal journal
+start index index
 result moved "the campaign is moved in a landing: told, saved, gone on with, exit 3"
 result moved-last "moved just before the end: likewise"
 result deleted "deleted: likewise"
 result replaced "replaced by another file, which stays as it is: likewise"
 result journal "its journal is deleted: likewise"
+result index "the index of its journal is deleted: likewise"
 result lock-32 "another program holds the campaign for 32 s: nothing lost"
 finish
