@@ -127,7 +127,7 @@ class Bench:
             return
         if key not in self.configured:
             got, wanted = self.out + "/built-in.cfg", self.out + "/wanted.cfg"
-            self.talk("config", "get", "-o", got)
+            self.talk("config", "get", "-o", got, "--force")
             lines, left = open(got).read().splitlines(), dict(settings)
             for i, line in enumerate(lines):
                 name = line.split(" ", 1)[0]
