@@ -257,17 +257,23 @@ static void judge(struct advise *advise, bool si)
                  100.0 * limit, hardest);
 }
 
-enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
-                           struct progress *progress, struct advise *advise, struct error *error)
+enum mr_status advise_begin(struct store *store, const struct advise_request *request,
+                            struct advise *advise, struct error *error)
 {
-    *advise = (struct advise){.request = *request, .progress = progress};
+    *advise = (struct advise){.request = *request};
     enum mr_status status = past_load(store, request->before, &advise->past, error);
     if (status == MR_OK && isfinite(request->share))
         advise->past.runway.share = request->share;
-    if (status == MR_OK)
-        status = make_plan(advise, error);
-    if (status == MR_OK &&
-        advise_members_draw(&advise->members, &advise->past.runway, (size_t)request->members,
+    return status == MR_OK ? make_plan(advise, error) : status;
+}
+
+enum mr_status advise_find(struct advise *advise, bool si, struct progress *progress,
+                           struct error *error)
+{
+    const struct advise_request *request = &advise->request;
+    enum mr_status status = MR_OK;
+    advise->progress = progress;
+    if (advise_members_draw(&advise->members, &advise->past.runway, (size_t)request->members,
                             (uint64_t)request->seed) != MR_OK)
         status = error_set(error, MR_USAGE,
                            "no runway: the parameters of the board's predictor make no sense; "

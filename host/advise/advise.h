@@ -48,10 +48,13 @@ struct advise {
     struct progress *progress;
 };
 
-/* MR_OK: there is an advice. Else as past_load has it, or MR_USAGE: the plan is not complete, or
- * does not lie on the runway. `said`: units of the sentence. advise_free in every case. */
-enum mr_status advise_find(struct store *store, const struct advise_request *request, bool si,
-                           struct progress *progress, struct advise *advise, struct error *error);
+/* The landings before and the plan, which takes no time. Else as past_load has it, or MR_USAGE: the
+ * plan is not complete, or does not lie on the runway. advise_free in every case. */
+enum mr_status advise_begin(struct store *store, const struct advise_request *request,
+                            struct advise *advise, struct error *error);
+/* The advice: seconds of all processors. `si`: units of its sentence. */
+enum mr_status advise_find(struct advise *advise, bool si, struct progress *progress,
+                           struct error *error);
 void advise_free(struct advise *advise);
 
 void advise_answer(const struct advise *advise, struct answer *answer);

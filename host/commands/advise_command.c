@@ -85,29 +85,31 @@ static enum mr_status landings_of(struct store *store, const struct advise *advi
 }
 
 /* The board is asked first: what it says may make all the computing idle. */
-static enum mr_status begin_load(const struct request *r, struct dialogue *dialogue,
+static enum mr_status begin_load(const struct request *r, struct store *store,
+                                 const struct advise *advise, struct dialogue *dialogue,
                                  struct runway_client *talk, struct error *error)
 {
+    unsigned landings = 0;
     enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error);
     if (status == MR_OK)
         status = runway_client_begin(talk, dialogue, error);
-    return status == MR_OK ? runway_client_read(talk, error) : status;
-}
-
-static enum mr_status load(const struct request *r, struct store *store,
-                           const struct advise *advise, struct runway_client *talk,
-                           struct error *error)
-{
-    struct mr_risk_plan plan;
-    unsigned landings = 0;
-    enum mr_status status = landings_of(store, advise, &landings, error);
+    if (status == MR_OK)
+        status = runway_client_read(talk, error);
+    if (status == MR_OK)
+        status = landings_of(store, advise, &landings, error);
     if (status == MR_OK && talk->state.landings != landings)
         status = error_set(error, MR_VERSION,
                            "another runway: the board's has had %u landings, the one of the advice "
                            "%u: %s; log or fetch the landings between, then ask again",
                            talk->state.landings, landings, r->serial);
-    if (status == MR_OK)
-        status = advise_chart(advise, landings, &plan, error);
+    return status;
+}
+
+static enum mr_status load(const struct advise *advise, struct runway_client *talk,
+                           struct error *error)
+{
+    struct mr_risk_plan plan;
+    enum mr_status status = advise_chart(advise, talk->state.landings, &plan, error);
     return status == MR_OK ? runway_client_chart(talk->dialogue, &plan, error) : status;
 }
 
@@ -122,10 +124,12 @@ static int run(const struct request *r, const struct cli *cli)
     struct progress progress;
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
     enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
-    if (status == MR_OK && r->load)
-        status = begin_load(r, &dialogue, &talk, &error);
     if (status == MR_OK)
-        status = advise_find(store, &r->advise, cli->si, &progress, &advise, &error);
+        status = advise_begin(store, &r->advise, &advise, &error);
+    if (status == MR_OK && r->load)
+        status = begin_load(r, store, &advise, &dialogue, &talk, &error);
+    if (status == MR_OK)
+        status = advise_find(&advise, cli->si, &progress, &error);
     progress_end(&progress);
     if (status == MR_OK && r->keep) {
         struct store_advice kept = advise_row_kept(&advise, (int64_t)link_now_us());
@@ -133,7 +137,7 @@ static int run(const struct request *r, const struct cli *cli)
         status = store_advice_add(store, &kept, &error);
     }
     if (status == MR_OK && r->load)
-        status = load(r, store, &advise, &talk, &error);
+        status = load(&advise, &talk, &error);
     if (status == MR_OK) {
         advise_answer(&advise, answer);
         answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load);
