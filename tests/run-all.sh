@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Runs test programs and scripts that print TAP and ends with "N passed, N failed". Shows what failed and, as they end, of each: its checks, how
-# long it took, how much processor time it and its children took. Two more at a time than there are processors (or TEST_JOBS), as several wait
+# long it took, how much processor time it and its children took. Three more at a time than there are processors (or TEST_JOBS), as several wait
 # most of their time. Those first that took longest in the last run, so that no processor is idle at the end; before there was one, the scripts.
 # usage: tests/run-all.sh PROGRAM...
 set -um # -m: what runs in the background is interrupted as it would be in the foreground
 cd "$(dirname "$0")/.."
 limit_s=900 # of a program, on a computer that has much else to do
-jobs=${TEST_JOBS:-$(($(nproc) + 2))}
+jobs=${TEST_JOBS:-$(($(nproc) + 3))}
 passed=0 failed=0 processor_ms=0
 programs=("$@")
 declare -A running=() # process: place in programs
