@@ -77,7 +77,7 @@ install_own := libexec/matrig share/matrig share/doc/matrig
 .PHONY: install
 install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, landings, man pages, papers, licences
 	@set -e; for pair in $(install_list); do mode=644; \
-		case $$pair in bin/*|libexec/*) mode=755;; esac; install -D -m $$mode "$${pair#*:}" "$(installed)/$${pair%%:*}"; done
+		case $$pair in bin/*|libexec/*|*.sh:*) mode=755;; esac; install -D -m $$mode "$${pair#*:}" "$(installed)/$${pair%%:*}"; done
 .PHONY: uninstall
 uninstall: ## every day | PREFIX=/usr/local DESTDIR=: take away what install put there
 	@for pair in $(install_list); do rm -f "$(installed)/$${pair%%:*}"; done

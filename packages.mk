@@ -1,8 +1,8 @@
 # What Debian 12 must have: to build and play the demo, beyond that for studies (matrig-study), and to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libserialport-dev libmd-dev libmicrohttpd-dev libjs-dygraphs libc6-dev stm32flash
+	libserialport-dev libmd-dev libmicrohttpd-dev libjs-dygraphs libc6-dev
 STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev help2man
-TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
+TEST_PACKAGES := $(STUDY_PACKAGES) stm32flash libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave python3 python3-can python3-canmatrix groff-base gnuplot-nox clang-format
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And a second compiler, for warnings and fuzzing.
