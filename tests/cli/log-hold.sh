@@ -9,7 +9,7 @@ dbs=$(mktemp -d /dev/shm/matrig.XXXXXX 2>/dev/null) || dbs=$tmp # in memory: how
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"; [ "$dbs" = "$tmp" ] || rm -rf "$dbs"' EXIT
 faults="LD_PRELOAD=build/tests/link/faults.so"
 only=${ONLY:-.} # a pattern of the cases to try
-longer="^(lock-32|stall-10)$" # the same as others for longer: in make long alone
+longer="^(lock-32|stall-10|stall-2|lock-1|moved-last|full-end)$" # the same as others for longer: in make long alone
 
 # begin NAME SECONDS [VARIABLE=VALUE...]: sender and logger in the background, into NAME.db
 begin() {
