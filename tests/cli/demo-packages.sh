@@ -29,7 +29,7 @@ libraries() {
     [ $count -ge 6 ]
 }
 tools() { # no library: the compiler of the firmware, the script that draws the pages' plots, what programs a board
-    [ "$(printf '%s\n' $demo | grep -v -e '-dev$' | tr '\n' ' ')" = 'gcc-arm-none-eabi libjs-dygraphs stm32flash ' ]
+    [ "$(printf '%s\n' $demo | grep -v -e '-dev$' | tr '\n' ' ')" = 'gcc-arm-none-eabi libjs-dygraphs ' ]
 }
 builds_no_study() { # all that it would do in a folder where nothing is built
     make -n B="$tmp/empty" demo >"$tmp/demo.txt" 2>&1 && grep -q ' -o .*/empty/matrig$' "$tmp/demo.txt" && ! grep -e matrig-study -e 'host/study/' -e cvode "$tmp/demo.txt"
