@@ -260,7 +260,8 @@ static bool takes_too_long(const struct listening *l)
 {
     double now_s = monotonic_s();
     bool begun = find_line(l->text, "begin ") != NULL; /* another one: ours comes after it */
-    return now_s - (begun ? l->heard_s : l->begun_s) > (begun ? SILENCE_S : ANSWER_S) ||
+    bool says = begun || is_text(l);                   /* slow, and at it */
+    return now_s - (says ? l->heard_s : l->begun_s) > (begun ? SILENCE_S : ANSWER_S) ||
            now_s - l->begun_s > ALL_S || l->length == TEXT_MAX;
 }
 
