@@ -34,6 +34,16 @@
 /* Devices: RM0090 38.6.1. */
 #define F407_REVISION_Y 0x100f6413u
 
+/* The rig's inputs and outputs on a board that has all 144 pins: transducers, gages, staircase and
+ * reference. */
+#define WIRED_144                                                                   \
+    .channel = {P('F', 3), P('F', 4),  P('F', 5), P('F', 6), P('F', 7), P('F', 8),  \
+                P('F', 9), P('F', 10), P('A', 0), P('A', 1), P('A', 2), P('A', 3),  \
+                P('A', 4), P('A', 5),  P('A', 6), P('A', 7), P('B', 0), P('B', 1),  \
+                P('C', 0), P('C', 1),  P('C', 2), P('C', 3), P('C', 4), P('C', 5)}, \
+    .warning = P('E', 0), .shunts = P('E', 1), .pull = PULLS(P('E', 0), P('E', 1)), \
+    .lamp = P('E', 3)
+
 static const struct hil_board_type types[] = {
     {
         .number = MR_BOARD_ZG,
@@ -41,16 +51,7 @@ static const struct hil_board_type types[] = {
         .flash_kib = 1024,
         .supply_v = 3.3,
         .bonded = LQFP144,
-        .channel = {P('F', 3), P('F', 4), P('F', 5),  P('F', 6), P('F', 7),
-                    P('F', 8), P('F', 9), P('F', 10), /* gages */
-                    P('A', 0), P('A', 1), P('A', 2),  P('A', 3), P('A', 4),
-                    P('A', 5), P('A', 6), P('A', 7),  P('B', 0), P('B', 1),
-                    P('C', 0), P('C', 1), P('C', 2),  P('C', 3), /* staircase, reference */
-                    P('C', 4), P('C', 5)},
-        .warning = P('E', 0),
-        .shunts = P('E', 1),
-        .pull = PULLS(P('E', 0), P('E', 1)),
-        .lamp = P('E', 3),
+        WIRED_144,
         .serial_out = P('A', 9),
         .serial_in = P('A', 10),
         .usart = 1,
@@ -93,16 +94,7 @@ static const struct hil_board_type types[] = {
         .clock_bypass = true,
         .supply_v = 3.3,
         .bonded = LQFP144,
-        .channel = {P('F', 3), P('F', 4), P('F', 5),  P('F', 6), P('F', 7),
-                    P('F', 8), P('F', 9), P('F', 10), /* gages */
-                    P('A', 0), P('A', 1), P('A', 2),  P('A', 3), P('A', 4),
-                    P('A', 5), P('A', 6), P('A', 7),  P('B', 0), P('B', 1),
-                    P('C', 0), P('C', 1), P('C', 2),  P('C', 3), /* staircase, reference */
-                    P('C', 4), P('C', 5)},
-        .warning = P('E', 0),
-        .shunts = P('E', 1),
-        .pull = PULLS(P('E', 0), P('E', 1)),
-        .lamp = P('E', 3),
+        WIRED_144,
         .serial_out = P('G', 14),
         .serial_in = P('G', 9),
         .usart = 6,
