@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "common/command.h"
+#include "host/base/answer.h"
 #include "host/board/dialogue.h"
 #include "host/commands/annotation.h"
 #include "host/commands/commands.h"

@@ -8,7 +8,6 @@
 #include <stdio.h>
 
 #include "common/closure.h"
-#include "host/base/answer.h"
 #include "host/base/error.h"
 #include "host/base/quantity.h"
 #include "host/store/store_journal.h"
