@@ -197,7 +197,7 @@ def landing(browser, port):
     browser.picture(OUT + "/warning-1920-dark.png")
     browser.media("screen")
     browser.size(390, 1600)
-    time.sleep(0.3)
+    browser.wait("document.documentElement.scrollWidth <= 390")
     wide = browser.js("document.documentElement.scrollWidth")
     browser.picture(OUT + "/warning-390.png")
     browser.size(1200, 1600)
