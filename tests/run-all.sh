@@ -5,6 +5,7 @@
 # usage: tests/run-all.sh PROGRAM...
 set -um # -m: what runs in the background is interrupted as it would be in the foreground
 cd "$(dirname "$0")/.."
+export PATH=/usr/bin:/bin:$PATH # the packages that the tests need, whatever else of the same name this computer has
 limit_s=900 # of a program, on a computer that has much else to do
 jobs=${TEST_JOBS:-$(($(nproc) + 3))}
 passed=0 failed=0 processor_ms=0

@@ -49,10 +49,10 @@ run_line() {
     calibrate) typed=typed && printf '0\n0.5\n1\nq\n' >typed && allowed="1 5" && expected='no board would take that|does not follow the values' ;;
     board) line=${line/read 3/read 1} ;; # what the examples of log left in the black box
     study) line=$(sed -E 's/ --seeds [0-9]+//' <<<"$line")' --seeds 1' ;;
-    error) line=${line/consistent_fig3_7/rstar_fig3_8_soft} ;;
+    error) line=${line/host\/scenes\/consistent_fig3_7/tests\/sim_reference\/scenes\/report_frictionless} ;;
     sweep) line=${line//host\/sweep\/examples\/threshold.json/small.json} ;;
     fit) line="$line --draws 60" allowed="0 1" ;; # 1: the model cannot be
-    advise) line="$line --members 64" && allowed="0 1" ;; # 1: against
+    advise) line="$line --members 64 --before 2" && allowed="0 1" ;; # 1: against
     esac
     case $command in
     log | live | flash) ;;

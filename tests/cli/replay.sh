@@ -90,9 +90,8 @@ names_the_first_difference() {
         [ "$(in_json "$tmp/rest.json" first.replayed)" = $((settling + 1)).0 ]
 }
 small_change_is_tolerated() { # and the output states what is
-    $matrig --quiet replay "$db" 3 --elf build/tests/variant/rest.elf >"$tmp/rest.txt" || return 1
-    $matrig --quiet --si replay "$db" 3 --elf build/tests/variant/rest.elf >"$tmp/si.txt" && grep 'compared  *0.051 mm, 0.89 N, 0.015 m, 0.0061 m/s, 0.03 m/s2, 0.05 s, 1 codes, 5 ms, 5 %; counts' "$tmp/si.txt" || return 1
-    grep -q 'compared  *0.002 in, 0.2 lb' "$tmp/rest.txt" && grep -q 'recorded by' "$tmp/rest.txt"
+    $matrig --quiet --si replay "$db" 3 --elf build/tests/variant/rest.elf >"$tmp/si.txt" && grep -q 'recorded by' "$tmp/si.txt" &&
+        grep 'compared  *0.051 mm, 0.89 N, 0.015 m, 0.0061 m/s, 0.03 m/s2, 0.05 s, 1 codes, 5 ms, 5 %; counts' "$tmp/si.txt"
 }
 large_change_is_not() {
     $matrig --json --quiet replay "$db" 4 --elf build/tests/variant/scale.elf >"$tmp/scale.json"
