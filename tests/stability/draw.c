@@ -15,14 +15,14 @@ static uint64_t next(uint64_t *state)
     return x ^ (x >> 31);
 }
 
-static double uniform(uint64_t *state)
+double draw_uniform(uint64_t *state)
 {
     return (double)(next(state) >> 11) * 0x1p-53;
 }
 
-static size_t below(uint64_t *state, size_t count)
+size_t draw_below(uint64_t *state, size_t count)
 {
-    return (size_t)(uniform(state) * (double)count);
+    return (size_t)(draw_uniform(state) * (double)count);
 }
 
 double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS]
@@ -30,8 +30,8 @@ double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS]
     double(*rows)[DRAW_KEYS] = calloc(count, sizeof *rows);
     for (int key = 0; rows && key < DRAW_KEYS; key++) {
         for (size_t i = 0; i < count; i++) {
-            rows[i][key] = DRAW_DECADES * (((double)i + uniform(&seed)) / (double)count - 0.5);
-            size_t other = below(&seed, i + 1);
+            rows[i][key] = DRAW_DECADES * (((double)i + draw_uniform(&seed)) / (double)count - 0.5);
+            size_t other = draw_below(&seed, i + 1);
             double kept = rows[other][key];
             rows[other][key] = rows[i][key];
             rows[i][key] = kept;
@@ -41,11 +41,12 @@ double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS]
 }
 
 #define PICK(state, ...) \
-    ((const double[]){__VA_ARGS__}[below(state, sizeof((double[]){__VA_ARGS__}) / sizeof(double))])
+    ((const double[]){   \
+        __VA_ARGS__}[draw_below(state, sizeof((double[]){__VA_ARGS__}) / sizeof(double))])
 
 static enum sim_end end(uint64_t *state)
 {
-    return below(state, 2) == 0 ? SIM_FREE : SIM_FIXED;
+    return draw_below(state, 2) == 0 ? SIM_FREE : SIM_FIXED;
 }
 
 enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index,
@@ -69,16 +70,16 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     scene->weight_lb *= pow(10.0, exponents[DRAW_W]);
     /* a slab's inertia is its mass times a length; half the scenes keep that, in half it is on its
      * own */
-    bool slab = below(&state, 2) == 0;
+    bool slab = draw_below(&state, 2) == 0;
     scene->inertia_slug_ft2 *= pow(10.0, slab ? exponents[DRAW_W] : exponents[DRAW_I]);
     double heavier = scene->weight_lb / 160.0;
 
-    scene->model = below(&state, 2) == 0 ? SIM_REPORT : SIM_CONSISTENT;
+    scene->model = draw_below(&state, 2) == 0 ? SIM_REPORT : SIM_CONSISTENT;
     bool consistent = scene->model == SIM_CONSISTENT;
-    scene->mats = 6 + (int)below(&state, 11);
-    scene->profile = below(&state, 2) == 0 ? SIM_LOW : SIM_FULL;
+    scene->mats = 6 + (int)draw_below(&state, 11);
+    scene->profile = draw_below(&state, 2) == 0 ? SIM_LOW : SIM_FULL;
     scene->tad_deg = PICK(&state, 0.0, 1.0, 10.0, 10.0);
-    scene->tad_mode = below(&state, 3) == 0 ? SIM_SWITCHED : SIM_DEADBAND;
+    scene->tad_mode = draw_below(&state, 3) == 0 ? SIM_SWITCHED : SIM_DEADBAND;
     scene->slack_ft = PICK(&state, 0.0, 0.0, 0.005, 0.25 / 12.0);
     scene->left = end(&state);
     scene->right = end(&state);
@@ -86,18 +87,18 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     scene->right_torsion = end(&state);
     /* thrust in proportion to the mats, or the report's whatever they weigh */
     scene->force_lb *= PICK(&state, 0.1, 0.5, 1.0, 2.0);
-    if (below(&state, 2) == 0)
+    if (draw_below(&state, 2) == 0)
         scene->force_lb *= heavier;
     scene->vac_ft_s = PICK(&state, 60.0, 90.0, 140.0);
     scene->s0_ft = PICK(&state, 0.0, 2.0, 5.0);
-    scene->thrust = below(&state, 2) == 0 ? SIM_JUMP : SIM_LINEAR;
+    scene->thrust = draw_below(&state, 2) == 0 ? SIM_JUMP : SIM_LINEAR;
     scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 10.0) * scene->weight_lb;
-    scene->friction_law = laws[below(&state, sizeof laws / sizeof laws[0])];
+    scene->friction_law = laws[draw_below(&state, sizeof laws / sizeof laws[0])];
     scene->friction = PICK(&state, 0.2, 0.5, 0.9);
     scene->veps_ft_s = PICK(&state, 1e-3, 1e-2);
-    scene->friction_normal = consistent && below(&state, 2) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene->friction_normal = consistent && draw_below(&state, 2) == 0 ? SIM_SOIL : SIM_WEIGHT;
     scene->shear_lb *= heavier;
-    scene->lift_shear = shears[below(&state, sizeof shears / sizeof shears[0])];
+    scene->lift_shear = shears[draw_below(&state, sizeof shears / sizeof shears[0])];
     scene->v0_ft_s = PICK(&state, 0.0, 2.0, 2.0);
     double bump = PICK(&state, 0.0, 0.005, 0.02, 0.02, 0.1);
     scene->bump_first = 3;
@@ -107,7 +108,7 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
         times[i] = scene->t_end_s * (i + 1) / DRAW_OUTPUTS;
     const double heights[] = {0.495 * bump, bump, 0.495 * bump};
     if (bump > 0.0)
-        sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * below(&state, 2));
+        sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * draw_below(&state, 2));
     sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS);
     return error->status;
 }
@@ -116,9 +117,10 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
 static void draw_path(struct sim_scene *scene, uint64_t *state)
 {
     double end_s = scene->t_end_s, runway_ft = scene->mats * scene->length_ft;
-    double from_ft = (1.2 * uniform(state) - 0.1) * runway_ft;
+    double from_ft = (1.2 * draw_uniform(state) - 0.1) * runway_ft;
     double speed_ft_s = PICK(state, -60.0, 0.0, 30.0, 60.0, 90.0, 140.0), f_lb = scene->force_lb;
-    double touch_s = PICK(state, 0.0, 0.1) * end_s, brake_s = (0.2 + 0.3 * uniform(state)) * end_s;
+    double touch_s = PICK(state, 0.0, 0.1) * end_s,
+           brake_s = (0.2 + 0.3 * draw_uniform(state)) * end_s;
     double after_lb = f_lb * PICK(state, 0.0, 0.5, 1.0),
            brake_ft = from_ft + speed_ft_s * (brake_s - touch_s);
     const struct sim_path_row rows[] = {
@@ -137,12 +139,12 @@ enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW
     if (draw_scene(scene, exponents, index, seed, error) != MR_OK)
         return error->status;
     scene->model = SIM_CONSISTENT;
-    scene->friction_law = below(&state, 6) == 0 ? SIM_NONE : SIM_STICK;
-    scene->friction_normal = below(&state, 3) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene->friction_law = draw_below(&state, 6) == 0 ? SIM_NONE : SIM_STICK;
+    scene->friction_normal = draw_below(&state, 3) == 0 ? SIM_SOIL : SIM_WEIGHT;
     scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 0.1, 1.0, 10.0) * scene->weight_lb;
-    if (below(&state, 3) == 0)
-        scene->bump_first = 1 + (int)below(&state, (size_t)scene->mats - 2);
-    if (below(&state, 2) != 0)
+    if (draw_below(&state, 3) == 0)
+        scene->bump_first = 1 + (int)draw_below(&state, (size_t)scene->mats - 2);
+    if (draw_below(&state, 2) != 0)
         draw_path(scene, &state);
     return MR_OK;
 }

@@ -2,6 +2,7 @@
 #ifndef MATRIG_TESTS_STABILITY_DRAW_H
 #define MATRIG_TESTS_STABILITY_DRAW_H
 
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
@@ -11,6 +12,10 @@
 #define DRAW_OUTPUTS 16
 
 enum draw_key { DRAW_KV, DRAW_CV, DRAW_KL, DRAW_CL, DRAW_KT, DRAW_CT, DRAW_W, DRAW_I, DRAW_KEYS };
+
+/* A number of 0..1, and one of 0..count-1, from a seed that moves on. */
+double draw_uniform(uint64_t *state);
+size_t draw_below(uint64_t *state, size_t count);
 
 extern const char *const draw_key_names[DRAW_KEYS];
 

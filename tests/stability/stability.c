@@ -1,7 +1,8 @@
-/* stability [--fixed | --bars] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J]
- * [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv (with --fixed: landings.csv)
- * and prints a summary; exits with 1 when an answer is contradicted, a solver crashed, or too many
- * answers of fixed are overconfident. README.md. */
+/* stability [--fixed | --bars | --chain] [--scenes N] [--from I] [--every K] [--only I]
+ * [--seed S] [--jobs J] [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv (with
+ * --fixed: landings.csv, with --chain: chain.csv) and prints a summary; exits with 1 when an answer
+ * is contradicted, a solver crashed, or too many answers of fixed or of the chain are
+ * overconfident. README.md. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "tests/stability/bars.h"
+#include "tests/stability/chain_study.h"
 #include "tests/stability/confidence.h"
 #include "tests/stability/study.h"
 
@@ -25,6 +27,7 @@
 struct plan {
     size_t scenes, from, every, only, jobs, minutes;
     uint64_t seed;
+    bool chain; /* the chain against its stated errors */
     bool bars;  /* every solver against its stated errors */
     bool fixed; /* the landing engine against its stated errors, instead of auto against others */
     const char *folder;
@@ -270,6 +273,10 @@ static bool parse(struct plan *plan, int count, char **words)
             plan->fixed = !bars;
             continue;
         }
+        if (strcmp(words[i], "--chain") == 0) {
+            plan->chain = true;
+            continue;
+        }
         if (i + 1 >= count)
             return false;
         unsigned long long value = strtoull(words[i + 1], &end, 10);
@@ -294,9 +301,12 @@ static bool parse(struct plan *plan, int count, char **words)
         i++;
     }
     if (plan->scenes == 0)
-        plan->scenes = plan->bars ? BARS_SCENES : plan->fixed ? LANDINGS : SCENES;
+        plan->scenes = plan->chain ? CHAIN_SCENES
+                     : plan->bars  ? BARS_SCENES
+                     : plan->fixed ? LANDINGS
+                                   : SCENES;
     if (plan->seed == 0)
-        plan->seed = plan->bars ? BARS_SEED : SEED;
+        plan->seed = plan->chain ? CHAIN_SEED : plan->bars ? BARS_SEED : SEED;
     return plan->folder && plan->from < plan->scenes && plan->every > 0 && plan->jobs > 0 &&
            plan->jobs <= JOBS_MAX;
 }
@@ -308,12 +318,14 @@ int main(int count, char **words)
     struct confidence confidence = {0};
     struct bars bars;
     if (!parse(&plan, count, words)) {
-        fprintf(
-            stderr,
-            "usage: stability [--fixed | --bars] [--scenes N] [--from I] [--every K] [--only I] "
-            "[--seed S] [--jobs J] [--minutes M] FOLDER\n");
+        fprintf(stderr, "usage: stability [--fixed | --bars | --chain] [--scenes N] [--from I] "
+                        "[--every K] [--only I] "
+                        "[--seed S] [--jobs J] [--minutes M] FOLDER\n");
         return 2;
     }
+    if (plan.chain)
+        return chain_study(&(struct chain_plan){plan.scenes, plan.from, plan.every, plan.only,
+                                                plan.jobs, plan.minutes, plan.seed, plan.folder});
     plan.exponents = draw_table(plan.scenes, plan.seed);
     struct shared *shared = mmap(NULL, sizeof *shared + plan.scenes * sizeof shared->answers[0],
                                  PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);

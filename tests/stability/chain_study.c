@@ -1,0 +1,401 @@
+#include "tests/stability/chain_study.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/sim/elements/element.h"
+#include "host/sim/sim.h"
+#include "tests/stability/chain_draw.h"
+#include "tests/stability/chain_reference.h"
+#include "tests/stability/study.h"
+
+#define BEYOND_1_ONE_IN 200u
+#define UNDECIDED_SHARE 0.1 /* of the stated error, between two runs of the reference */
+#define ENGINE_LIMIT_S  60.0
+#define STEPS_MAX       3000000u
+#define WORST           20u
+#define COARSE_ORDER    18
+#define COARSE_FT       1e-15
+#define FINE_FT         1e-18
+
+enum chain_stage { NOT_RUN, ENGINE, REFERENCE, DONE };
+
+struct chain_row {
+    enum chain_stage stage;
+    enum chain_kind kind;
+    enum study_end end;
+    bool lossless, reference_ok, decided;
+    double stated_ft, true_ft, reference_ft, peak_ft, ratio; /* reference: its two runs apart */
+    double engine_s, reference_s, dt_s;
+    uint64_t steps, reference_steps, switches;
+};
+
+struct shared {
+    _Atomic size_t next;
+    time_t begin;
+    struct chain_row rows[];
+};
+
+static double used_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static bool is_lossless(const struct sim_scene *s)
+{
+    return s->cl_lb_s_ft == 0.0 && (s->friction_law == SIM_NONE || s->friction == 0.0) &&
+           s->grit_lb.count == 0 && s->element[ELEMENT_ground_damping] == 0.0 &&
+           s->element[ELEMENT_gear_ground] == 0.0;
+}
+
+static double apart_ft(const double *a, const double *b, size_t count)
+{
+    double most = 0.0;
+    for (size_t i = 0; i < count; i++)
+        most = fmax(most, fabs(a[i] - b[i]));
+    return most;
+}
+
+static void engine(const struct sim_scene *scene, struct chain_row *row, double *u_ft)
+{
+    struct sim_result result;
+    struct error error = {0};
+    size_t mats = (size_t)scene->mats + 1;
+    double begin_s = used_s();
+    enum mr_status status = sim_run(scene, &(struct sim_options){0}, &result, &error);
+    row->engine_s = used_s() - begin_s;
+    row->end = status == MR_OK       ? STUDY_OK
+             : status == MR_NUMERICS ? (enum study_end)result.status
+                                     : STUDY_REFUSED;
+    row->steps = result.steps;
+    row->dt_s = result.dt_s;
+    if (status == MR_OK) {
+        row->stated_ft = result.error_u_ft;
+        row->peak_ft = result.peak_u_ft;
+        for (size_t i = 0; i < CHAIN_OUTPUTS; i++)
+            memcpy(u_ft + i * mats, result.outputs[i].u_ft, mats * sizeof *u_ft);
+        for (size_t i = 0; i < CHAIN_OUTPUTS; i++)
+            u_ft[i * mats] = 0.0;
+    }
+    sim_result_free(&result);
+}
+
+/* In a process of its own. */
+static void judge(const struct sim_scene *scene, struct chain_row *row)
+{
+    static double answer[CHAIN_OUTPUTS * (CHAIN_MATS + 1)],
+        coarse[CHAIN_OUTPUTS * (CHAIN_MATS + 1)], fine[CHAIN_OUTPUTS * (CHAIN_MATS + 1)];
+    size_t count = CHAIN_OUTPUTS * ((size_t)scene->mats + 1);
+    row->lossless = is_lossless(scene);
+    row->stage = ENGINE;
+    engine(scene, row, answer);
+    row->stage = REFERENCE;
+    double begin_s = used_s();
+    struct chain_reference first = {.order = COARSE_ORDER,
+                                    .tolerance_ft = COARSE_FT,
+                                    .most_steps = STEPS_MAX},
+                           second = {.order = CHAIN_REFERENCE_ORDER,
+                                     .tolerance_ft = FINE_FT,
+                                     .most_steps = STEPS_MAX};
+    row->reference_ok = chain_reference_run(&first, scene, coarse) &&
+                        chain_reference_run(&second, scene, fine);
+    row->reference_s = used_s() - begin_s;
+    row->reference_steps = second.steps;
+    row->switches = second.switches;
+    if (row->reference_ok) {
+        row->reference_ft = apart_ft(coarse, fine, count);
+        row->decided = row->reference_ft <= UNDECIDED_SHARE * row->stated_ft + STUDY_LEAST_FT;
+    }
+    if (row->reference_ok && row->end == STUDY_OK) {
+        row->true_ft = apart_ft(answer, fine, count);
+        row->ratio = row->true_ft / (row->stated_ft + STUDY_LEAST_FT);
+    }
+    row->stage = DONE;
+}
+
+static void run_scene(const struct chain_plan *plan, size_t index, struct chain_row *row)
+{
+    struct sim_scene scene;
+    struct error error = {0};
+    int status = 0;
+    row->kind = chain_draw(&scene, index, plan->seed);
+    if (sim_scene_check(&scene, scene.name, &error) != MR_OK) {
+        fprintf(stderr, "stability: %s\n", error.text);
+        _exit(3);
+    }
+    pid_t child = fork();
+    if (child == 0) {
+        struct itimerval limit = {.it_value = {(time_t)ENGINE_LIMIT_S, 0}};
+        signal(SIGPROF, SIG_DFL);
+        setitimer(ITIMER_PROF, &limit, NULL);
+        judge(&scene, row);
+        _exit(0);
+    }
+    while (child > 0 && waitpid(child, &status, 0) < 0)
+        ;
+    if (child < 0 || row->stage == ENGINE)
+        row->end = WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF ? STUDY_SLOW : STUDY_CRASHED;
+    sim_scene_free(&scene);
+}
+
+static void work(const struct chain_plan *plan, struct shared *shared)
+{
+    for (;;) {
+        size_t i = plan->from + shared->next++ * plan->every;
+        if (i >= plan->scenes || time(NULL) > shared->begin + 60 * (time_t)plan->minutes)
+            return;
+        run_scene(plan, i, &shared->rows[i]);
+    }
+}
+
+/* ---- the summary ---- */
+
+struct chain_sum {
+    size_t scenes, ends[STUDY_ENDS], compared, beyond_1, beyond_3, not_decided, no_reference,
+        unstable_lossless;
+    double worst, engine_s, reference_s, slowest_s;
+    size_t count; /* of ratios */
+    double *ratios;
+};
+
+static bool is_compared(const struct chain_row *row)
+{
+    return row->stage == DONE && row->reference_ok && row->decided && row->end == STUDY_OK;
+}
+
+static void sum_add(struct chain_sum *sum, const struct chain_row *row)
+{
+    sum->scenes++;
+    sum->ends[row->end]++;
+    sum->engine_s += row->engine_s;
+    sum->reference_s += row->reference_s;
+    sum->slowest_s = fmax(sum->slowest_s, row->engine_s);
+    sum->unstable_lossless += row->end == STUDY_UNSTABLE && row->lossless;
+    sum->no_reference += !row->reference_ok;
+    sum->not_decided += row->reference_ok && !row->decided && row->end == STUDY_OK;
+    if (!is_compared(row))
+        return;
+    sum->compared++;
+    sum->beyond_1 += row->ratio > 1.0;
+    sum->beyond_3 += row->ratio > STUDY_OVERCONFIDENT;
+    sum->worst = fmax(sum->worst, row->ratio);
+    sum->ratios[sum->count++] = row->ratio;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+static void sum_print(struct chain_sum *sum, const char *name)
+{
+    qsort(sum->ratios, sum->count, sizeof *sum->ratios, by_value);
+    printf("%-6s %6zu %6zu %8zu %6zu %8zu %6.2f %8zu %9.3g %8.2g %11zu %8zu %12zu %9.2g %9.2g\n",
+           name, sum->scenes, sum->ends[STUDY_OK], sum->compared, sum->beyond_1, sum->beyond_3,
+           sum->compared > 0 ? 100.0 * (double)sum->beyond_1 / (double)sum->compared : 0.0,
+           sum->unstable_lossless, sum->worst, sum->count > 0 ? sum->ratios[sum->count / 2] : 0.0,
+           sum->not_decided, sum->no_reference,
+           sum->ends[STUDY_UNSTABLE] + sum->ends[STUDY_UNDERFLOW],
+           sum->engine_s / (double)sum->scenes, sum->reference_s / (double)sum->scenes);
+}
+
+static const struct chain_row *sorted_rows;
+static int by_ratio(const void *a, const void *b)
+{
+    const size_t *x = a, *y = b;
+    double p = sorted_rows[*x].ratio, q = sorted_rows[*y].ratio;
+    return (p < q) - (p > q);
+}
+
+static void print_worst(const struct chain_plan *plan, const struct chain_row *rows, size_t *order,
+                        size_t count)
+{
+    sorted_rows = rows;
+    qsort(order, count, sizeof *order, by_ratio);
+    printf("worst (stability --chain --scenes %zu --seed %llu --only SCENE FOLDER):\n"
+           "%7s %-6s %9s %10s %10s %10s %10s %9s %9s\n",
+           plan->scenes, (unsigned long long)plan->seed, "scene", "kind", "ratio", "true, ft",
+           "stated, ft", "ref., ft", "peak, ft", "steps", "switches");
+    for (size_t i = 0; i < count && i < WORST; i++) {
+        const struct chain_row *row = &rows[order[i]];
+        printf("%7zu %-6s %9.3g %10.3g %10.3g %10.2g %10.3g %9llu %9llu\n", order[i],
+               chain_kind_names[row->kind], row->ratio, row->true_ft, row->stated_ft,
+               row->reference_ft, row->peak_ft, (unsigned long long)row->steps,
+               (unsigned long long)row->switches);
+    }
+}
+
+static void write_row(FILE *table, const struct chain_plan *plan, size_t i,
+                      const struct chain_row *row)
+{
+    struct sim_scene scene;
+    chain_draw(&scene, i, plan->seed);
+    fprintf(table,
+            "%zu,%s,%d,%.6g,%.4g,%.4g,%.3g,%zu,%.6g,%s,%.4g,%.3g,%.6g,%.4g,%d,%.3g,%llu,%llu,%llu,"
+            "%.4f,%.4f\n",
+            i, chain_kind_names[row->kind], scene.mats, scene.weight_lb, scene.kl_lb_ft,
+            scene.cl_lb_s_ft, scene.slack_ft, scene.grit_lb.count, scene.t_end_s,
+            study_end_names[row->end], row->stated_ft, row->true_ft, row->peak_ft,
+            row->reference_ft, row->decided, row->ratio, (unsigned long long)row->steps,
+            (unsigned long long)row->switches, (unsigned long long)row->reference_steps,
+            row->engine_s, row->reference_s);
+    sim_scene_free(&scene);
+}
+
+/* What differs from the defaults, as a file for `matrig sim`. */
+static bool write_scene(const char *path, const struct sim_scene *scene)
+{
+    struct sim_scene usual;
+    FILE *file = fopen(path, "w");
+    if (!file)
+        return false;
+    sim_scene_defaults(&usual);
+    fprintf(file, "{\n  \"_note\": \"drawn by the stability study\"");
+    for (size_t i = 0; sim_key_at(i); i++) {
+        const struct sim_key *key = sim_key_at(i);
+        const char *at = (const char *)scene + key->offset;
+        const char *default_at = (const char *)&usual + key->offset;
+        const struct sim_list *list = (const void *)at;
+        switch (key->kind) {
+        case SIM_KEY_TEXT: fprintf(file, ",\n  \"%s\": \"%s\"", key->name, at); break;
+        case SIM_KEY_REAL:
+            if (memcmp(at, default_at, sizeof(double)) != 0)
+                fprintf(file, ",\n  \"%s\": %.17g", key->name, *(const double *)(const void *)at);
+            break;
+        case SIM_KEY_INTEGER:
+            if (memcmp(at, default_at, sizeof(int)) != 0)
+                fprintf(file, ",\n  \"%s\": %d", key->name, *(const int *)(const void *)at);
+            break;
+        case SIM_KEY_CHOICE:
+            if (memcmp(at, default_at, sizeof(int)) != 0)
+                fprintf(file, ",\n  \"%s\": \"%s\"", key->name,
+                        key->choices[*(const int *)(const void *)at]);
+            break;
+        case SIM_KEY_LIST:
+        case SIM_KEY_JOINTS:
+        case SIM_KEY_PARTS:
+            for (size_t k = 0; k < list->count; k++)
+                fprintf(file, "%s%s%s%.17g%s", k == 0 ? ",\n  \"" : ", ", k == 0 ? key->name : "",
+                        k == 0 ? "\": [" : "", list->values[k], k + 1 == list->count ? "]" : "");
+            break;
+        case SIM_KEY_PATH:
+            for (size_t k = 0; k < scene->path_count; k++)
+                fprintf(file, "%s[%.17g, %.17g, %.17g]%s", k == 0 ? ",\n  \"path\": [" : ", ",
+                        scene->path[k].t_s, scene->path[k].x_ft, scene->path[k].force_lb,
+                        k + 1 == scene->path_count ? "]" : "");
+            break;
+        }
+    }
+    fprintf(file, "\n}\n");
+    return fclose(file) == 0;
+}
+
+static bool is_run(const struct chain_plan *plan, size_t i)
+{
+    return plan->only < plan->scenes ? i == plan->only : (i - plan->from) % plan->every == 0;
+}
+
+static bool summarise(const struct chain_plan *plan, const struct chain_row *rows, bool *good)
+{
+    struct chain_sum sums[CHAIN_KINDS + 1] = {0};
+    size_t *order = calloc(plan->scenes, sizeof *order), count = 0, not_run = 0;
+    char path[4096];
+    snprintf(path, sizeof path, "%s/chain.csv", plan->folder);
+    FILE *table = fopen(path, "w");
+    bool room = order != NULL;
+    for (int k = 0; k <= CHAIN_KINDS; k++)
+        room = (sums[k].ratios = calloc(plan->scenes, sizeof(double))) != NULL && room;
+    if (!table || !room) {
+        fprintf(stderr, "stability: cannot write %s; make the folder\n", path);
+        return false;
+    }
+    fprintf(table,
+            "scene,kind,N,W,KL,CL,slack,grit,tend,end,stated_ft,true_ft,peak_ft,reference_ft,"
+            "decided,ratio,steps,switches,reference_steps,chain_s,reference_s\n");
+    for (size_t i = plan->from; i < plan->scenes; i++) {
+        const struct chain_row *row = &rows[i];
+        if (!is_run(plan, i))
+            continue;
+        if (row->stage == NOT_RUN) {
+            not_run++;
+            continue;
+        }
+        sum_add(&sums[0], row);
+        sum_add(&sums[1 + row->kind], row);
+        write_row(table, plan, i, row);
+        if (is_compared(row))
+            order[count++] = i;
+        else if (row->stage == DONE && row->reference_ok && row->end == STUDY_OK)
+            printf("NOT DECIDED %zu (%s): runs of the reference are %.2g ft apart; stated %.3g, "
+                   "difference %.3g\n",
+                   i, chain_kind_names[row->kind], row->reference_ft, row->stated_ft, row->true_ft);
+        else
+            printf("NOT COMPARED %zu (%s%s): chain %s, reference %s\n", i,
+                   chain_kind_names[row->kind], row->lossless ? ", no losses" : "",
+                   study_end_names[row->end],
+                   row->reference_ok    ? "ok"
+                   : row->stage == DONE ? "gave up"
+                                        : "too slow");
+    }
+    printf("%-6s %6s %6s %8s %6s %8s %6s %8s %9s %8s %11s %8s %12s %9s %9s\n", "kind", "scenes",
+           "ok", "compared", "beyond", "beyond 3", "%", "unstable", "worst", "median",
+           "not decided", "no ref.", "not answered", "chain, s", "ref., s");
+    for (int k = 0; k <= CHAIN_KINDS; k++)
+        if (sums[k].scenes > 0)
+            sum_print(&sums[k], k == 0 ? "all" : chain_kind_names[k - 1]);
+    printf("unstable: without losses. Slowest chain: %.3g s. Not run, as time was up: %zu\n",
+           sums[0].slowest_s, not_run);
+    print_worst(plan, rows, order, count);
+    const struct chain_sum *all = &sums[0];
+    *good = all->beyond_1 * BEYOND_1_ONE_IN <= all->compared && all->beyond_3 == 0 &&
+            all->unstable_lossless == 0 && not_run == 0 && all->ends[STUDY_CRASHED] == 0;
+    for (int k = 0; k <= CHAIN_KINDS; k++)
+        free(sums[k].ratios);
+    free(order);
+    return fclose(table) == 0;
+}
+
+int chain_study(const struct chain_plan *plan)
+{
+    struct shared *shared = mmap(NULL, sizeof *shared + plan->scenes * sizeof shared->rows[0],
+                                 PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    bool good = shared != MAP_FAILED, keeps = false;
+    int status;
+    if (!good)
+        return 3;
+    shared->begin = time(NULL);
+    fflush(stdout);
+    if (plan->only < plan->scenes) {
+        struct sim_scene scene;
+        char path[4096];
+        snprintf(path, sizeof path, "%s/scene.json", plan->folder);
+        chain_draw(&scene, plan->only, plan->seed);
+        good = write_scene(path, &scene);
+        sim_scene_free(&scene);
+        run_scene(plan, plan->only, &shared->rows[plan->only]);
+    }
+    for (size_t j = 0; plan->only >= plan->scenes && j < plan->jobs; j++) {
+        pid_t child = fork();
+        if (child == 0) {
+            work(plan, shared);
+            _exit(0);
+        }
+        good = good && child > 0;
+    }
+    while (wait(&status) > 0)
+        good = good && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    good = good && summarise(plan, shared->rows, &keeps);
+    munmap(shared, sizeof *shared + plan->scenes * sizeof shared->rows[0]);
+    return !good ? 3 : !keeps;
+}
