@@ -228,37 +228,36 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
     fputs("unset multiplot\n", out);
 }
 
-/* Runs gnuplot from one stream into others. Returns its exit code, 127: there is none. */
-static int run(const char *const words[], FILE *in, FILE *out, FILE *errors, struct error *error)
-{
-    const int streams[3] = {fileno(in), fileno(out), fileno(errors)};
-    pid_t child;
-    int status = 0;
-    if (process_start(words, streams, &child, error) != MR_OK)
-        return -1;
-    return process_wait(child, LIMIT_S, &status) && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 /* The script's picture to `picture`. */
 static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
 {
     static const char *const words[] = {"/usr/bin/env", "gnuplot", "--default-settings", NULL};
     FILE *errors = tmpfile();
     char line[200] = "", next[200];
+    pid_t child;
+    int status = 0;
     if (!errors)
         return error_set(error, MR_IO, "cannot draw: no temporary file; see TMPDIR");
-    int code = run(words, script, picture, errors, error);
+    const int streams[3] = {fileno(script), fileno(picture), fileno(errors)};
+    if (process_start(words, streams, &child, error) != MR_OK) {
+        fclose(errors);
+        return error->status;
+    }
+    if (!process_wait(child, LIMIT_S, &status))
+        snprintf(line, sizeof line, "it did not end within %g s", LIMIT_S);
+    else if (WIFSIGNALED(status))
+        snprintf(line, sizeof line, "signal %d ended it", WTERMSIG(status));
+    else if (WEXITSTATUS(status) != 0)
+        snprintf(line, sizeof line, "exit code %d", WEXITSTATUS(status));
     rewind(errors);
     while (fgets(next, sizeof next, errors)) {
         if (strspn(next, " \t^\n") < strlen(next))
             snprintf(line, sizeof line, "%.*s", (int)strcspn(next, "\n"), next);
     }
     fclose(errors);
-    if (code == 127)
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
         return error_set(error, MR_IO, "gnuplot is missing; apt install gnuplot-nox");
-    if (code != 0)
-        return error_set(error, MR_IO, "gnuplot failed: %s", *line ? line : "it did not end");
-    return error->status;
+    return status == 0 ? MR_OK : error_set(error, MR_IO, "gnuplot failed: %s", line);
 }
 
 static void copy(FILE *from, FILE *to)
