@@ -9,30 +9,34 @@
 #include "hil/board/parts.h"
 #include "hil/core/nvic.h"
 
+/* Lanes that every trace has, by scope: scope, name, bits, and what it shows of the board now. */
+/* clang-format off */
+#define LANES(X)                                                                           \
+    X(pins, PD12_excitation_plus, 1, hil_board_pin(board, 3, 12))                          \
+    X(pins, PD13_excitation_minus, 1, hil_board_pin(board, 3, 13))                         \
+    X(pins, PA15_switch_edge, 1, hil_board_pin(board, 0, 15))                              \
+    X(pins, PE0_lamp_off, 1, hil_board_pin(board, 4, 0))                                   \
+    X(converters, adc1_scan, 1, state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER)       \
+    X(converters, adc3_scan, 1, state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER)       \
+    X(links, can_frame, 1, board->state.mcu.can.phase == HIL_CAN_FRAME)                    \
+    X(links, usart1_tx, 1, state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER)        \
+    X(links, usart1_rx, 1, state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER)        \
+    X(core, sleeping, 1, state->cpu.asleep)                                                \
+    X(core, exception, 8, hil_board_register(board, 16) & 0x1ffu)                          \
+    X(core, resets, 16, (uint32_t)state->counters.resets & 0xffffu)                        \
+    X(core, hclk_hz, 32, state->clock.hclk_hz)
+/* clang-format on */
+#define LANE_PLACE(scope, name, bits, now) LANE_##name,
+enum { LANES(LANE_PLACE) FIXED_LANES };
+
 #define LANES_MAX   (FIXED_LANES + HIL_EXCEPTIONS)
 #define FILE_BUFFER (1u << 20)
 
-enum { FIXED_LANES = 13 };
-
-/* Lanes that every trace has, in the order of `fixed_values`. */
+#define LANE_DECLARED(scope, name, bits, now) {#scope, #name, bits},
 static const struct {
     const char *scope, *name;
     unsigned bits;
-} fixed[FIXED_LANES] = {
-    {"pins", "PD12_excitation_plus", 1},
-    {"pins", "PD13_excitation_minus", 1},
-    {"pins", "PA15_switch_edge", 1},
-    {"pins", "PE0_lamp_off", 1},
-    {"converters", "adc1_scan", 1},
-    {"converters", "adc3_scan", 1},
-    {"links", "can_frame", 1},
-    {"links", "usart1_tx", 1},
-    {"links", "usart1_rx", 1},
-    {"core", "sleeping", 1},
-    {"core", "exception", 8},
-    {"core", "resets", 16},
-    {"core", "hclk_hz", 32},
-};
+} fixed[FIXED_LANES] = {LANES(LANE_DECLARED)};
 
 struct hil_vcd {
     struct hil_board *board;
@@ -141,19 +145,8 @@ static void set_value(struct hil_vcd *vcd, unsigned lane, uint32_t value, uint64
 static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LANES])
 {
     const struct hil_core_state *state = &board->core.state;
-    value[0] = hil_board_pin(board, 3, 12);
-    value[1] = hil_board_pin(board, 3, 13);
-    value[2] = hil_board_pin(board, 0, 15);
-    value[3] = hil_board_pin(board, 4, 0);
-    value[4] = state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER;
-    value[5] = state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER;
-    value[6] = board->state.mcu.can.phase == HIL_CAN_FRAME;
-    value[7] = state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER;
-    value[8] = state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER;
-    value[9] = state->cpu.asleep;
-    value[10] = hil_board_register(board, 16) & 0x1ffu;
-    value[11] = (uint32_t)state->counters.resets & 0xffffu;
-    value[12] = state->clock.hclk_hz;
+#define LANE_VALUE(scope, name, bits, now) value[LANE_##name] = now;
+    LANES(LANE_VALUE)
 }
 
 static void sample(void *who, uint64_t at)

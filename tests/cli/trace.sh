@@ -57,6 +57,24 @@ core_is_right() { # the block interrupt comes each millisecond; sleep as the pro
     # the profile counts cycles, of which the first milliseconds at 16 MHz have fewer: within 0.5 %
     awk -v ns="$asleep" -v p="$of_profile" 'BEGIN { d = ns / 2e7 - p; print "difference", d; exit !(d < 0.5 && d > -0.5) }'
 }
+# The lane of the exception that runs and the lanes of single exceptions are of one mind at each time; the clock and the resets end
+# where the run does.
+numbers_are_right() {
+    awk '
+        function look(n, any) {
+            for (n in lane) any += value[lane[n]]
+            if (running ? !(running in lane) || !value[lane[running]] : any) { print "at", t, "exception", running; wrong = 1 }
+        }
+        /^\$var/ { name[$4] = $5; n = $5; sub(/_.*/, "", n)
+            if (sub(/^irq/, "", n)) lane[n + 16] = $4; else if (sub(/^exception/, "", n) && n != "") lane[n] = $4 }
+        /^#/ { if (t != "") look(); t = substr($0, 2) }
+        /^[01]/ { value[substr($0, 2)] = substr($0, 1, 1) }
+        /^b/ { v = 0; for (i = 2; i <= length($1); i++) v = 2 * v + substr($1, i, 1)
+            if (name[$2] == "exception") { running = v; seen[v] = 1 }
+            if (name[$2] == "hclk_hz") hz = v
+            if (name[$2] == "resets") resets = v }
+        END { look(); print "irq60 seen", seen[76] + 0, "hclk_hz", hz, "resets", resets; exit wrong || !seen[76] || hz != 168000000 || resets != 0 }' "$tmp/a.vcd"
+}
 same_bytes() { # tracing changes nothing, and two traces are equal, at any speed
     traced plain && traced again --vcd "$tmp/again.vcd" --profile "$tmp/again.profile" --speed real || return 1
     for kind in can serial; do cmp "$tmp/plain.$kind" "$tmp/a.$kind" && cmp "$tmp/plain.$kind" "$tmp/again.$kind" || return 1; done
@@ -86,6 +104,7 @@ check "GTKWave's converter reads the trace" trace
 check "pins: excitation and switch edges" pins_are_right
 check "links: CAN frames and serial bytes" links_are_right
 check "core: interrupts and sleep" core_is_right
+check "core: the exception that runs, clock, resets" numbers_are_right
 check "tracing changes nothing, and is the same each time" same_bytes
 check "a profile adds up to the instructions of the run" profile_adds_up
 check "by instructions, the most first" profile_is_sorted
