@@ -52,11 +52,31 @@ static enum mr_status read_header(struct image *image)
     return status == MR_OK ? check_header(image) : status;
 }
 
+/* A linker that aligns segments to pages may put the file's own headers before the first section.
+ * They are not for the chip, nor is what they reach below its memory: so many bytes to leave
+ * out. */
+static uint32_t headers_in(const struct image *image, const Elf32_Phdr *s)
+{
+    static const uint32_t memories[] = {HIL_FLASH_BASE, HIL_SRAM_BASE, HIL_CCM_BASE};
+    const Elf32_Ehdr *h = image->header;
+    uint32_t end = sizeof *h; /* of the headers in the file */
+    if (h->e_phoff == sizeof *h)
+        end += (uint32_t)h->e_phentsize * h->e_phnum;
+    bool first = s->p_offset < end;
+    if (!first && (s->p_filesz < SELFMAG || memcmp(image->bytes + s->p_offset, ELFMAG, SELFMAG)))
+        return 0;
+    for (unsigned i = 0; i < sizeof memories / sizeof memories[0]; i++) {
+        if (s->p_paddr < memories[i] && memories[i] - s->p_paddr < s->p_filesz)
+            return memories[i] - s->p_paddr;
+    }
+    return first && end - s->p_offset < s->p_filesz ? end - s->p_offset : 0;
+}
+
 /* First without `memory`, to check everything, then with it. */
 static enum mr_status load_segments(const struct image *image, struct hil_memory *memory, bool copy)
 {
     const Elf32_Ehdr *h = image->header;
-    bool flash = false;
+    bool flash = false, headers = false;
     for (unsigned i = 0; i < h->e_phnum; i++) {
         Elf32_Phdr s;
         memcpy(&s, image->bytes + h->e_phoff + i * h->e_phentsize, sizeof s);
@@ -65,6 +85,11 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         if ((uint64_t)s.p_offset + s.p_filesz > image->size)
             return refuse(image, MR_TRUNCATED, "ends inside segment %u (needs %llu bytes, has %zu)",
                           i, (unsigned long long)s.p_offset + s.p_filesz, image->size);
+        uint32_t skipped = headers_in(image, &s);
+        headers |= skipped && s.p_paddr == HIL_FLASH_BASE;
+        s.p_offset += skipped;
+        s.p_paddr += skipped;
+        s.p_filesz -= skipped;
         uint8_t *to = hil_memory_place(memory, s.p_paddr, s.p_filesz);
         if (!to)
             return refuse(
@@ -77,8 +102,10 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
             memcpy(to, image->bytes + s.p_offset, s.p_filesz);
     }
     if (!flash)
-        return refuse(image, MR_VERSION, "has no vector table at 0x%08x; is it for another chip?",
-                      (unsigned)HIL_FLASH_BASE);
+        return refuse(image, MR_VERSION, "has no vector table at 0x%08x; %s",
+                      (unsigned)HIL_FLASH_BASE,
+                      headers ? "the file's headers are there: link it for that address, with -n"
+                              : "is it for another chip?");
     return MR_OK;
 }
 

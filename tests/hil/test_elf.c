@@ -51,6 +51,45 @@ TEST(test_whole)
     expect(image_size, MR_OK, "");
 }
 
+/* The image with a segment that begins with the file's headers: `before` bytes before its first
+ * section, which is at `address`. It is one segment of the file from its begin, as GNU ld makes it
+ * without -n. Returns its size. */
+static size_t with_headers(uint32_t before, uint32_t address)
+{
+    static uint8_t code[sizeof image];
+    read_image();
+    size_t p = segment();
+    uint32_t bytes = word(p + 16);
+    uint32_t header[8] = {1, 0, address - before, address - before, before + bytes, before + bytes};
+    uint16_t one = 1;
+    uint32_t at = 52;
+    memcpy(code, image + word(p + 4), bytes);
+    memset(image + at, 0, sizeof image - at);
+    memcpy(image + 28, &at, 4);
+    memcpy(image + 44, &one, 2);
+    memcpy(image + at, header, sizeof header);
+    assert_in_range(before + bytes, 100, sizeof image);
+    memcpy(image + before, code, bytes);
+    return before + bytes;
+}
+
+TEST(test_headers_in_first_segment)
+{
+    struct hil_options options;
+    struct hil_board *whole = bench_board("clock", NULL);
+    size_t size = with_headers(0x1000, 0x08000000);
+    hil_options_default(&options);
+    struct hil_board *board = hil_board_create(&options);
+    assert_int_equal(hil_board_load_elf(board, bench_scratch("headers.elf", image, size)), MR_OK);
+    for (uint32_t at = 0; at < 0x10000u; at += 4)
+        assert_int_equal(bench_word(board, 0x08000000u + at), bench_word(whole, 0x08000000u + at));
+    hil_board_destroy(whole);
+    hil_board_destroy(board);
+    /* what is linked for behind the headers has no vector table, but they are no such either */
+    expect(with_headers(0x200, 0x08000200), MR_VERSION,
+           "no vector table at 0x08000000; the file's headers");
+}
+
 TEST(test_missing)
 {
     struct hil_options options;
