@@ -12,25 +12,17 @@
 
 struct hil_core;
 
-/* Address that the multiple, double or exclusive transfer at `pc` begins at, if it is one with a
- * general base register (as the registers are now). */
-bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t *address);
-/* PC of the instruction in the running block that accesses `address`; the block's start when it
- * cannot be found. */
-uint32_t hil_cpu_access_pc(const struct hil_core *core, uint32_t address, bool write);
+/* Must the multiple, double or exclusive transfer at `pc` fault for its address, as the registers
+ * are now? One with a general base register. */
+bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc);
+/* Does a condition code hold with these flags? */
+bool hil_condition_holds(uint32_t xpsr, unsigned condition);
+/* How many instructions begin from `from` to before `to`. */
+unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to);
 
-/* An instruction of the running block. */
-struct hil_place {
-    uint32_t pc;
-    unsigned before; /* instructions of the block before it */
-};
-/* The first instruction behind `after` (0: of the whole block) that accesses `address` with the
- * registers as they are now and whose condition holds. During an access that is the instruction
- * that makes it, when `after` is the one that made the last such access of the block. (An
- * instruction that was passed over, and whose base register or flags have changed since, may be
- * mistaken for it.) False: none. */
-bool hil_cpu_access_place(const struct hil_core *core, uint32_t address, bool write, uint32_t after,
-                          struct hil_place *place);
+/* PC of the instruction that makes the bus access in progress; where the core stands, when somebody
+ * else makes it. */
+uint32_t hil_access_pc(const struct hil_core *core);
 
 /* A moment, and who made it. */
 struct hil_moment {
@@ -39,10 +31,9 @@ struct hil_moment {
     double slew_ns; /* of the edge that was made then: so long until its level is reached */
 };
 
-/* Of the access in progress, from a peripheral that is read or written; several may ask at one. Ask
- * at every access to the same address, or the first of a block is taken for a later one. Zero when
- * no instruction of the running block makes it: a debugger does, or nobody can tell. */
-struct hil_moment hil_stamp(struct hil_core *core);
+/* Of the access in progress, from a peripheral that is read or written. Zero when no instruction of
+ * the firmware makes it: a debugger, DMA or the boot ROM does. */
+struct hil_moment hil_stamp(const struct hil_core *core);
 /* Of what happens without the core, at a cycle. */
 struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);
 

@@ -20,7 +20,7 @@
 
 #include "common/status.h"
 #include "hil/core/state.h"
-#include "hil/core/stores.h"
+#include "hil/core/translator.h"
 
 struct hil_register;
 struct hil_register_set;
@@ -70,7 +70,6 @@ struct hil_fresh_clocks {
 
 struct hil_bus {
     struct hil_access access;
-    uint64_t issues; /* how many the core has named */
     struct hil_system_memory system_memory;
     struct hil_fresh_clocks fresh;
     unsigned count;
@@ -155,22 +154,10 @@ struct hil_region {
     uint32_t base;
 };
 
-/* The last access that was stamped (access.h), of one run of a block. */
-struct hil_stamped {
-    uint32_t block;
-    uint64_t cycle;
-    uint32_t address;
-    bool write;
-    uint32_t pc;
-    uint64_t issue; /* of the core's accesses, which */
-    unsigned before;
-};
-
 /* What there is between this and Unicorn; derived, or of one return from it: no part of a
  * snapshot. */
 struct hil_cpu_engine {
-    struct hil_stores stores;
-    struct hil_stamped stamped;
+    struct hil_translator translator;
     struct hil_whatif *whatif; /* NULL: not needed yet */
     /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
     unsigned single;
@@ -178,13 +165,11 @@ struct hil_cpu_engine {
     int came_back;
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
-
-    /* the core runs up to a floating-point instruction that will fault */
-    bool runs_to_fp;
-    unsigned split_bytes; /* of an unaligned store to flash, still to come one by one */
-    bool rom_at_zero;     /* as the core's address space is mapped now */
-    bool flash_guarded;   /* reads of flash by the core are caught */
-    bool looks_at_loads;  /* stuck cells: cpu.h */
+    struct hil_place bad_place; /* the instruction */
+    unsigned split_bytes;       /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;           /* as the core's address space is mapped now */
+    bool flash_guarded;         /* reads of flash by the core are caught */
+    bool looks_at_loads;        /* stuck cells: cpu.h */
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
 };

@@ -101,6 +101,9 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     }
     core->engine.bad_address = (uint32_t)address;
     core->engine.bad_size = (uint32_t)size;
+    core->engine.bad_place = (struct hil_place){core->state.cpu.block_address, 0};
+    (void)hil_translator_place(&core->engine.translator, (uint32_t)address,
+                               &core->engine.bad_place);
     return false;
 }
 
@@ -108,7 +111,6 @@ static uint64_t on_mmio_read(uc_engine *uc, uint64_t offset, unsigned size, void
 {
     const struct hil_region *region = user;
     (void)uc;
-    region->core->bus.issues++;
     return hil_bus_read(region->core, region->base + (uint32_t)offset, size);
 }
 
@@ -116,7 +118,6 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 {
     const struct hil_region *region = user;
     (void)uc;
-    region->core->bus.issues++;
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
     const struct hil_onlookers *lookers = &region->core->onlookers;
     if (lookers->tracer)
@@ -166,21 +167,20 @@ static void map_create(struct hil_core *core)
 
 /* Why Unicorn came back, told by its hooks. */
 enum {
-    CAME_BACK_UNALIGNED = -2,
-    CAME_BACK_NOCP = -1,
     CAME_BACK_PLAIN,
     CAME_BACK_RETURN,
     CAME_BACK_SVC,
     CAME_BACK_BKPT,
+    CAME_BACK_UNALIGNED,
     CAME_BACK_OTHER
 };
 
+#define XPSR            16u
 #define XPSR_T          (1u << 24)
 #define OPCODE_YIELD    0xbf10u
 #define OPCODE_WFE      0xbf20u
 #define OPCODE_WFI      0xbf30u
 #define OPCODE_SEV      0xbf40u
-#define MAX_FP_SEARCH   256u
 #define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
 
 static uint16_t halfword(const uint8_t *p)
@@ -197,6 +197,11 @@ static bool is_fp(uint16_t first, uint16_t second)
 {
     unsigned coprocessor = second >> 8 & 0xfu;
     return (first & 0xec00u) == 0xec00u && (coprocessor == 10 || coprocessor == 11);
+}
+
+static bool fp_is_off(const struct hil_core *core)
+{
+    return (core->state.scb.cpacr & 0xf00000u) != 0xf00000u;
 }
 
 /* Count the instructions of a block and look for those that need watching. */
@@ -216,7 +221,7 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     }
     info.instructions = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
-        hil_stores_meet_code(&core->engine.stores);
+        hil_translator_meet_code(&core->engine.translator);
     return info;
 }
 
@@ -269,8 +274,6 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
 {
     const struct hil_onlookers *lookers = &core->onlookers;
     struct hil_core_state *state = &core->state;
-    if (core->engine.runs_to_fp)
-        return;
     if (core->engine.single) {
         /* no block of the run, but the instruction, and whatever follows it */
         if (core->engine.single++ > 1)
@@ -287,20 +290,14 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
         return;
     }
     const struct hil_block_info *info = block_info(core, (uint32_t)address, size);
-    if (info->flags) {
-        if (info->flags & HIL_BLOCK_SEV)
-            state->cpu.event = true;
-        if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
-            core->engine.came_back = CAME_BACK_NOCP;
-            uc_emu_stop(uc);
-            return;
-        }
-    }
+    if (info->flags & HIL_BLOCK_SEV)
+        state->cpu.event = true;
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
-    if (lookers->debugger &&
-        lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size)) {
+    if (((info->flags & HIL_BLOCK_FP) && fp_is_off(core)) ||
+        (lookers->debugger &&
+         lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size))) {
         state->cpu.walking = true;
         uc_emu_stop(uc);
     }
@@ -313,11 +310,10 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_core_state *state = &core->state;
     const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
     uint64_t now_cycle = state->clock.now_cycle + state->cpu.block_instructions;
-    bool plain = info->flags == 0 ||
-                 (info->flags == HIL_BLOCK_FP && (state->scb.cpacr & 0xf00000u) == 0xf00000u);
+    bool plain = info->flags == 0 || (info->flags == HIL_BLOCK_FP && !fp_is_off(core));
     if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
         info->size != size || core->onlookers.debugger || core->onlookers.profiler ||
-        core->engine.single || core->engine.runs_to_fp) {
+        core->engine.single) {
         treat_block(uc, address, size, core);
         return;
     }
@@ -328,15 +324,14 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_instructions = info->instructions;
 }
 
+/* A transfer may have to fault: the block is walked through from here. */
 static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
 {
     struct hil_core *core = user;
-    uint32_t address;
     (void)size;
-    if (!hil_cpu_transfer_address(core, (uint32_t)at, &address) || !(address & 3u))
+    if (core->engine.single || !hil_transfer_is_unaligned(core, (uint32_t)at))
         return;
-    core->engine.came_back = CAME_BACK_UNALIGNED;
-    core->engine.bad_address = (uint32_t)at;
+    core->state.cpu.walking = true;
     uc_emu_stop(uc);
 }
 
@@ -346,6 +341,7 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
     core->engine.came_back = number == 8 ? CAME_BACK_RETURN
                            : number == 2 ? CAME_BACK_SVC
                            : number == 7 ? CAME_BACK_BKPT
+                           : number == 4 ? CAME_BACK_UNALIGNED
                                          : CAME_BACK_OTHER;
     core->engine.came_back_number = number;
     uc_emu_stop(uc);
@@ -353,10 +349,14 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
 
 void hil_cpu_create(struct hil_core *core)
 {
-    hil_stores_start(&core->engine.stores);
+    hil_translator_start(&core->engine.translator);
     hil_must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
     hil_must(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_create(core);
+    /* the first look at an address: the translator meets Unicorn's processor */
+    struct hil_translator *before = hil_translator_run(&core->engine.translator);
+    uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + 2u);
+    hil_translator_run(before);
     uc_hook hook;
     hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, core, 1, 0),
              "block hook");
@@ -406,11 +406,34 @@ void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n)
     }
 }
 
+/* ITSTATE is bits 26:25 and 15:10 (ARMv7-M B1.4.2). */
+static uint32_t itstate_of(uint32_t xpsr)
+{
+    return (xpsr >> 25 & 3u) | (xpsr >> 8 & 0xfcu);
+}
+
+/* As the instruction that faults began with: it goes into the frame. */
+static void set_itstate(struct hil_core *core, uint32_t itstate)
+{
+    uint32_t xpsr = hil_cpu_register(core, XPSR);
+    xpsr = (xpsr & ~0x0600fc00u) | (itstate & 3u) << 25 | (itstate & 0xfcu) << 8;
+    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &xpsr);
+}
+
 static uint32_t read_pc(const struct hil_core *core)
 {
     uint32_t pc = 0;
     uc_reg_read(core->uc, UC_ARM_REG_PC, &pc);
     return pc;
+}
+
+/* The instruction at `pc` of the running block faults: those before it count. */
+static void fault_at(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
+{
+    struct hil_cpu *cpu = &core->state.cpu;
+    cpu->block_instructions = hil_instructions_between(core, cpu->block_address, pc);
+    count_block(core);
+    hil_exception_fault(core, cfsr, pc, address);
 }
 
 /* Unicorn stopped at an instruction it does not execute: WFE and YIELD (PC already past) or an
@@ -421,77 +444,50 @@ static void treat_invalid(struct hil_core *core)
     const uint8_t *before = hil_memory_at(core, pc - 2, 2, false);
     bool past = pc == core->state.cpu.block_address + core->state.cpu.block_size;
     uint16_t opcode = before && past ? halfword(before) : 0;
-    count_block(core);
-    if (opcode == OPCODE_WFE) {
-        if (core->state.cpu.event)
-            core->state.cpu.event = false;
-        else
-            core->state.cpu.asleep = true;
-    } else if (opcode != OPCODE_YIELD) {
-        const uint8_t *code = hil_memory_at(core, pc, 4, false);
-        uint16_t first = code ? halfword(code) : 0;
-        /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M
-         * A5.3.18). */
-        bool coprocessor = (first & 0xec00u) == 0xec00u && code &&
-                           !is_fp(first, halfword(code + 2));
-        hil_exception_fault(core, coprocessor ? HIL_CFSR_NOCP : HIL_CFSR_UNDEFINSTR, pc, 0);
+    if (opcode == OPCODE_WFE || opcode == OPCODE_YIELD) {
+        count_block(core);
+        core->state.cpu.asleep |= opcode == OPCODE_WFE && !core->state.cpu.event;
+        core->state.cpu.event &= opcode != OPCODE_WFE;
+        return;
     }
+    const uint8_t *code = hil_memory_at(core, pc, 4, false);
+    uint16_t first = code ? halfword(code) : 0;
+    /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M A5.3.18). */
+    bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
+    bool thumb = (hil_cpu_register(core, XPSR) & XPSR_T) != 0;
+    fault_at(core,
+             !thumb        ? HIL_CFSR_INVSTATE
+             : coprocessor ? HIL_CFSR_NOCP
+                           : HIL_CFSR_UNDEFINSTR,
+             pc, 0);
 }
 
 static void treat_bad_memory(struct hil_core *core, uc_err err)
 {
     uint32_t address = core->engine.bad_address;
-    count_block(core);
+    const struct hil_place place = core->engine.bad_place;
     if (err == UC_ERR_FETCH_UNMAPPED || err == UC_ERR_FETCH_PROT) {
+        count_block(core);
         hil_exception_fault(core, HIL_CFSR_IBUSERR, read_pc(core) & ~1u, address);
         return;
     }
-    bool write = err == UC_ERR_WRITE_UNMAPPED || err == UC_ERR_WRITE_PROT;
-    uint32_t pc = hil_cpu_access_pc(core, address, write);
     if (err == UC_ERR_WRITE_PROT) {
+        count_block(core);
         hil_core_stop(core, MR_UNMODELLED,
                       "unmodelled write of %u bytes to system memory at 0x%08x, PC 0x%08x",
-                      (unsigned)core->engine.bad_size, (unsigned)address, (unsigned)pc);
+                      (unsigned)core->engine.bad_size, (unsigned)address, (unsigned)place.pc);
         return;
     }
-    hil_exception_fault(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
+    set_itstate(core, place.itstate);
+    fault_at(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, place.pc, address);
 }
 
 static uc_err start(struct hil_core *core, uint32_t pc, uint32_t until)
 {
-    hil_stores_run(&core->engine.stores);
+    struct hil_translator *before = hil_translator_run(&core->engine.translator);
     uc_err err = uc_emu_start(core->uc, pc | 1u, until, 0, 0);
-    hil_stores_run(NULL);
+    hil_translator_run(before);
     return err;
-}
-
-/* A block with floating point while the unit is off: run it up to there, then fault. */
-static void treat_fp_off(struct hil_core *core)
-{
-    uint32_t from = read_pc(core) & ~1u, at = from;
-    const uint8_t *code = hil_memory_at(core, from, MAX_FP_SEARCH, false);
-    uint32_t left = code ? MAX_FP_SEARCH : 0;
-    for (; left >= 4 && !is_fp(halfword(code), halfword(code + 2));) {
-        uint32_t bytes = is_wide(halfword(code)) ? 4 : 2;
-        at += bytes;
-        code += bytes;
-        left -= bytes;
-        core->state.clock.now_cycle++;
-        core->state.counters.instructions++;
-    }
-    if (at != from) {
-        uc_ctl_remove_cache(core->uc, from, at + 4u);
-        core->engine.runs_to_fp = true;
-        uc_err err = start(core, from, at);
-        core->engine.runs_to_fp = false;
-        if (err != UC_ERR_OK || (read_pc(core) & ~1u) != at) {
-            hil_core_stop(core, MR_HALTED,
-                          "floating point near PC 0x%08x while CPACR keeps the unit off",
-                          (unsigned)at);
-            return;
-        }
-    }
-    hil_exception_fault(core, HIL_CFSR_NOCP, at, 0);
 }
 
 /* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing
@@ -512,13 +508,13 @@ static void treat_return(struct hil_core *core, uc_err err, bool slept)
                       (unsigned)read_pc(core), uc_strerror(err));
         return;
     }
+    if (core->engine.came_back == CAME_BACK_UNALIGNED) {
+        fault_at(core, HIL_CFSR_UNALIGNED, read_pc(core) & ~1u, 0);
+        return;
+    }
     count_block(core);
     switch (core->engine.came_back) {
     case CAME_BACK_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
-    case CAME_BACK_NOCP: treat_fp_off(core); break;
-    case CAME_BACK_UNALIGNED:
-        hil_exception_fault(core, HIL_CFSR_UNALIGNED, core->engine.bad_address, 0);
-        break;
     case CAME_BACK_SVC: hil_exception_svc(core, read_pc(core)); break;
     case CAME_BACK_BKPT:
         if (core->onlookers.debugger)
@@ -549,6 +545,20 @@ static void forget_block(struct hil_core *core)
              "forgetting a block");
 }
 
+/* CFSR of the fault that the instruction at `pc` makes and Unicorn does not know, if its condition
+ * holds; 0: none. */
+static uint32_t fault_of(const struct hil_core *core, uint32_t pc)
+{
+    uint32_t xpsr = hil_cpu_register(core, XPSR);
+    const uint8_t *code = hil_memory_at(core, pc, 4, false);
+    uint32_t itstate = itstate_of(xpsr);
+    if (!code || (itstate && !hil_condition_holds(xpsr, itstate >> 4)))
+        return 0;
+    if (fp_is_off(core) && is_fp(halfword(code), halfword(code + 2)))
+        return HIL_CFSR_NOCP;
+    return core->watch_alignment && hil_transfer_is_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
+}
+
 /* Run the block instruction by instruction, from where it stands, to its end or to where the
  * debugger wants to hold. The pieces translated for that must not stay: they would be blocks of the
  * run. */
@@ -564,6 +574,13 @@ static void walk(struct hil_core *core)
         bool last = next >= cpu->block_address + cpu->block_size;
         if (lookers->debugger && lookers->debugger->stops_before(lookers->debugger_who, pc)) {
             forget_block(core);
+            return;
+        }
+        uint32_t cfsr = fault_of(core, pc);
+        if (cfsr) {
+            cpu->walking = false;
+            forget_block(core);
+            fault_at(core, cfsr, pc, 0);
             return;
         }
         core->engine.single = 1;
@@ -582,12 +599,8 @@ static void walk(struct hil_core *core)
 void hil_cpu_leave_block(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;
-    uint32_t pc = read_pc(core) & ~1u;
-    unsigned done = 0;
-    uint16_t opcode;
-    for (uint32_t at = cpu->block_address; at < pc; at += instruction_bytes(core, at, &opcode))
-        done++;
-    cpu->block_instructions = done;
+    cpu->block_instructions = hil_instructions_between(core, cpu->block_address,
+                                                       read_pc(core) & ~1u);
     count_block(core);
     cpu->walking = false;
 }
@@ -624,7 +637,6 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
     uint32_t thread = XPSR_T;
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
-    core->engine.stamped = (struct hil_stamped){0};
     hil_whatif_forget(core);
     hil_map_follow_boot_pin(core);
     /* From any state to privileged thread mode on MSP, then everything, then the mode. */

@@ -392,93 +392,9 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
     jump_to_handler(core, exception, exc_return);
 }
 
-/* Undo the frame that `exc_return` points to. */
-static void unstack(struct hil_core *core, uint32_t exc_return)
-{
-    bool psp = (exc_return & 4u) != 0;
-    bool handler = (exc_return & 8u) == 0;
-    bool fp = (exc_return & 0x10u) == 0;
-    uint32_t msp = 0, psp_value = 0, control = 0;
-    int sp_ids[3] = {UC_ARM_REG_MSP, UC_ARM_REG_PSP, UC_ARM_REG_CONTROL};
-    void *sp_values[3] = {&msp, &psp_value, &control};
-    uc_reg_read_batch(core->uc, sp_ids, sp_values, 3);
-
-    uint32_t frame_at = psp ? psp_value : msp;
-    uint32_t size = fp ? FRAME_FP : FRAME_BASIC;
-    const uint8_t *from = hil_memory_at(core, frame_at, size, false);
-    if (!from) {
-        hil_core_stop(core, MR_HALTED, "exception return 0x%08x: no frame in memory at 0x%08x",
-                      (unsigned)exc_return, (unsigned)frame_at);
-        return;
-    }
-    struct frame frame = {0};
-    memcpy(&frame, from, size);
-    uint32_t xpsr = frame.xpsr, pc = frame.pc | 1u;
-    if (((xpsr & XPSR_NUMBER) != 0) != handler || !(xpsr & XPSR_T)) {
-        hil_core_stop(core, MR_HALTED,
-                      "exception return 0x%08x does not fit the stacked xPSR 0x%08x (PC 0x%08x)",
-                      (unsigned)exc_return, (unsigned)xpsr, (unsigned)frame.pc);
-        return;
-    }
-    uint32_t sp = frame_at + size;
-    if (xpsr & XPSR_ALIGN)
-        sp |= 4u;
-    *(psp ? &psp_value : &msp) = sp;
-
-    /* Mode first (writing xPSR switches it), then the stack selection, then both stack pointers by
-     * name. */
-    uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) |
-                           (fp ? CONTROL_FPCA : 0);
-    uint32_t new_xpsr = xpsr & ~XPSR_ALIGN;
-    uint32_t privileged = new_control & ~CONTROL_NPRIV;
-    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &new_xpsr);
-    uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &privileged);
-    uc_reg_write(core->uc, UC_ARM_REG_MSP, &msp);
-    uc_reg_write(core->uc, UC_ARM_REG_PSP, &psp_value);
-    move_registers(core, &frame, fp, true);
-    uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
-    if (new_control & CONTROL_NPRIV)
-        uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
-    renew_core_flags(core);
-    hil_exception_seen(core);
-}
-
-void hil_exception_return(struct hil_core *core, uint32_t exc_return)
-{
-    uint32_t xpsr = 0;
-    uc_reg_read(core->uc, UC_ARM_REG_XPSR, &xpsr);
-    unsigned number = xpsr & XPSR_NUMBER;
-    uint32_t form = exc_return | 0x10u;
-    if ((form != 0xfffffff1u && form != 0xfffffff9u && form != 0xfffffffdu) ||
-        !hil_nvic_is_active(&core->state.nvic, number)) {
-        hil_core_stop(core, MR_HALTED, "branch to 0x%08x in exception %u is no exception return",
-                      (unsigned)exc_return, number);
-        return;
-    }
-    if (number != HIL_EXC_NMI) {
-        uint32_t zero = 0;
-        uc_reg_write(core->uc, UC_ARM_REG_FAULTMASK, &zero);
-    }
-    core->state.cpu.event = true;
-    deactivate(core, number);
-    unsigned next = hil_exception_due(core);
-    if (next) {
-        core->state.counters.tail_chains++;
-        core->state.clock.now_cycle += TAIL_CYCLES;
-        activate(core, next);
-        jump_to_handler(core, next, exc_return);
-        return;
-    }
-    core->state.clock.now_cycle += RETURN_CYCLES;
-    unstack(core, exc_return);
-    hil_trace(core, "return from %u", number);
-    if ((core->state.scb.scr & 2u) && form != 0xfffffff1u)
-        core->state.cpu.asleep = true; /* SLEEPONEXIT */
-}
-
-/* Take a synchronous exception, or HardFault in its place when it is disabled or not above what
- * runs. */
-static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
+/* The exception that a synchronous one becomes: itself, or HardFault when it is disabled or not
+ * above what runs. 0: the run has ended. */
+static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
@@ -501,12 +417,26 @@ static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t
             core, MR_HALTED,
             "lockup: fault at PC 0x%08x while a fault is handled (CFSR 0x%08x, HFSR 0x%08x)",
             (unsigned)pc, (unsigned)core->state.scb.cfsr, (unsigned)core->state.scb.hfsr);
-        return;
+        return 0;
     }
-    hil_exception_enter(core, exception, pc);
+    return exception;
 }
 
-void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
+static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
+{
+    exception = escalate(core, exception, pc);
+    if (exception)
+        hil_exception_enter(core, exception, pc);
+}
+
+static unsigned fault_exception(uint32_t cfsr)
+{
+    return (cfsr & 0xffu)   ? HIL_EXC_MEM_MANAGE
+         : (cfsr & 0xff00u) ? HIL_EXC_BUS_FAULT
+                            : HIL_EXC_USAGE_FAULT;
+}
+
+static void note_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     struct hil_counters *counters = &core->state.counters;
     core->state.scb.cfsr |= cfsr;
@@ -516,10 +446,118 @@ void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint
     counters->last_fault_pc = pc;
     hil_trace(core, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc,
               (unsigned)address, (unsigned)core->state.scb.cfsr);
-    unsigned exception = HIL_EXC_USAGE_FAULT;
-    if (cfsr & 0xffffu)
-        exception = (cfsr & 0xffu) ? HIL_EXC_MEM_MANAGE : HIL_EXC_BUS_FAULT;
-    take_or_escalate(core, exception, pc);
+}
+
+/* A handler follows another: nothing is stored or restored. */
+static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_return)
+{
+    core->state.counters.tail_chains++;
+    core->state.clock.now_cycle += TAIL_CYCLES;
+    activate(core, exception);
+    jump_to_handler(core, exception, exc_return);
+}
+
+/* A return that cannot be: its fault is tail-chained, and finds the stack as it was (ARMv7-M
+ * B1.5.8, PM0214 4.4.10). */
+static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_return)
+{
+    note_fault(core, cfsr, exc_return, 0);
+    unsigned exception = escalate(core, fault_exception(cfsr), exc_return);
+    if (exception)
+        tail_chain(core, exception, exc_return);
+}
+
+/* Undo the frame that `exc_return` points to. False: a fault is taken instead. */
+static bool unstack(struct hil_core *core, uint32_t exc_return)
+{
+    bool psp = (exc_return & 4u) != 0;
+    bool handler = (exc_return & 8u) == 0;
+    bool fp = (exc_return & 0x10u) == 0;
+    uint32_t msp = 0, psp_value = 0, control = 0;
+    int sp_ids[3] = {UC_ARM_REG_MSP, UC_ARM_REG_PSP, UC_ARM_REG_CONTROL};
+    void *sp_values[3] = {&msp, &psp_value, &control};
+    uc_reg_read_batch(core->uc, sp_ids, sp_values, 3);
+
+    uint32_t frame_at = psp ? psp_value : msp;
+    uint32_t size = fp ? FRAME_FP : FRAME_BASIC;
+    const uint8_t *from = hil_memory_at(core, frame_at, size, false);
+    if (!from) {
+        refuse_return(core, HIL_CFSR_UNSTKERR, exc_return);
+        return false;
+    }
+    struct frame frame = {0};
+    memcpy(&frame, from, size);
+    uint32_t xpsr = frame.xpsr, pc = (frame.pc & ~1u) | ((xpsr & XPSR_T) != 0);
+    if (((xpsr & XPSR_NUMBER) != 0) != handler) {
+        refuse_return(core, HIL_CFSR_INVPC, exc_return);
+        return false;
+    }
+    uint32_t sp = frame_at + size;
+    if (xpsr & XPSR_ALIGN)
+        sp |= 4u;
+    *(psp ? &psp_value : &msp) = sp;
+
+    /* Mode first (writing xPSR switches it), then the stack selection, then both stack pointers by
+     * name. */
+    uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) |
+                           (fp ? CONTROL_FPCA : 0);
+    uint32_t new_xpsr = xpsr & ~XPSR_ALIGN;
+    uint32_t privileged = new_control & ~CONTROL_NPRIV;
+    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &new_xpsr);
+    uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &privileged);
+    uc_reg_write(core->uc, UC_ARM_REG_MSP, &msp);
+    uc_reg_write(core->uc, UC_ARM_REG_PSP, &psp_value);
+    move_registers(core, &frame, fp, true);
+    uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
+    if (new_control & CONTROL_NPRIV)
+        uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
+    renew_core_flags(core);
+    hil_exception_seen(core);
+    if (!(xpsr & XPSR_T))
+        hil_exception_fault(core, HIL_CFSR_INVSTATE, frame.pc, 0);
+    return (xpsr & XPSR_T) != 0;
+}
+
+void hil_exception_return(struct hil_core *core, uint32_t exc_return)
+{
+    struct hil_nvic *nvic = &core->state.nvic;
+    unsigned number = hil_cpu_register(core, 16) & XPSR_NUMBER, nested = 0;
+    uint32_t form = exc_return | 0x10u, zero = 0;
+    if (form < 0xfffffff0u) {
+        hil_core_stop(core, MR_HALTED, "branch to 0x%08x in exception %u is no exception return",
+                      (unsigned)exc_return, number);
+        return;
+    }
+    for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++)
+        nested += (unsigned)__builtin_popcount(nvic->active[w]);
+    bool to_handler = form == 0xfffffff1u;
+    bool valid = hil_nvic_is_active(nvic, number) &&
+                 (to_handler || ((form == 0xfffffff9u || form == 0xfffffffdu) && nested == 1));
+    if (number != HIL_EXC_NMI)
+        uc_reg_write(core->uc, UC_ARM_REG_FAULTMASK, &zero);
+    core->state.cpu.event = true;
+    deactivate(core, number);
+    if (!valid) {
+        refuse_return(core, HIL_CFSR_INVPC, exc_return);
+        return;
+    }
+    unsigned next = hil_exception_due(core);
+    if (next) {
+        tail_chain(core, next, exc_return);
+        return;
+    }
+    core->state.clock.now_cycle += RETURN_CYCLES;
+    if (!unstack(core, exc_return))
+        return;
+    hil_trace(core, "return from %u", number);
+    if ((core->state.scb.scr & 2u) && !to_handler)
+        core->state.cpu.asleep = true; /* SLEEPONEXIT */
+}
+
+void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
+{
+    note_fault(core, cfsr, pc, address);
+    take_or_escalate(core, fault_exception(cfsr), pc);
 }
 
 void hil_exception_svc(struct hil_core *core, uint32_t pc)

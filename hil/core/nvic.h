@@ -70,6 +70,7 @@ enum {
     HIL_CFSR_IACCVIOL = 1u << 0,
     HIL_CFSR_IBUSERR = 1u << 8,
     HIL_CFSR_PRECISERR = 1u << 9,
+    HIL_CFSR_UNSTKERR = 1u << 11,
     HIL_CFSR_STKERR = 1u << 12,
     HIL_CFSR_BFARVALID = 1u << 15,
     HIL_CFSR_UNDEFINSTR = 1u << 16,

@@ -21,6 +21,7 @@ struct step {
 
 struct hil_whatif {
     struct uc_struct *uc;
+    struct hil_translator translator;
     const struct hil_core *core;
     uint8_t *sram, *ccm;             /* page-aligned copies */
     uint8_t *first_sram, *first_ccm; /* as the first run left them */
@@ -119,6 +120,7 @@ static struct hil_whatif *create(struct hil_core *core)
         !(w->first_ccm = malloc(HIL_CCM_SIZE)))
         abort();
     w->core = core;
+    hil_translator_start(&w->translator);
     hil_must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &w->uc), "open");
     hil_must(uc_ctl_set_cpu_model(w->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     static const uint32_t flash[2] = {0, HIL_FLASH_BASE};
@@ -179,7 +181,9 @@ static void run(struct hil_whatif *w, uint32_t pc, uint32_t value)
     w->read_value = value;
     w->was_read = w->differs = false;
     w->at = 0;
+    struct hil_translator *outer = hil_translator_run(&w->translator);
     (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS);
+    hil_translator_run(outer);
     w->differs |= w->compares && w->at < w->steps; /* it ended sooner */
 }
 

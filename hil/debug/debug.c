@@ -117,7 +117,9 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
             d->watch_hit = true;
             d->watch_kind = w->kind;
             d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
-            d->watch_pc = hil_cpu_access_pc(&board->core, (uint32_t)address, write);
+            struct hil_place place = {.pc = board->core.state.cpu.block_address};
+            (void)hil_translator_place(&board->core.engine.translator, (uint32_t)address, &place);
+            d->watch_pc = place.pc;
             return;
         }
     }

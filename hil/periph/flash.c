@@ -388,7 +388,7 @@ static void acr_write(struct hil_flash_device *dev, uint32_t value)
         hil_core_stop(dev->core, MR_HALTED,
                       "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
                       (unsigned)value, (unsigned)dev->core->state.clock.hclk_hz,
-                      (unsigned)hil_cpu_access_pc(dev->core, dev->core->bus.access.address, true));
+                      (unsigned)hil_access_pc(dev->core));
 }
 
 uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset)

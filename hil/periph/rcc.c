@@ -331,13 +331,8 @@ static void fresh_accessed(void *who)
     if (fresh.block_cycle != hil_now(dev->core))
         return;
     struct hil_moment access = hil_stamp(dev->core);
-    unsigned between = 0;
-    const uint8_t *code = access.pc > fresh.pc
-                            ? hil_memory_at(dev->core, fresh.pc, access.pc - fresh.pc, false)
-                            : NULL;
-    for (uint32_t i = 0; code && i < access.pc - fresh.pc; between++)
-        i += code[i + 1] >= 0xe8u ? 4 : 2; /* ARMv7-M A5.1 */
-    if (!code || between > fresh.cycles || has_barrier(dev->core, fresh.pc, access.pc))
+    unsigned between = hil_instructions_between(dev->core, fresh.pc, access.pc);
+    if (!between || between > fresh.cycles || has_barrier(dev->core, fresh.pc, access.pc))
         hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
     else
         hil_rules_broken(dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,

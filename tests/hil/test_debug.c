@@ -166,6 +166,67 @@ TEST(test_watchpoints)
     hil_board_destroy(later);
 }
 
+/* Blocks whose registers, when an access is reported, fit another instruction of the block too.
+ * Each is run with r0 at a word and r1 at another, which is accessed at `offset`. */
+static const struct place {
+    uint16_t code[8];
+    uint32_t offset;
+    enum hil_watch kind;
+} places[] = {
+    /* str r2, [r0]; mov r0, r1; str r2, [r0]; b . */
+    {{0x6002, 0x4608, 0x6002, 0xe7fe}, 4, HIL_WATCH_WRITE},
+    /* ldr r3, [r0]; mov r0, r1; ldr r3, [r0], #4; b . */
+    {{0x6803, 0x4608, 0xf850, 0x3b04, 0xe7fe}, 4, HIL_WATCH_READ},
+    /* cmp r0, r0; it ne; strne r2, [r1]; str r2, [r1]; b . */
+    {{0x4280, 0xbf18, 0x600a, 0x600a, 0xe7fe}, 6, HIL_WATCH_WRITE},
+    /* cmp r0, r0; ite ne; ldrne r3, [r1]; ldreq r3, [r1]; b . */
+    {{0x4280, 0xbf14, 0x680b, 0x680b, 0xe7fe}, 6, HIL_WATCH_READ},
+};
+
+static void run_place(struct hil_board *board, struct hil_debug *debug, const struct place *place,
+                      uint32_t other)
+{
+    hil_debug_attach(board, debug);
+    assert_int_equal(hil_board_poke(board, 0x20010000u, place->code, sizeof place->code), MR_OK);
+    hil_debug_write_register(board, 0, 0x20011000u);
+    hil_debug_write_register(board, 1, other);
+    hil_debug_write_register(board, HIL_REG_PC, 0x20010000u);
+}
+
+TEST(test_watchpoints_name_the_instruction)
+{
+    for (unsigned i = 0; i < sizeof places / sizeof places[0]; i++) {
+        struct hil_debug debug;
+        struct hil_board *board = firmware_board();
+        run_place(board, &debug, &places[i], 0x20011100u);
+        assert_int_equal(hil_debug_watch(board, places[i].kind, 0x20011100u, 4, true), MR_OK);
+        hil_debug_run(board);
+        bench_run(board, HIL_MS_PS);
+        assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
+        assert_int_equal(debug.watch_address, 0x20011100u);
+        assert_int_equal(debug.watch_pc, 0x20010000u + places[i].offset);
+        hil_board_destroy(board);
+    }
+}
+
+/* The same where the access ends the run: RTC is not modelled. */
+TEST(test_refusals_name_the_instruction)
+{
+    for (unsigned i = 0; i < sizeof places / sizeof places[0]; i++) {
+        struct hil_debug debug;
+        char pc[32];
+        struct hil_board *board = firmware_board();
+        run_place(board, &debug, &places[i], 0x40002800u);
+        hil_debug_detach(board);
+        assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_UNMODELLED);
+        snprintf(pc, sizeof pc, "0x40002800, PC 0x%08x",
+                 (unsigned)(0x20010000u + places[i].offset));
+        if (!strstr(hil_board_reason(board), pc))
+            fail_msg("`%s` is not in the reason: %s", pc, hil_board_reason(board));
+        hil_board_destroy(board);
+    }
+}
+
 /* Looking at a register that reading changes (TIM2's capture clears its flag, SysTick's its own)
  * changes nothing. */
 TEST(test_looking_changes_nothing)

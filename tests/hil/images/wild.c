@@ -7,9 +7,14 @@ __attribute__((naked)) void bus_fault(void)
     __asm__ volatile("ldr r0, =0x20018000\n msr msp, r0\n b bus_fault_told\n .ltorg");
 }
 
+/* Not before the fault of its own frame; or its frame gets the number of a handler, and it returns
+ * to thread mode. */
 __attribute__((naked)) void svc(void)
 {
-    __asm__ volatile("b bus_fault"); /* not before the fault of its own frame */
+    __asm__ volatile("ldr r0, [%0]\n cmp r0, #20\n bne bus_fault\n"
+                     "ldr r0, [sp, #28]\n orr r0, #11\n str r0, [sp, #28]\n bx lr"
+                     :
+                     : "r"(control));
 }
 
 __attribute__((used)) void bus_fault_told(void);
@@ -141,6 +146,19 @@ int main(void)
         REG(0xe000ed24u) = 7u << 16;
         REG(0xe000ed1cu) = 0x80u << 24; /* SVC below it */
         __asm__ volatile("mov sp, %0\n svc #0" : : "r"(0x20000000u) : "memory");
+        break;
+    case 20: /* an exception that returns to thread mode with the number of a handler */
+        REG(0xe000ed24u) = 7u << 16;
+        REG(0xe000ed1cu) = 0x80u << 24; /* SVC below the fault */
+        __asm__ volatile("svc #0" : : : "memory");
+        break;
+    case 21: /* what an IT block passes over cannot fault */
+        REG(0xe000ed24u) = 7u << 16;
+        __asm__ volatile("cmp %0, %0\n it ne\n vmovne.f32 s0, #1.0\n"
+                         "itt ne\n ldrdne r2, r3, [%0]\n stmiane %0!, {r2, r3}"
+                         :
+                         : "r"(0x20000101u)
+                         : "r2", "r3", "cc", "memory");
         break;
     default: break;
     }

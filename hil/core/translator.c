@@ -1,0 +1,196 @@
+/* What Unicorn 2.0.1 (Debian 12) has inside and its interface does not give.
+ *
+ * Half of the time of a run. It sends every store to RAM through its slow path, to look for
+ * translated code that the store changes; it never notices that a page has none, as QEMU does, and
+ * later versions do (its pull requests 1838, 2031). Here pages of RAM are told to be free of code
+ * (`tlb_set_dirty`) when they come into its translation buffer, until the board first runs code
+ * from RAM; from then on every store of that board is looked at again. And the locks around that
+ * look, which build a tree for each store and lock nothing in a single thread, are left out, as in
+ * the next version.
+ *
+ * The instruction of an access. Its hooks report the access and leave PC at the start of the block,
+ * ITSTATE at 0. Translated code calls `helper_...` for each access that is not plain memory, with
+ * the place that it is called from; for each block the translator keeps which place belongs to
+ * which instruction, to restore PC and ITSTATE from there after a fault (`cpu_restore_state`). Here
+ * the place is noted, and what would be restored is read instead.
+ *
+ * The functions have the names of exported ones of the library, whose own uses of them come here
+ * first. A version without them is served no worse: then nobody calls these, and an access has no
+ * place. */
+#include <dlfcn.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "hil/core/translator.h"
+#include "hil/core/state.h"
+
+struct CPUARMState;
+struct CPUState;
+struct TranslationBlock;
+struct page_collection;
+struct uc_struct;
+typedef bool fill(struct CPUState *core, uint64_t address, int size, unsigned access, int mmu_index,
+                  bool probe, uintptr_t from);
+typedef void set_dirty(struct CPUState *core, uint32_t address);
+typedef void flush(struct CPUState *core);
+typedef bool restore(struct CPUState *core, uintptr_t from, bool will_exit);
+typedef void restore_to(struct CPUARMState *state, struct TranslationBlock *block, uint32_t *data);
+
+struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t start,
+                                                 uint64_t end);
+void page_collection_unlock_arm(struct page_collection *set);
+fill arm_cpu_tlb_fill_arm;
+restore_to restore_state_to_opc_arm;
+
+static fill *library_fill;
+static set_dirty *library_set_dirty;
+static flush *library_flush;
+static restore *library_restore;
+static restore_to *library_restore_to;
+/* of the board that this thread runs */
+static _Thread_local struct hil_translator *running;
+
+/* Where the place goes that is asked for; NULL: it is restored. */
+static _Thread_local struct hil_place *asked;
+
+/* Loads and stores of the slow path. */
+#define LOADS(X)                          \
+    X(uintptr_t, helper_ret_ldub_mmu_arm) \
+    X(uintptr_t, helper_le_lduw_mmu_arm)  \
+    X(uintptr_t, helper_le_ldul_mmu_arm)  \
+    X(uint64_t, helper_le_ldq_mmu_arm)
+#define STORES(X)                      \
+    X(uint8_t, helper_ret_stb_mmu_arm) \
+    X(uint16_t, helper_le_stw_mmu_arm) \
+    X(uint32_t, helper_le_stl_mmu_arm) \
+    X(uint64_t, helper_le_stq_mmu_arm)
+#define DECLARE_LOAD(type, name)                                                         \
+    typedef type name##_type(struct CPUARMState *state, uint32_t address, unsigned kind, \
+                             uintptr_t from);                                            \
+    name##_type name;                                                                    \
+    static name##_type *library_##name;
+#define DECLARE_STORE(type, name)                                                     \
+    typedef void name##_type(struct CPUARMState *state, uint32_t address, type value, \
+                             unsigned kind, uintptr_t from);                          \
+    name##_type name;                                                                 \
+    static name##_type *library_##name;
+LOADS(DECLARE_LOAD)
+STORES(DECLARE_STORE)
+
+void hil_translator_start(struct hil_translator *translator)
+{
+    *translator = (struct hil_translator){0};
+    *(void **)&library_fill = dlsym(RTLD_NEXT, "arm_cpu_tlb_fill_arm");
+    *(void **)&library_set_dirty = dlsym(RTLD_NEXT, "tlb_set_dirty_arm");
+    *(void **)&library_flush = dlsym(RTLD_NEXT, "tlb_flush_arm");
+    *(void **)&library_restore = dlsym(RTLD_NEXT, "cpu_restore_state_arm");
+    *(void **)&library_restore_to = dlsym(RTLD_NEXT, "restore_state_to_opc_arm");
+#define FIND(type, name) *(void **)&library_##name = dlsym(RTLD_NEXT, #name);
+    LOADS(FIND)
+    STORES(FIND)
+}
+
+struct hil_translator *hil_translator_run(struct hil_translator *translator)
+{
+    struct hil_translator *before = running;
+    running = translator;
+    if (running && !before)
+        running->access.from = 0; /* an access that faulted has not ended */
+    return before;
+}
+
+void hil_translator_meet_code(struct hil_translator *translator)
+{
+    if (translator->code_in_ram)
+        return;
+    translator->code_in_ram = true;
+    if (translator->core && library_flush)
+        library_flush(translator->core); /* every page comes again, now as one that may have code */
+}
+
+bool hil_translator_place(const struct hil_translator *translator, uint32_t address,
+                          struct hil_place *place)
+{
+    /* an access of eight bytes, or an unaligned one, may come in parts */
+    if (running != translator || !translator->access.from || !translator->core ||
+        address - translator->access.address >= 8u || !library_restore || !library_restore_to)
+        return false;
+    asked = place;
+    bool found = library_restore(translator->core, translator->access.from, false);
+    asked = NULL;
+    return found;
+}
+
+/* --- in the library's place --- */
+
+bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, unsigned access,
+                          int mmu_index, bool probe, uintptr_t from)
+{
+    bool filled = library_fill(core, address, size, access, mmu_index, probe, from);
+    if (!filled || !running)
+        return filled;
+    running->core = core;
+    /* Flash stays on the slow path: there stores are refused. */
+    bool ram = address - HIL_SRAM_BASE < HIL_SRAM_SIZE || address - HIL_CCM_BASE < HIL_CCM_SIZE;
+    if (ram && !running->code_in_ram && library_set_dirty && library_flush)
+        library_set_dirty(core, (uint32_t)address);
+    return filled;
+}
+
+struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t start, uint64_t end)
+{
+    (void)uc;
+    (void)start;
+    (void)end;
+    return 0;
+}
+
+void page_collection_unlock_arm(struct page_collection *set)
+{
+    (void)set;
+}
+
+void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock *block,
+                              uint32_t *data)
+{
+    if (asked)
+        *asked = (struct hil_place){data[0], data[1]};
+    else
+        library_restore_to(state, block, data);
+}
+
+/* An access may be made of several. */
+static struct hil_translated_access begin_access(uint32_t address, uintptr_t from)
+{
+    struct hil_translated_access outer = {0};
+    if (running) {
+        outer = running->access;
+        running->access = (struct hil_translated_access){address, from};
+    }
+    return outer;
+}
+
+static void end_access(struct hil_translated_access outer)
+{
+    if (running)
+        running->access = outer;
+}
+
+#define LOAD(type, name)                                                                  \
+    type name(struct CPUARMState *state, uint32_t address, unsigned kind, uintptr_t from) \
+    {                                                                                     \
+        struct hil_translated_access outer = begin_access(address, from);                 \
+        type value = library_##name(state, address, kind, from);                          \
+        end_access(outer);                                                                \
+        return value;                                                                     \
+    }
+#define STORE(type, name)                                                             \
+    void name(struct CPUARMState *state, uint32_t address, type value, unsigned kind, \
+              uintptr_t from)                                                         \
+    {                                                                                 \
+        struct hil_translated_access outer = begin_access(address, from);             \
+        library_##name(state, address, value, kind, from);                            \
+        end_access(outer);                                                            \
+    }
+LOADS(LOAD)
+STORES(STORE)
