@@ -9,6 +9,7 @@
 #include "common/fault.h"
 #include "host/analyse/measured_load.h"
 #include "host/base/units.h"
+#include "host/board/health_client.h"
 #include "host/link/timemap.h"
 #include "host/store/store_readiness.h"
 
@@ -485,6 +486,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
         status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
                                       error);
     if (status == MR_OK)
+        status = store_restarts(store, run, &summary->restart, &summary->restarts, error);
+    if (status == MR_OK)
         status = bands_load(store, &summary->measured, &summary->bands, error);
     if (status == MR_OK)
         status = summary_mean_load(store, run, summary->mean, error);
@@ -504,6 +507,7 @@ void summary_free(struct summary *summary)
     free(summary->fault);
     free(summary->switch_event);
     free(summary->channel_event);
+    free(summary->restart);
 }
 
 /* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
@@ -579,6 +583,27 @@ static void channel_events_answer(const struct summary *summary, struct answer *
         answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, event), 3)
             ->digits = 9;
     }
+    answer_close(answer);
+}
+
+static void restart_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct measured *measured = &summary->measured;
+    char cause[100], after[40] = "";
+    if (summary->restarts == 0) {
+        answer_none(answer, "restart", NULL, "");
+        return;
+    }
+    health_reset_text(summary->restart->detail, cause, sizeof cause);
+    if (measured->samples)
+        snprintf(after, sizeof after, " after %.3f s",
+                 measured_time_s(measured, measured->samples - 1));
+    answer_words(answer, NULL, "restart", "the board restarted (%s): the record ends%s",
+                 cause[0] ? cause : "cause not known", after)
+        ->warn = true;
+    answer_open(answer, "restart", "");
+    answer_words(answer, "cause", NULL, "%s", cause);
+    answer_count(answer, "reset_cause", NULL, summary->restart->detail);
     answer_close(answer);
 }
 
@@ -812,6 +837,7 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     if (torn[0])
         answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
+    restart_answer(summary, answer);
     summary_ready_answer(summary->ready, answer);
     motion_answer(summary, answer);
     channel_events_answer(summary, answer);

@@ -61,6 +61,8 @@ struct summary {
     size_t switch_events;
     struct store_fault *channel_event; /* and what of channels, in order of time */
     size_t channel_events;
+    struct store_fault *restart; /* the board began again in it */
+    size_t restarts;
     struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
     struct summary_ready ready[SUMMARY_READY_KINDS];
 };

@@ -215,7 +215,7 @@ static enum mr_status health_client_reset(struct health_client *talk, struct err
 
 /* ---- matrig board health ---- */
 
-static void cause_text(unsigned cause, char *out, size_t size)
+void health_reset_text(int64_t cause, char *out, size_t size)
 {
     size_t n = 0;
     out[0] = '\0';
@@ -250,7 +250,7 @@ static void faults_answer(const struct health_client *talk, struct answer *answe
 static void health_answer(const struct health_client *talk, struct answer *answer)
 {
     char text[160];
-    cause_text(talk->hello.reset_cause, text, sizeof text);
+    health_reset_text(talk->hello.reset_cause, text, sizeof text);
     answer_words(answer, NULL, "last reset", "%s", text);
     answer_count(answer, "reset_cause", NULL, talk->hello.reset_cause);
     answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end =

@@ -24,6 +24,8 @@ _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word"
 /* Takes one word. True: now all are there, and were not before this one. */
 bool crash_take(struct crash_report *report, const struct mr_crash *message);
 
+/* "pin, software": the causes of hello's reset_cause; "": none is known. */
+void health_reset_text(int64_t cause, char *out, size_t size);
 /* One line without its end: "the board restarted after a usage fault at 0x0801234a, in
  * channels, block 1234". */
 void crash_headline(const struct crash_report *report, char *out, size_t size);

@@ -35,11 +35,18 @@ void account_restart(struct account *account, bool whole)
     account->suspect_count = 0;
     account->bytes_lost = 0;
     account->received_since = 0;
+    account->frame_block = account->sent_block = -1;
     account->whole = whole;
     account->doubtful = false;
     memset(account->received_of, 0, sizeof account->received_of);
     memset(account->count_known, 0, sizeof account->count_known);
     account_break(account);
+}
+
+void account_from_first(struct account *account)
+{
+    account->whole = account->seq_known = true;
+    account->seq_next = 0;
 }
 
 void account_message(struct account *account, unsigned place)

@@ -86,6 +86,8 @@ void account_start(struct account *account, enum link_kind kind);
 /* The board began again: its counters too. `whole`: at the frame to come, so that nothing it sends
  * is missed. */
 void account_restart(struct account *account, bool whole);
+/* After it: the first serial frames of this start, from number 0 on, may be among those lost. */
+void account_from_first(struct account *account);
 /* A landing begins or ends on this link: no steps and no block numbers are expected across it. */
 void account_break(struct account *account);
 

@@ -167,7 +167,7 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
     struct side *side = &collector->side[kind];
     if (side->ended)
         return MR_OK;
-    enum mr_status status = MR_OK;
+    enum mr_status status = collect_release(collector, side, error);
     side->ended = true;
     account_end(&side->account);
     if (status == MR_OK)
@@ -189,9 +189,11 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct side *side = &collector->side[kind];
         if (!side->ended) {
+            status = collect_release(collector, side, error);
             side->ended = true;
             account_end(&side->account);
-            status = collect_store_gaps(collector, side, error);
+            if (status == MR_OK)
+                status = collect_store_gaps(collector, side, error);
         }
     }
     for (size_t i = 0; i < SLOTS && status == MR_OK; i++) {
@@ -229,9 +231,13 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
     return status;
 }
 
-int64_t collector_block(const struct collector *collector, enum link_kind kind)
+enum link_kind collector_behind(const struct collector *collector)
 {
-    return collect_newest_block(&collector->side[kind]);
+    const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
+    bool can_behind = can->boot == serial->boot
+                        ? collect_newest_block(can) <= collect_newest_block(serial)
+                        : can->boot < serial->boot;
+    return can_behind ? LINK_CAN : LINK_SERIAL;
 }
 
 int64_t collector_take_finished(struct collector *collector)

@@ -11,6 +11,10 @@
  * record; others may speak there by the board's identifiers, so what it says must go on from what
  * it said before.
  *
+ * A board that begins again starts another boot of its links: a landing that was open ends there,
+ * and the event `restart` names it, with the cause of the reset in `detail`. Frames after a hello
+ * on CAN, or after a loss on serial, wait until a time says which boot they are of.
+ *
  * The caller holds a store transaction open around every call that may write, and commits in
  * time. */
 #ifndef MATRIG_HOST_COLLECT_H
@@ -117,8 +121,8 @@ struct collector_listener {
 };
 void collector_listen(struct collector *collector, const struct collector_listener *listener);
 
-/* Newest block known on a link; -1: none. */
-int64_t collector_block(const struct collector *collector, enum link_kind kind);
+/* The link that is behind the other in board time, its starts counted. */
+enum link_kind collector_behind(const struct collector *collector);
 int64_t collector_session(const struct collector *collector);
 
 #endif

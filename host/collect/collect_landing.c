@@ -113,9 +113,14 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
         if (collector->side[kind].boot == slot->row.boot)
             status = collect_put_time_map(collector, &collector->side[kind], slot, error);
     }
+    bool ended = slot->left[LINK_SERIAL] && !slot->broken_off;
     if (status == MR_OK && slot->entered[LINK_SERIAL])
         status = store_frames_place(collector->store, collector->session, slot->row.id,
-                                    slot->begun_mark, slot->left[LINK_SERIAL], error);
+                                    slot->begun_mark,
+                                    ended               ? STORE_NONE
+                                    : slot->broken_mark ? slot->broken_mark
+                                                        : INT64_MAX,
+                                    error);
     if (status == MR_OK)
         status = fill(collector, slot, error);
     if (collector->finished_count < SLOTS)

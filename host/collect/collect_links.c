@@ -19,13 +19,24 @@
 
 #define RECORD_BLOCKS \
     1000 /* serial is silent when CAN is so far ahead of it, or of its own beginning */
-#define MARK_BLOCKS 5000
+#define MARK_BLOCKS   5000
+#define STARTS_BLOCKS 10000
 
-/* The board began again. `whole`: the frame to come is its first. */
+/* The board began again. `hello`: its first one, the frame to come; NULL: that was not heard. */
 static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
-                              bool whole, struct error *error)
+                              const struct mr_hello *hello, struct error *error)
 {
+    const struct slot *broken_off = side->current;
     enum mr_status status = collect_put_time_map(collector, side, NULL, error);
+    for (size_t i = 0; i < SLOTS && status == MR_OK; i++) {
+        struct slot *slot = &collector->slot[i];
+        if (slot->row.id == 0 || slot->row.boot != side->boot ||
+            (slot->end_block >= 0 && !slot->broken_off))
+            continue;
+        slot->broken_off = true;
+        if (side->kind == LINK_CAN)
+            status = store_frames_mark(collector->store, &slot->broken_mark, error);
+    }
     if (status != MR_OK)
         return status;
     collect_leave(side);
@@ -35,32 +46,40 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     side->time = (struct timebase){0};
     side->clock_block = side->first_clock = 0;
     collect_forget_time(side);
-    account_restart(&side->account, whole);
+    account_restart(&side->account, hello != NULL);
     side->shunt.number = 0;
     memset(collector->fault_count, 0, sizeof collector->fault_count);
     collector->alarm = (struct mr_can_alarm){0};
     struct store_event event = {.session = collector->session,
                                 .boot = side->boot,
-                                .run = STORE_NONE,
+                                .run = broken_off ? broken_off->row.id : STORE_NONE,
                                 .board_us = 0,
                                 .host_us = (int64_t)host_us,
                                 .kind = "restart",
+                                .detail = hello ? hello->reset_cause : STORE_NONE,
                                 .links = 1 << side->kind};
     return store_event_put(collector->store, &event, error);
+}
+
+/* Whether it carries a whole block index and its tick. */
+static bool clock_of(const struct mr_message *message, uint32_t *block, uint32_t *tick)
+{
+    bool sync = message->place == MR_PLACE_SYNC;
+    *block = sync ? message->as.sync.block : message->as.clock.block;
+    *tick = sync ? message->as.sync.tick : message->as.clock.tick;
+    return sync || message->place == MR_PLACE_CLOCK;
 }
 
 /* Takes the time a message carries. A clock with tick 0 comes from a board whose scans stand: its
  * block is no time. On CAN anybody may have sent it. */
 static enum timebase_verdict take_time(struct side *side, const struct mr_message *message)
 {
-    if (message->place == MR_PLACE_CLOCK || message->place == MR_PLACE_SYNC) {
-        bool sync = message->place == MR_PLACE_SYNC;
-        uint32_t block = sync ? message->as.sync.block : message->as.clock.block;
-        uint32_t tick = sync ? message->as.sync.tick : message->as.clock.tick;
+    uint32_t block, tick;
+    if (clock_of(message, &block, &tick)) {
         if (tick == 0)
             return TIMEBASE_GOES_ON;
         if (side->kind == LINK_CAN)
-            return timebase_clock_doubting(&side->time, &side->time_doubt, block, tick);
+            return timebase_clock_doubting(&side->time, &side->time_doubt, block, tick, false);
         return timebase_clock(&side->time, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
     }
     if (message->block16 >= 0)
@@ -116,7 +135,22 @@ static bool serial_is_record(const struct collector *collector)
 {
     const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->time.known ? collect_newest_block(serial) : can->first_clock;
-    return !serial->ended && serial->boot == can->boot && can->clock_block - spoke <= RECORD_BLOCKS;
+    /* CAN is behind: it brings what serial brought before the board began again */
+    bool behind = serial->boot > can->boot;
+    return !serial->ended &&
+           (behind || (serial->boot == can->boot && can->clock_block - spoke <= RECORD_BLOCKS));
+}
+
+/* Each link counts the starts of the board for itself. One that missed a short one, or took a
+ * stranger's for one, joins the other when both have been at the same time for longer than one can
+ * be behind. */
+static void count_starts_alike(const struct collector *collector, struct side *can)
+{
+    const struct side *serial = &collector->side[LINK_SERIAL];
+    int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
+    if (!serial->ended && !can->current && apart <= RECORD_BLOCKS && apart >= -RECORD_BLOCKS &&
+        block > STARTS_BLOCKS)
+        can->boot = serial->boot;
 }
 
 /* A frame has its own stamp, serial's bytes that of their reading. */
@@ -230,7 +264,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     enum mr_status status = MR_OK;
     side->heard_us = host_us;
     if (time == TIMEBASE_BEGAN_AGAIN) {
-        status = restart(collector, side, host_us, false, error);
+        status = restart(collector, side, host_us, NULL, error);
         take_time(side, message);
     }
     if (side->kind == LINK_CAN)
@@ -241,6 +275,8 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         side->clock_block = message->as.clock.block;
         if (side->first_clock == 0)
             side->first_clock = side->clock_block;
+        if (side->kind == LINK_CAN)
+            count_starts_alike(collector, side);
         account_goes_on(&side->account);
     }
     account_message(&side->account, message->place);
@@ -272,15 +308,23 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     return status == MR_OK ? collect_finish_what_is_over(collector, error) : status;
 }
 
-enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
-                               struct error *error)
+/* A message of the board, or of another by its identifiers. */
+static bool read_frame(const struct collector *collector, const struct link_frame *frame,
+                       struct mr_message *message)
 {
-    struct side *side = &collector->side[LINK_CAN];
+    uint32_t id = link_id_from_bus(frame->id, collector->can_base);
+    return !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)) &&
+           mr_message_read(message, (uint16_t)id, frame->data, frame->length) == MR_OK &&
+           message->info->direction != MR_DIRECTION_HOST;
+}
+
+static enum mr_status take_frame(struct collector *collector, struct side *side,
+                                 const struct link_frame *frame, struct error *error)
+{
     struct mr_message message;
     bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
     uint32_t id = link_id_from_bus(frame->id, collector->can_base);
-    if (standard && mr_message_read(&message, (uint16_t)id, frame->data, frame->length) == MR_OK &&
-        message.info->direction != MR_DIRECTION_HOST)
+    if (read_frame(collector, frame, &message))
         return take_message(collector, side, &message, side->account.counts.received,
                             frame->host_us, error);
 
@@ -310,7 +354,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         return MR_OK;
     }
     if (timebase_clock(&side->time, block.index, block.tick)) {
-        status = restart(collector, side, host_us, false, error);
+        status = restart(collector, side, host_us, NULL, error);
         timebase_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
@@ -337,27 +381,151 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     if (frame->type == MR_ID_BLOCK)
         return take_block(collector, side, frame, host_us, error);
     struct mr_message message;
-    if (mr_message_read(&message, frame->type, frame->payload, frame->length) != MR_OK) {
-        account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-        /* a part of the black box, or nothing known */
-        account_message(&side->account, mr_message_place(frame->type));
-        side->account.counts.foreign++;
-        struct store_frame raw = {.seq = frame->seq,
-                                  .board_us = collect_board_time(side, NULL),
-                                  .host_us = (int64_t)host_us,
-                                  .id = frame->type,
-                                  .length = frame->length,
-                                  .data = frame->payload};
-        return store_raw(collector, side, side->current, &raw, error);
+    if (mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK)
+        return take_message(collector, side, &message, frame->seq, host_us, error);
+    account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+    /* a part of the black box, or nothing known */
+    account_message(&side->account, mr_message_place(frame->type));
+    side->account.counts.foreign++;
+    struct store_frame raw = {.seq = frame->seq,
+                              .board_us = collect_board_time(side, NULL),
+                              .host_us = (int64_t)host_us,
+                              .id = frame->type,
+                              .length = frame->length,
+                              .data = frame->payload};
+    return store_raw(collector, side, side->current, &raw, error);
+}
+
+/* ---- which start of the board a frame is of ----
+ *
+ * A board that begins again says hello first. On serial that frame has number 0. On CAN a hello
+ * comes each second, and only the clocks that follow tell whether the board has begun again; on
+ * serial that hello may be lost in the frame that the reset tore. So what follows a hello on CAN,
+ * or a loss on serial, waits for the time: some milliseconds in a landing, 0.1 s else. */
+
+#define HELD_US     1000000u /* a board that tells no time is not waited for */
+#define FIRST_FRAME 64u      /* a number of serial that is one of the first */
+
+enum start { START_UNKNOWN, START_SAME, START_NEW };
+
+static enum start start_of(struct side *side, const struct mr_message *message)
+{
+    struct timebase copy = side->time;
+    uint32_t block, tick;
+    if (clock_of(message, &block, &tick)) {
+        if (tick != 0 && side->kind == LINK_SERIAL)
+            return timebase_is_back(&copy, block) ? START_NEW : START_SAME;
+        enum timebase_verdict verdict =
+            tick == 0 ? TIMEBASE_GOES_ON
+                      : timebase_clock_doubting(&copy, &side->time_doubt, block, tick, true);
+        return verdict == TIMEBASE_DOUBTED     ? START_UNKNOWN
+             : verdict == TIMEBASE_BEGAN_AGAIN ? START_NEW
+                                               : START_SAME;
     }
-    /* A board that begins again says hello in its frame number 0. */
-    if (message.place == MR_PLACE_HELLO && frame->seq == 0 && side->account.seq_known &&
-        side->account.seq_next != 0) {
-        enum mr_status status = restart(collector, side, host_us, true, error);
-        if (status != MR_OK)
-            return status;
+    if (message->block16 < 0 || message->info->direction != MR_DIRECTION_CAN)
+        return START_UNKNOWN;
+    int64_t ahead = timebase_unwrap(&copy, (uint16_t)message->block16) - side->time.block;
+    return ahead >= 0 && ahead <= READING_BEHIND_BLOCKS ? START_SAME : START_UNKNOWN;
+}
+
+static enum mr_status take_held(struct collector *collector, struct side *side,
+                                const struct held *held, struct error *error)
+{
+    const struct mr_frame frame = {.seq = held->seq,
+                                   .type = (uint16_t)held->frame.id,
+                                   .length = held->frame.length,
+                                   .payload = held->frame.data};
+    return side->kind == LINK_CAN
+             ? take_frame(collector, side, &held->frame, error)
+             : take_serial_frame(collector, side, &frame, held->frame.host_us, error);
+}
+
+/* Takes what is held; START_NEW: its first frame is the first that is known of a new start. */
+static enum mr_status release(struct collector *collector, struct side *side, enum start start,
+                              uint64_t host_us, struct error *error)
+{
+    const struct held *first = side->held;
+    size_t count = side->held_count;
+    struct mr_message hello;
+    enum mr_status status = MR_OK;
+    side->held_count = 0;
+    if (start == START_NEW) {
+        bool heard = count && side->kind == LINK_CAN &&
+                     read_frame(collector, &first->frame, &hello);
+        status = restart(collector, side, count ? first->frame.host_us : host_us,
+                         heard ? &hello.as.hello : NULL, error);
+        if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAME)
+            account_from_first(&side->account);
     }
-    return take_message(collector, side, &message, frame->seq, host_us, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++)
+        status = take_held(collector, side, &side->held[i], error);
+    return status;
+}
+
+/* True: the frame waits. False: what waited has been taken, or `error` says why not. */
+static bool hold(struct collector *collector, struct side *side, enum start start,
+                 const struct held *held, struct error *error)
+{
+    uint64_t host_us = held->frame.host_us;
+    bool room = side->held_count < COLLECT_HELD &&
+                (side->held_count == 0 || host_us < side->held[0].frame.host_us + HELD_US);
+    if (start == START_UNKNOWN && room) {
+        side->held[side->held_count++] = *held;
+        return true;
+    }
+    release(collector, side, start, host_us, error);
+    return false;
+}
+
+enum mr_status collect_release(struct collector *collector, struct side *side, struct error *error)
+{
+    const struct timebase_doubt *doubt = &side->time_doubt;
+    bool back = side->held_count && doubt->waits && (int64_t)doubt->block < side->time.clock;
+    return release(collector, side, back ? START_NEW : START_SAME, 0, error);
+}
+
+enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
+                               struct error *error)
+{
+    struct side *side = &collector->side[LINK_CAN];
+    const struct held held = {.frame = *frame};
+    struct mr_message message;
+    bool ours = read_frame(collector, frame, &message);
+    bool hello = ours && message.place == MR_PLACE_HELLO && side->time.known;
+    if ((hello || side->held_count) &&
+        hold(collector, side, ours ? start_of(side, &message) : START_UNKNOWN, &held, error))
+        return MR_OK;
+    return error->status == MR_OK ? take_frame(collector, side, frame, error) : error->status;
+}
+
+static enum mr_status serial_frame(struct collector *collector, struct side *side,
+                                   const struct mr_frame *frame, uint64_t host_us,
+                                   struct error *error)
+{
+    struct held held = {.frame = {.id = frame->type, .host_us = host_us}, .seq = frame->seq};
+    struct mr_message message;
+    struct mr_block block;
+    bool jump = side->account.seq_known && frame->seq != side->account.seq_next;
+    bool ours = frame->type != MR_ID_BLOCK &&
+                mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK;
+    if (ours && jump && frame->seq == 0 && message.place == MR_PLACE_HELLO) {
+        if (release(collector, side, START_SAME, host_us, error) == MR_OK)
+            restart(collector, side, host_us, &message.as.hello, error);
+    } else if (side->held_count || (jump && side->time.known)) {
+        enum start start = START_SAME;
+        if (ours) {
+            start = start_of(side, &message);
+            held.frame.length = (uint8_t)frame->length;
+            memcpy(held.frame.data, frame->payload, frame->length);
+        } else if (frame->type == MR_ID_BLOCK &&
+                   mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
+            start = timebase_is_back(&side->time, block.index) ? START_NEW : START_SAME;
+        }
+        if (hold(collector, side, start, &held, error))
+            return MR_OK;
+    }
+    return error->status == MR_OK ? take_serial_frame(collector, side, frame, host_us, error)
+                                  : error->status;
 }
 
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
@@ -369,7 +537,7 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&side->deframer, bytes[i], &frame);
         if (status == MR_OK)
-            status = take_serial_frame(collector, side, &frame, host_us, error);
+            status = serial_frame(collector, side, &frame, host_us, error);
         else if (status != MR_TOO_FEW)
             side->account.counts.bad++;
         if (error->status != MR_OK)

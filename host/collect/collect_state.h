@@ -25,6 +25,8 @@ struct slot {
     int64_t state_block; /* of the newest change of state reported */
     int64_t end_block;   /* where the first link left it; -1: still going on */
     int64_t begun_mark;  /* a frame of some seconds before it began */
+    bool broken_off;     /* the board began again in it; the newest frame before that on CAN, */
+    int64_t broken_mark; /* 0: not there yet */
     unsigned edges;
     double first_edge_us; /* board time; 0: none yet */
     int64_t film_frames;  /* number of the newest, unwrapped */
@@ -33,6 +35,14 @@ struct slot {
 
 /* Hellos and identities of another board, and none of this one: about once a second each. */
 #define COLLECT_OTHERS_IN_ROW 3u
+
+/* A frame that waits until it is known which start of the board it is of: of CAN, or of serial with
+ * its type in place of the identifier. A start takes 0.1 s until its second clock, 9 frames/ms. */
+struct held {
+    struct link_frame frame;
+    uint16_t seq;
+};
+#define COLLECT_HELD 2048u
 
 /* One link. */
 struct side {
@@ -50,6 +60,8 @@ struct side {
     struct mr_sync sync; /* the newest, and when it came; 0: none waits for its sync_at */
     uint64_t sync_host_us;
     int64_t boot;
+    struct held held[COLLECT_HELD]; /* since a hello on CAN, since a loss on serial */
+    size_t held_count;
     struct slot *current;
     struct slot *last; /* the one left most recently */
     struct mr_deframer deframer;
@@ -139,6 +151,8 @@ enum mr_status collect_put_event(struct collector *collector, const struct side 
 
 /* ---- collect_links.c ---- */
 
+/* The link ended: what is held is taken for what it most likely is. */
+enum mr_status collect_release(struct collector *collector, struct side *side, struct error *error);
 /* Stores the gaps the account has found, with the landing they fall in. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
                                   struct error *error);

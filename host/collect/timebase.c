@@ -7,6 +7,8 @@
 #define RESTART_BLOCKS 1000
 /* clocks come every 100; less than RESTART_BLOCKS, or a stranger's block would be a restart */
 #define FOLLOW_BLOCKS  500
+/* serial's block records and messages pass each other in the board's queues */
+#define QUEUED_BLOCKS  100
 #define ORIGIN_TICKS   8400 /* 0.1 ms; the origin of a boot is exactly the same each time */
 
 bool timebase_block(struct timebase *timebase, uint32_t block)
@@ -24,8 +26,14 @@ bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick)
     if (timebase_block(timebase, block))
         return true;
     timebase->tick_known = true;
+    timebase->clock = block;
     timebase->origin = mr_boardtime_origin(block, tick);
     return false;
+}
+
+bool timebase_is_back(const struct timebase *timebase, uint32_t block)
+{
+    return timebase->known && (int64_t)block + QUEUED_BLOCKS < timebase->block;
 }
 
 static bool same_origin(uint32_t a, uint32_t b)
@@ -36,15 +44,18 @@ static bool same_origin(uint32_t a, uint32_t b)
 
 enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
                                               struct timebase_doubt *doubt, uint32_t block,
-                                              uint32_t tick)
+                                              uint32_t tick, bool hello)
 {
     uint32_t origin = mr_boardtime_origin(block, tick);
     bool first = !timebase->known || !timebase->tick_known;
-    bool goes_on = same_origin(origin, timebase->origin) &&
-                   (int64_t)block + RESTART_BLOCKS >= timebase->block;
+    int64_t least = hello ? timebase->clock : timebase->block - RESTART_BLOCKS;
+    bool goes_on = same_origin(origin, timebase->origin) && (int64_t)block >= least;
     bool confirms = doubt->waits && same_origin(origin, doubt->origin) && block > doubt->block;
     if (first || goes_on || confirms) {
+        bool back = hello && !first && !goes_on && (int64_t)doubt->block < timebase->clock;
         doubt->waits = false;
+        if (back)
+            return TIMEBASE_BEGAN_AGAIN;
         return timebase_clock(timebase, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
     }
     doubt->waits = true;

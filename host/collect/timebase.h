@@ -10,6 +10,7 @@ struct timebase {
     bool known; /* a whole block index has come */
     bool tick_known;
     int64_t block;   /* newest */
+    int64_t clock;   /* block of the newest clock */
     uint32_t origin; /* common/block.h */
 };
 
@@ -26,10 +27,14 @@ struct timebase_doubt {
     uint32_t block, origin;
 };
 /* As timebase_clock, on a link on which strangers may speak. A time that does not go on from the
- * one known is doubted, and changes nothing, until the next one goes on from it. */
+ * one known is doubted, and changes nothing, until the next one goes on from it. `hello`: a board
+ * has introduced itself since the last clock, so a clock that goes back at all is doubted. */
 enum timebase_verdict timebase_clock_doubting(struct timebase *timebase,
                                               struct timebase_doubt *doubt, uint32_t block,
-                                              uint32_t tick);
+                                              uint32_t tick, bool hello);
+/* On a link whose frames keep their order: the block precedes the newest one, so the board began
+ * again, by however little. */
+bool timebase_is_back(const struct timebase *timebase, uint32_t block);
 /* Block whose low 16 bits are given, the one nearest the newest; it becomes the newest when it is
  * later, by less than half a second: time that goes further is a clock's to say. -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);

@@ -245,9 +245,7 @@ void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
 {
     if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
         return;
-    bool can_behind = collector_block(logger->collector, LINK_CAN) <=
-                      collector_block(logger->collector, LINK_SERIAL);
-    ready[can_behind ? LINK_SERIAL : LINK_CAN] = false;
+    ready[1 - collector_behind(logger->collector)] = false;
 }
 
 /* ---- what is asked of the board: by itself, and for the viewers of the live page ---- */

@@ -143,8 +143,7 @@ static enum mr_status collect(struct collector *collector, struct link *const li
     enum mr_status status = MR_OK;
     while (status == MR_OK && (open[LINK_CAN] || open[LINK_SERIAL])) {
         bool can = open[LINK_CAN] &&
-                   (!open[LINK_SERIAL] || collector_block(collector, LINK_CAN) <=
-                                              collector_block(collector, LINK_SERIAL));
+                   (!open[LINK_SERIAL] || collector_behind(collector) == LINK_CAN);
         size_t length;
         uint64_t host_us;
         if (can) {

@@ -83,8 +83,9 @@ enum mr_status store_landings(struct store *store, struct store_landing **rows, 
 /* Rows of a landing, in order, for the caller to free: store_edges(store, run, &rows, &count,
  * error), rows of struct store_edge. Of switch events `code` is the reason (common/switches.h),
  * `detail` the switch, 0 when not known, `count` how many times; of channel events the validity
- * (common/channels.h), the channel, `board_us` since when. Backlogs: blocks in which others waited
- * for the predictor. */
+ * (common/channels.h), the channel, `board_us` since when. Restarts: the starts of the board that
+ * ended the landing, `detail` the bits of hello's reset_cause, 0: not received. Backlogs: blocks in
+ * which others waited for the predictor. */
 #define STORE_ROWS_OF_LANDING(X)                   \
     X(store_switches, switch, SWITCHES)            \
     X(store_segments, segment, SEGMENTS)           \
@@ -96,6 +97,7 @@ enum mr_status store_landings(struct store *store, struct store_landing **rows, 
     X(store_film_frames, film_frame, FILM_FRAMES)  \
     X(store_switch_events, fault, SWITCH_EVENTS)   \
     X(store_channel_events, fault, CHANNEL_EVENTS) \
+    X(store_restarts, fault, RESTARTS)             \
     X(store_bands, band, BANDS)                    \
     X(store_band_events, band_event, BAND_EVENTS)  \
     X(store_risks, risk, RISKS)                    \
@@ -282,10 +284,10 @@ enum mr_status store_simulation_head(struct store *store, int64_t run,
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
 /* Of two links that are read one after the other: of the frames of CAN after `mark` those are the
- * landing's that came from the state that serial said first of it to the one that it said last, if
- * it said the end (`ended`). */
+ * landing's that came from the state that serial said first of it to the one that it said last,
+ * or to the row `last`, unless STORE_NONE. */
 enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
-                                  bool ended, struct error *error);
+                                  int64_t last, struct error *error);
 
 /* A shunt calibration belongs to no landing: it is before one and after another. */
 

@@ -89,11 +89,11 @@ enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct erro
 }
 
 enum mr_status store_frames_place(struct store *store, int64_t session, int64_t run, int64_t mark,
-                                  bool ended, struct error *error)
+                                  int64_t last, struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error);
     return status == MR_OK ? STORE_RUN(store, error, FRAMES_PLACE, BIND(session), BIND(run),
-                                       BIND(mark), BIND(MR_ID_LANDING), BIND((int64_t)ended))
+                                       BIND(mark), BIND(MR_ID_LANDING), BIND(last))
                            : status;
 }
 

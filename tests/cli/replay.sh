@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # matrig replay: ten recorded landings say the same again; an image with one other constant is found out; what cannot be
-# replayed is refused, with its reason.
+# replayed is refused, with its reason; what the board says after a reset is no part of the record that the reset ended.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
 matrig=build/matrig
@@ -158,6 +158,30 @@ lost_frames_are_no_difference() {
     [ "$(in_json "$tmp/lossy.json" not_recorded)" -gt 300 ] && [ "$(in_json "$tmp/lossy.json" differ)" = 0 ]
 }
 
+# The board begins again in the landing: its record ends there, on both links, with the cause of the reset.
+instead() { # HALFWORD: instead of the first instruction of what only a landing calls: e7fe hangs there, de00 is none
+    local was bit
+    was=$(arm-none-eabi-objdump -d --disassemble=landinglink_motion build/firmware/matrig.elf | awk -F '\t' '/^ *[0-9a-f]+:/ { print substr($2, 1, 4); exit }')
+    for bit in {0..15}; do (((0x$was ^ 0x$1) >> bit & 1)) && echo "at 2.2 flip landinglink_motion $bit"; done
+    return 0
+}
+begins_again() { # CAUSE SECONDS FAULT...
+    local cause=$1 for_s=$2 db=$tmp/again.db
+    shift 2
+    rm -f "$db"
+    printf '%s\n' 'matrig-faults 1' "$@" >"$tmp/again.faults"
+    record tests/runs/landing5.run --for "$for_s" --faults "$tmp/again.faults" && grep 'resets 1,' "$tmp/board.err" || return 1
+    grep "^  restart  *the board restarted ($cause): the record ends after " "$tmp/log.txt" || return 1
+    $matrig --json --quiet replay "$db" 1 >"$tmp/again.json"
+    echo "exit $?"
+    in_json "$tmp/again.json" first
+    # nobody else is on the bus: what both starts sent is what was received
+    [ "$(in_json "$tmp/again.json" differ)" = 0 ] && [ "$(in_json "$tmp/again.json" fields)" -gt 100000 ] && [ "$(in_json "$tmp/again.json" compared)" = exactly ] &&
+        [ "$(sqlite3 "$db" "select count(*), min(boot), min(links) from events where kind = 'restart' and landing = 1")" = '1|1|3' ] &&
+        [ "$(sqlite3 "$db" 'select sum(lost) + sum(dropped) + sum(outside) from links')" = 0 ] && [ "$(sqlite3 "$db" 'select count(*) from missing')" = 0 ] &&
+        [ "$(sqlite3 "$db" "select max(board_us) / 1000 - (select max(idx) from blocks where landing = 1) from frames where landing = 1")" -le 1 ]
+}
+
 check "ten landings and more are recorded" record_ten
 check "one of them with saturated channels" saturation_was_recorded
 for run in $(take "3 5 6 7 9 10 12 13" "$(seq 13)"); do
@@ -176,6 +200,11 @@ check "a changed sum in a record shows in what the board makes of it" changed_re
 check "a changed tick in a message shows as that field alone" changed_edge
 check "an older record without the blocks before arming: what rests on them is not compared" record_begins_at_arming
 check "a record that breaks off is compared as far as its blocks go" record_breaks_off
+check "a record that ends by a power cut says the same until then" begins_again 'power, pin, brown-out' 2.5 'at 2.2 power-cut 20'
+if [ -n "${MATRIG_LONG:-}" ]; then
+    mapfile -t hang < <(instead e7fe) && check "one that ends by the watchdog, too" begins_again 'pin, watchdog' 3.3 "${hang[@]}"
+    mapfile -t none < <(instead de00) && check "one that ends by a fault of the processor, too" begins_again 'pin, software' 2.6 "${none[@]}"
+fi
 check "a landing logged over serial alone says the same" serial_alone
 check "a rig and a replay together are refused" fails_with 2 '--rig and --replay cannot be given together' build/matrig-board --elf build/firmware/matrig.elf --rig "$tmp/bare.run" --replay "$tmp/none"
 check "at real speed too, paced by the clock" at_real_speed

@@ -61,8 +61,7 @@ static inline void session_log(struct session *session, const char *db)
         bool serial_left = serial < session->serial_length;
         if (!can_left && !serial_left)
             break;
-        if (can_left && (!serial_left || collector_block(session->collector, LINK_CAN) <=
-                                             collector_block(session->collector, LINK_SERIAL))) {
+        if (can_left && (!serial_left || collector_behind(session->collector) == LINK_CAN)) {
             session_feed_line(session, &can);
         } else {
             size_t length = session->serial_length - serial < 100 ? session->serial_length - serial

@@ -387,6 +387,144 @@ TEST(board_restarts_in_mid_landing)
     session_end(&s);
 }
 
+/* The board begins again in a landing: after `before` blocks, of which the landing had 500, by the
+ * watchdog. The new start says other zeros at once, and its first clock 50 ms later; `torn`: on
+ * serial its hello is lost in the frame that the reset tore. */
+struct new_start {
+    uint32_t can_of_landing, serial_of_landing; /* messages sent in it; 0: not on that link */
+    uint32_t can, serial;                       /* frames sent in both starts */
+};
+
+static struct new_start begin_anew(struct session *s, uint32_t before, bool torn)
+{
+    struct stream *stream = &s->stream;
+    struct stream_truth truth = gentle;
+    struct new_start sent = {0};
+    truth.touchdown_s = 1e9;
+    stream_hello(stream, MR_LAYOUT);
+    stream_configuration(stream);
+    stream_idle(stream, before - 500);
+    uint32_t can = stream->can_sent, serial = stream->serial_sent;
+    stream_state(stream, 1, 1, 4, stream->block);
+    for (int i = 0; i < 500; i++)
+        stream_millisecond(stream, &truth, true);
+    sent.can_of_landing = stream->can_sent - can;
+    sent.serial_of_landing = stream->serial_sent - serial - 500; /* block records apart */
+    sent.can = stream->can_sent;
+    sent.serial = stream->serial_sent;
+    stream->block = stream->can_sent = stream->serial_sent = 0;
+    stream->seq = 0;
+    stream->host_us += 50000;
+    if (torn) {
+        static const uint8_t half[] = {9, 8, 7, 6};
+        fwrite(half, 1, sizeof half, stream->serial);
+    }
+    STREAM_BOTH(stream, hello, HELLO, .layout = MR_LAYOUT, .major = 9, .minor = 8, .patch = 7,
+                .reset_cause = MR_RESET_PIN | MR_RESET_WATCHDOG);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        STREAM_BOTH(stream, channel_zero, CHANNEL_ZERO, .index = (uint8_t)i,
+                    .number = (uint8_t)(i + 1), .zero_code = 999.0f);
+    stream_idle(stream, 1500);
+    sent.can += stream->can_sent;
+    sent.serial += stream->serial_sent;
+    return sent;
+}
+
+static void new_start_is_apart(bool can, bool serial, uint32_t before, bool torn)
+{
+    struct session s;
+    struct mr_channel_config channels[MR_CHANNELS];
+    struct store_fault *restarts;
+    size_t count;
+    int64_t frames;
+    session_begin(&s, can, serial);
+    struct new_start sent = begin_anew(&s, before, torn);
+    session_log(&s, "start.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(landing_of(&s, 1).state, 1);
+    for (int link = 0; link < LINK_KINDS; link++) {
+        bool used = link == LINK_CAN ? can : serial;
+        assert_int_equal(store_frames_count(s.store, 1, link, &frames, &s.error), MR_OK);
+        assert_int_equal(frames, !used              ? 0
+                                 : link == LINK_CAN ? sent.can_of_landing
+                                                    : sent.serial_of_landing);
+        if (!used)
+            continue;
+        bool lost = torn && link == LINK_SERIAL;
+        assert_int_equal(counts_of(&s, link).received,
+                         (link == LINK_CAN ? sent.can : sent.serial) - lost);
+        assert_int_equal(counts_of(&s, link).lost, lost);
+        assert_int_equal(counts_of(&s, link).foreign, 0);
+        assert_int_equal(counts_of(&s, link).dropped, 0);
+    }
+    /* one start of the board, whichever link brought it, and the landing that it ended */
+    assert_int_equal(store_restarts(s.store, 1, &restarts, &count, &s.error), MR_OK);
+    assert_int_equal(count, 1);
+    assert_int_equal(restarts[0].detail, torn && !can ? 0 : MR_RESET_PIN | MR_RESET_WATCHDOG);
+    free(restarts);
+    /* the landing keeps the zeros that it was measured with */
+    assert_int_equal(store_channels(s.store, 1, channels, &count, &s.error), MR_OK);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        assert_near(channels[i].zero_code, STREAM_ZERO_CODE, 0.0);
+    session_end(&s);
+}
+
+TEST(frames_of_a_new_start_are_not_of_the_landing_before)
+{
+    new_start_is_apart(true, true, 3500, false);
+    new_start_is_apart(true, false, 3500, false);
+    new_start_is_apart(false, true, 3500, false);
+}
+
+TEST(nor_when_the_first_hello_is_torn)
+{
+    new_start_is_apart(true, true, 3500, true);
+    new_start_is_apart(false, true, 3500, true);
+}
+
+/* Less than a second after the last start: no clock goes back by much. */
+TEST(nor_when_the_board_begins_again_at_once)
+{
+    new_start_is_apart(true, true, 800, false);
+    new_start_is_apart(true, false, 800, false);
+    new_start_is_apart(false, true, 800, true);
+}
+
+/* A hello of a stranger on CAN, and its clock, are no start of the board. */
+TEST(hello_of_a_stranger_is_no_start)
+{
+    struct session s;
+    struct stream_truth truth = gentle;
+    struct store_fault *restarts;
+    size_t count;
+    int64_t frames;
+    session_begin(&s, true, false);
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 3000);
+    uint32_t before = s.stream.can_sent;
+    stream_state(&s.stream, 1, 1, 4, s.stream.block);
+    truth.touchdown_s = 1e9;
+    for (int i = 0; i < 500; i++) {
+        if (i % 150 == 40) {
+            STREAM_CAN(&s.stream, hello, HELLO, .layout = MR_LAYOUT, .major = 9, .minor = 8,
+                       .patch = 7);
+            STREAM_CAN(&s.stream, clock, CLOCK, .block = (uint32_t)i, .tick = 12345);
+        }
+        stream_millisecond(&s.stream, &truth, true);
+    }
+    uint32_t sent = s.stream.can_sent - before;
+    session_log(&s, "stranger.db");
+    assert_no_error(&s.error);
+    assert_int_equal(store_restarts(s.store, 1, &restarts, &count, &s.error), MR_OK);
+    assert_int_equal(count, 0);
+    free(restarts);
+    assert_int_equal(store_frames_count(s.store, 1, LINK_CAN, &frames, &s.error), MR_OK);
+    assert_int_equal(frames, sent);
+    session_end(&s);
+}
+
 /* Scans that stand: the board goes round its regular messages with small block numbers and tick 0.
  * No new start of it. */
 TEST(standing_scans_are_no_restart)
