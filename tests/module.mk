@@ -105,7 +105,7 @@ test-programs: $(B)/tests/old/339b9da.elf
 # The application on the host too: to say when a warning was due; the configuration that is built in.
 $(B)/tests/hil/test_warning $(B)/tests/hil/test_canbase: $(fakes) $(app_lib)
 $(B)/tests/host/test_series: $(B)/tests/scoreboard/facts.o
-$(B)/tests/host/test_chain_reference: $(B)/tests/stability/chain_reference.o
+$(B)/tests/host/test_chain_reference: $(patsubst %,$(B)/tests/stability/%.o,chain_reference chain_reference_long)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(call link,-lcmocka $(if $(filter $(study_lib),$^),$(STUDY_LIBS),$(HOST_LIBS)))
 # Of the host, with what matrig-study has.

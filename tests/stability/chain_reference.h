@@ -31,5 +31,8 @@ struct chain_reference {
  * t_out.count rows of mats + 1 values, by mat from 1. False: the scene is beyond the reference, or
  * it took too many steps, or switches followed each other without end. */
 bool chain_reference_run(struct chain_reference *run, const struct sim_scene *scene, double *u_ft);
+/* The same in long double, several times slower: for scenes that magnify roundings. */
+bool chain_reference_run_long(struct chain_reference *run, const struct sim_scene *scene,
+                              double *u_ft);
 
 #endif

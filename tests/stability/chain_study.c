@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "host/base/monotonic_clock.h"
 #include "host/sim/elements/element.h"
 #include "host/sim/sim.h"
 #include "tests/stability/chain_draw.h"
@@ -19,12 +20,11 @@
 
 #define BEYOND_1_ONE_IN 200u
 #define UNDECIDED_SHARE 0.1 /* of the stated error, between two runs of the reference */
-#define ENGINE_LIMIT_S  60.0
+#define ENGINE_LIMIT_S  60
+#define REFERENCE_S     300
 #define STEPS_MAX       3000000u
 #define WORST           20u
 #define COARSE_ORDER    18
-#define COARSE_FT       1e-15
-#define FINE_FT         1e-18
 
 enum chain_stage { NOT_RUN, ENGINE, REFERENCE, DONE };
 
@@ -43,13 +43,6 @@ struct shared {
     time_t begin;
     struct chain_row rows[];
 };
-
-static double used_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static bool is_lossless(const struct sim_scene *s)
 {
@@ -71,9 +64,8 @@ static void engine(const struct sim_scene *scene, struct chain_row *row, double 
     struct sim_result result;
     struct error error = {0};
     size_t mats = (size_t)scene->mats + 1;
-    double begin_s = used_s();
     enum mr_status status = sim_run(scene, &(struct sim_options){0}, &result, &error);
-    row->engine_s = used_s() - begin_s;
+    row->engine_s = 1e-3 * result.run_ms;
     row->end = status == MR_OK       ? STUDY_OK
              : status == MR_NUMERICS ? (enum study_end)result.status
                                      : STUDY_REFUSED;
@@ -90,35 +82,57 @@ static void engine(const struct sim_scene *scene, struct chain_row *row, double 
     sim_result_free(&result);
 }
 
-/* In a process of its own. */
-static void judge(const struct sim_scene *scene, struct chain_row *row)
+static void limit_time(int limit_s)
 {
-    static double answer[CHAIN_OUTPUTS * (CHAIN_MATS + 1)],
-        coarse[CHAIN_OUTPUTS * (CHAIN_MATS + 1)], fine[CHAIN_OUTPUTS * (CHAIN_MATS + 1)];
-    size_t count = CHAIN_OUTPUTS * ((size_t)scene->mats + 1);
+    struct itimerval limit = {.it_value = {limit_s, 0}};
+    signal(SIGPROF, SIG_DFL);
+    setitimer(ITIMER_PROF, &limit, NULL);
+}
+
+/* u at all times of a scene. */
+typedef double answers[CHAIN_OUTPUTS * (CHAIN_MATS + 1)];
+
+/* Two runs of the reference, the finer one's answer; how far they are apart. */
+static void refer(const struct sim_scene *scene, bool long_double, double *fine_ft,
+                  struct chain_row *row)
+{
+    static answers coarse_ft;
+    bool (*run)(struct chain_reference *, const struct sim_scene *,
+                double *) = long_double ? chain_reference_run_long : chain_reference_run;
+    double last_ft = long_double ? 1e-21 : 1e-18;
+    struct chain_reference coarse = {.order = COARSE_ORDER,
+                                     .tolerance_ft = 1e3 * last_ft,
+                                     .most_steps = STEPS_MAX},
+                           fine = {.order = CHAIN_REFERENCE_ORDER,
+                                   .tolerance_ft = last_ft,
+                                   .most_steps = STEPS_MAX};
+    row->reference_ok = run(&coarse, scene, coarse_ft) && run(&fine, scene, fine_ft);
+    row->reference_steps = fine.steps;
+    row->switches = fine.switches;
+    row->reference_ft = apart_ft(coarse_ft, fine_ft, CHAIN_OUTPUTS * ((size_t)scene->mats + 1));
+    row->decided = row->reference_ok &&
+                   row->reference_ft <= UNDECIDED_SHARE * row->stated_ft + STUDY_LEAST_FT;
+}
+
+/* In a process of its own. A scene alone is worth long double, several seconds of it. */
+static void judge(const struct sim_scene *scene, bool alone, struct chain_row *row)
+{
+    static answers answer_ft, fine_ft;
     row->lossless = is_lossless(scene);
     row->stage = ENGINE;
-    engine(scene, row, answer);
+    limit_time(ENGINE_LIMIT_S);
+    engine(scene, row, answer_ft);
     row->stage = REFERENCE;
-    double begin_s = used_s();
-    struct chain_reference first = {.order = COARSE_ORDER,
-                                    .tolerance_ft = COARSE_FT,
-                                    .most_steps = STEPS_MAX},
-                           second = {.order = CHAIN_REFERENCE_ORDER,
-                                     .tolerance_ft = FINE_FT,
-                                     .most_steps = STEPS_MAX};
-    row->reference_ok = chain_reference_run(&first, scene, coarse) &&
-                        chain_reference_run(&second, scene, fine);
-    row->reference_s = used_s() - begin_s;
-    row->reference_steps = second.steps;
-    row->switches = second.switches;
-    if (row->reference_ok) {
-        row->reference_ft = apart_ft(coarse, fine, count);
-        row->decided = row->reference_ft <= UNDECIDED_SHARE * row->stated_ft + STUDY_LEAST_FT;
-    }
+    limit_time(REFERENCE_S);
+    double begin_s = monotonic_s();
+    refer(scene, false, fine_ft, row);
+    if (alone && row->reference_ok && !row->decided && row->end == STUDY_OK)
+        refer(scene, true, fine_ft, row);
+    row->reference_s = monotonic_s() - begin_s;
     if (row->reference_ok && row->end == STUDY_OK) {
-        row->true_ft = apart_ft(answer, fine, count);
-        row->ratio = row->true_ft / (row->stated_ft + STUDY_LEAST_FT);
+        row->true_ft = apart_ft(answer_ft, fine_ft, CHAIN_OUTPUTS * ((size_t)scene->mats + 1));
+        row->ratio = row->true_ft /
+                     (row->stated_ft + (row->decided ? 0.0 : row->reference_ft) + STUDY_LEAST_FT);
     }
     row->stage = DONE;
 }
@@ -135,10 +149,7 @@ static void run_scene(const struct chain_plan *plan, size_t index, struct chain_
     }
     pid_t child = fork();
     if (child == 0) {
-        struct itimerval limit = {.it_value = {(time_t)ENGINE_LIMIT_S, 0}};
-        signal(SIGPROF, SIG_DFL);
-        setitimer(ITIMER_PROF, &limit, NULL);
-        judge(&scene, row);
+        judge(&scene, plan->only < plan->scenes, row);
         _exit(0);
     }
     while (child > 0 && waitpid(child, &status, 0) < 0)
@@ -161,11 +172,11 @@ static void work(const struct chain_plan *plan, struct shared *shared)
 /* ---- the summary ---- */
 
 struct chain_sum {
-    size_t scenes, ends[STUDY_ENDS], compared, beyond_1, beyond_3, not_decided, no_reference,
-        unstable_lossless;
+    size_t scenes, ends[STUDY_ENDS], compared, beyond_1, beyond_3, not_decided,
+        not_decided_beyond_3, no_reference, unstable_lossless;
     double worst, engine_s, reference_s, slowest_s;
-    size_t count; /* of ratios */
-    double *ratios;
+    size_t count;            /* of ratios */
+    double *ratios, *stated; /* stated: over the largest movement */
 };
 
 static bool is_compared(const struct chain_row *row)
@@ -183,12 +194,15 @@ static void sum_add(struct chain_sum *sum, const struct chain_row *row)
     sum->unstable_lossless += row->end == STUDY_UNSTABLE && row->lossless;
     sum->no_reference += !row->reference_ok;
     sum->not_decided += row->reference_ok && !row->decided && row->end == STUDY_OK;
+    sum->not_decided_beyond_3 += row->reference_ok && !row->decided && row->end == STUDY_OK &&
+                                 row->ratio > STUDY_OVERCONFIDENT;
     if (!is_compared(row))
         return;
     sum->compared++;
     sum->beyond_1 += row->ratio > 1.0;
     sum->beyond_3 += row->ratio > STUDY_OVERCONFIDENT;
     sum->worst = fmax(sum->worst, row->ratio);
+    sum->stated[sum->count] = row->peak_ft > 0.0 ? row->stated_ft / row->peak_ft : 0.0;
     sum->ratios[sum->count++] = row->ratio;
 }
 
@@ -198,16 +212,23 @@ static int by_value(const void *a, const void *b)
     return (*x > *y) - (*x < *y);
 }
 
+static double median(double *values, size_t count)
+{
+    qsort(values, count, sizeof *values, by_value);
+    return count > 0 ? values[count / 2] : 0.0;
+}
+
 static void sum_print(struct chain_sum *sum, const char *name)
 {
-    qsort(sum->ratios, sum->count, sizeof *sum->ratios, by_value);
-    printf("%-6s %6zu %6zu %8zu %6zu %8zu %6.2f %8zu %9.3g %8.2g %11zu %8zu %12zu %9.2g %9.2g\n",
-           name, sum->scenes, sum->ends[STUDY_OK], sum->compared, sum->beyond_1, sum->beyond_3,
-           sum->compared > 0 ? 100.0 * (double)sum->beyond_1 / (double)sum->compared : 0.0,
-           sum->unstable_lossless, sum->worst, sum->count > 0 ? sum->ratios[sum->count / 2] : 0.0,
-           sum->not_decided, sum->no_reference,
-           sum->ends[STUDY_UNSTABLE] + sum->ends[STUDY_UNDERFLOW],
-           sum->engine_s / (double)sum->scenes, sum->reference_s / (double)sum->scenes);
+    double percent = sum->compared > 0 ? 100.0 / (double)sum->compared : 0.0;
+    printf("%-6s %6zu %6zu %8zu %6zu %6.2f %8zu %9.3g %8.2g %8.2g %7zu %8zu %8zu %7zu %8zu %8.2g "
+           "%8.2g\n",
+           name, sum->scenes, sum->ends[STUDY_OK], sum->compared, sum->beyond_1,
+           percent * (double)sum->beyond_1, sum->beyond_3, sum->worst,
+           median(sum->ratios, sum->count), median(sum->stated, sum->count), sum->not_decided,
+           sum->not_decided_beyond_3, sum->no_reference,
+           sum->ends[STUDY_UNSTABLE] + sum->ends[STUDY_UNDERFLOW], sum->unstable_lossless,
+           1e3 * sum->engine_s / (double)sum->scenes, 1e3 * sum->reference_s / (double)sum->scenes);
 }
 
 static const struct chain_row *sorted_rows;
@@ -315,7 +336,8 @@ static bool summarise(const struct chain_plan *plan, const struct chain_row *row
     FILE *table = fopen(path, "w");
     bool room = order != NULL;
     for (int k = 0; k <= CHAIN_KINDS; k++)
-        room = (sums[k].ratios = calloc(plan->scenes, sizeof(double))) != NULL && room;
+        room = (sums[k].ratios = calloc(plan->scenes, sizeof(double))) != NULL &&
+               (sums[k].stated = calloc(plan->scenes, sizeof(double))) != NULL && room;
     if (!table || !room) {
         fprintf(stderr, "stability: cannot write %s; make the folder\n", path);
         return false;
@@ -348,20 +370,27 @@ static bool summarise(const struct chain_plan *plan, const struct chain_row *row
                    : row->stage == DONE ? "gave up"
                                         : "too slow");
     }
-    printf("%-6s %6s %6s %8s %6s %8s %6s %8s %9s %8s %11s %8s %12s %9s %9s\n", "kind", "scenes",
-           "ok", "compared", "beyond", "beyond 3", "%", "unstable", "worst", "median",
-           "not decided", "no ref.", "not answered", "chain, s", "ref., s");
+    printf("%-6s %6s %6s %8s %6s %6s %8s %9s %8s %8s %7s %8s %8s %7s %8s %8s %8s\n", "", "", "", "",
+           "beyond", "", "beyond 3", "worst", "median", "stated/", "not", "of them", "no ref-",
+           "not", "of them", "chain", "ref.");
+    printf("%-6s %6s %6s %8s %6s %6s %8s %9s %8s %8s %7s %8s %8s %7s %8s %8s %8s\n", "kind",
+           "scenes", "ok", "compared", "1", "%", "", "", "", "peak", "decided", "beyond 3",
+           "erence", "stable", "lossless", "ms", "ms");
     for (int k = 0; k <= CHAIN_KINDS; k++)
         if (sums[k].scenes > 0)
             sum_print(&sums[k], k == 0 ? "all" : chain_kind_names[k - 1]);
-    printf("unstable: without losses. Slowest chain: %.3g s. Not run, as time was up: %zu\n",
+    printf("not stable: unstable or step_underflow. Slowest chain: %.3g s. Not run, as time was "
+           "up: %zu\n",
            sums[0].slowest_s, not_run);
     print_worst(plan, rows, order, count);
     const struct chain_sum *all = &sums[0];
-    *good = all->beyond_1 * BEYOND_1_ONE_IN <= all->compared && all->beyond_3 == 0 &&
-            all->unstable_lossless == 0 && not_run == 0 && all->ends[STUDY_CRASHED] == 0;
-    for (int k = 0; k <= CHAIN_KINDS; k++)
+    *good = (all->beyond_1 <= 1 || all->beyond_1 * BEYOND_1_ONE_IN <= all->compared) &&
+            all->beyond_3 == 0 && all->unstable_lossless == 0 && not_run == 0 &&
+            all->ends[STUDY_CRASHED] == 0;
+    for (int k = 0; k <= CHAIN_KINDS; k++) {
         free(sums[k].ratios);
+        free(sums[k].stated);
+    }
     free(order);
     return fclose(table) == 0;
 }

@@ -1,0 +1,5 @@
+#define real     long double
+#define RUN      chain_reference_run_long
+#define ROUNDING 1e-19L
+
+#include "tests/stability/chain_reference_kernel.h"
