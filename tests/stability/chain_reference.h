@@ -22,6 +22,7 @@ struct chain_reference {
     int order;           /* 8 to CHAIN_REFERENCE_ORDER */
     double tolerance_ft; /* of the last term of a step's series */
     uint64_t most_steps;
+    double *push_lb, *pull_lb; /* by joint 1 to mats + 1: largest compression, tension; or NULL */
     /* the answer */
     uint64_t steps, switches;
     double t_s; /* where it stopped, when it did not answer */

@@ -802,6 +802,41 @@ static void advance(struct state *s, real h_s)
     }
 }
 
+#define PEAK_POINTS 8
+
+/* Largest of sign times a tension within the step: of even points, then of the parabola through the
+ * largest and its neighbours. */
+static real peak(const struct state *s, int j, real h_s, real sign)
+{
+    real at[PEAK_POINTS + 1];
+    int top = 0;
+    for (int i = 0; i <= PEAK_POINTS; i++) {
+        at[i] = 0.0;
+        for (int k = s->order - 2; k >= 0; k--)
+            at[i] = at[i] * (h_s * i / PEAK_POINTS) + sign * s->tension[k][j];
+        top = at[i] > at[top] ? i : top;
+    }
+    if (top == 0 || top == PEAK_POINTS)
+        return at[top];
+    real slope = 0.5 * (at[top + 1] - at[top - 1]);
+    real bend = at[top + 1] - 2.0 * at[top] + at[top - 1];
+    return bend < 0.0 ? at[top] - 0.5 * slope * slope / bend : at[top];
+}
+
+static void note_peaks(const struct state *s, real h_s)
+{
+    for (int j = s->first; s->run->push_lb && j <= s->last + 1; j++) {
+        double *push = &s->run->push_lb[j], *pull = &s->run->pull_lb[j];
+        real most = 0.0, power = 1.0; /* beyond T(0) */
+        for (int k = 1; k + 2 <= s->order; k++)
+            most += fabs(s->tension[k][j]) * (power *= h_s);
+        if (most - s->tension[0][j] > *push)
+            *push = fmax(*push, (double)peak(s, j, h_s, -1.0));
+        if (most + s->tension[0][j] > *pull)
+            *pull = fmax(*pull, (double)peak(s, j, h_s, 1.0));
+    }
+}
+
 static bool span(struct state *s, real t0_s, real t1_s, real end_s, size_t *next, double *u_ft)
 {
     real at_s = 0.0, long_s = t1_s - t0_s;
@@ -816,6 +851,7 @@ static bool span(struct state *s, real t0_s, real t1_s, real end_s, size_t *next
             h_s = event.at_s;
         bool arrives = !switches && at_s + h_s >= long_s * (1.0 - 5.0 * ROUNDING);
         show(s, t0_s + at_s, h_s, arrives && t1_s >= end_s, next, u_ft);
+        note_peaks(s, h_s);
         advance(s, h_s);
         at_s = arrives ? long_s : at_s + h_s;
         for (int n = s->first; n <= s->last; n++)
@@ -851,6 +887,8 @@ bool RUN(struct chain_reference *run, const struct sim_scene *scene, double *u_f
     s->order = run->order;
     s->tolerance_ft = run->tolerance_ft;
     run->steps = run->switches = 0;
+    for (int j = 1; run->push_lb && j <= scene->mats + 1; j++)
+        run->push_lb[j] = run->pull_lb[j] = 0.0;
     begin(s);
     struct times breaks = breaks_of(s, end_s);
     for (size_t i = 0; good && i <= breaks.count; i++) {

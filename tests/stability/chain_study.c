@@ -24,6 +24,8 @@
 #define REFERENCE_S     300
 #define STEPS_MAX       3000000u
 #define WORST           20u
+#define PEAK_SHARE      0.1
+#define PEAK_LOW        0.9
 #define COARSE_ORDER    18
 
 enum chain_stage { NOT_RUN, ENGINE, REFERENCE, DONE };
@@ -34,6 +36,9 @@ struct chain_row {
     enum study_end end;
     bool lossless, reference_ok, decided;
     double stated_ft, true_ft, reference_ft, peak_ft, ratio; /* reference: its two runs apart */
+    /* largest force in a joint over the right one: of the joint that is most wrong of those with
+     * PEAK_SHARE of the scene's largest */
+    double push_share, pull_share;
     double engine_s, reference_s, dt_s;
     uint64_t steps, reference_steps, switches;
 };
@@ -59,7 +64,13 @@ static double apart_ft(const double *a, const double *b, size_t count)
     return most;
 }
 
-static void engine(const struct sim_scene *scene, struct chain_row *row, double *u_ft)
+/* Largest compressions and tensions by joint. */
+struct peaks {
+    double push_lb[CHAIN_MATS + 2], pull_lb[CHAIN_MATS + 2];
+};
+
+static void engine(const struct sim_scene *scene, struct chain_row *row, double *u_ft,
+                   struct peaks *peaks)
 {
     struct sim_result result;
     struct error error = {0};
@@ -78,6 +89,8 @@ static void engine(const struct sim_scene *scene, struct chain_row *row, double 
             memcpy(u_ft + i * mats, result.outputs[i].u_ft, mats * sizeof *u_ft);
         for (size_t i = 0; i < CHAIN_OUTPUTS; i++)
             u_ft[i * mats] = 0.0;
+        memcpy(peaks->push_lb, result.push_lb, (mats + 1) * sizeof *result.push_lb);
+        memcpy(peaks->pull_lb, result.pull_lb, (mats + 1) * sizeof *result.pull_lb);
     }
     sim_result_free(&result);
 }
@@ -94,7 +107,7 @@ typedef double answers[CHAIN_OUTPUTS * (CHAIN_MATS + 1)];
 
 /* Two runs of the reference, the finer one's answer; how far they are apart. */
 static void refer(const struct sim_scene *scene, bool long_double, double *fine_ft,
-                  struct chain_row *row)
+                  struct peaks *peaks, struct chain_row *row)
 {
     static answers coarse_ft;
     bool (*run)(struct chain_reference *, const struct sim_scene *,
@@ -105,7 +118,9 @@ static void refer(const struct sim_scene *scene, bool long_double, double *fine_
                                      .most_steps = STEPS_MAX},
                            fine = {.order = CHAIN_REFERENCE_ORDER,
                                    .tolerance_ft = last_ft,
-                                   .most_steps = STEPS_MAX};
+                                   .most_steps = STEPS_MAX,
+                                   .push_lb = peaks->push_lb,
+                                   .pull_lb = peaks->pull_lb};
     row->reference_ok = run(&coarse, scene, coarse_ft) && run(&fine, scene, fine_ft);
     row->reference_steps = fine.steps;
     row->switches = fine.switches;
@@ -114,22 +129,46 @@ static void refer(const struct sim_scene *scene, bool long_double, double *fine_
                    row->reference_ft <= UNDECIDED_SHARE * row->stated_ft + STUDY_LEAST_FT;
 }
 
+static double most_wrong(const double *are, const double *right, int joints, double least_lb)
+{
+    double share = 1.0;
+    for (int j = 1; j <= joints; j++)
+        if (right[j] > least_lb && fabs(are[j] / right[j] - 1.0) > fabs(share - 1.0))
+            share = are[j] / right[j];
+    return share;
+}
+
+static double largest(const double *values, int count)
+{
+    double most = 0.0;
+    for (int i = 1; i <= count; i++)
+        most = fmax(most, values[i]);
+    return most;
+}
+
 /* In a process of its own. A scene alone is worth long double, several seconds of it. */
 static void judge(const struct sim_scene *scene, bool alone, struct chain_row *row)
 {
     static answers answer_ft, fine_ft;
+    static struct peaks peaks, right;
     row->lossless = is_lossless(scene);
     row->stage = ENGINE;
     limit_time(ENGINE_LIMIT_S);
-    engine(scene, row, answer_ft);
+    engine(scene, row, answer_ft, &peaks);
     row->stage = REFERENCE;
     limit_time(REFERENCE_S);
     double begin_s = monotonic_s();
-    refer(scene, false, fine_ft, row);
+    refer(scene, false, fine_ft, &right, row);
     if (alone && row->reference_ok && !row->decided && row->end == STUDY_OK)
-        refer(scene, true, fine_ft, row);
+        refer(scene, true, fine_ft, &right, row);
     row->reference_s = monotonic_s() - begin_s;
+    row->push_share = row->pull_share = 1.0;
     if (row->reference_ok && row->end == STUDY_OK) {
+        int joints = scene->mats + 1;
+        double least_lb = PEAK_SHARE *
+                          fmax(largest(right.push_lb, joints), largest(right.pull_lb, joints));
+        row->push_share = most_wrong(peaks.push_lb, right.push_lb, joints, least_lb);
+        row->pull_share = most_wrong(peaks.pull_lb, right.pull_lb, joints, least_lb);
         row->true_ft = apart_ft(answer_ft, fine_ft, CHAIN_OUTPUTS * ((size_t)scene->mats + 1));
         row->ratio = row->true_ft /
                      (row->stated_ft + (row->decided ? 0.0 : row->reference_ft) + STUDY_LEAST_FT);
@@ -173,8 +212,8 @@ static void work(const struct chain_plan *plan, struct shared *shared)
 
 struct chain_sum {
     size_t scenes, ends[STUDY_ENDS], compared, beyond_1, beyond_3, not_decided,
-        not_decided_beyond_3, no_reference, unstable_lossless;
-    double worst, engine_s, reference_s, slowest_s;
+        not_decided_beyond_3, no_reference, unstable_lossless, peaks_low;
+    double lowest_peak, worst, engine_s, reference_s, slowest_s;
     size_t count;            /* of ratios */
     double *ratios, *stated; /* stated: over the largest movement */
 };
@@ -202,6 +241,9 @@ static void sum_add(struct chain_sum *sum, const struct chain_row *row)
     sum->beyond_1 += row->ratio > 1.0;
     sum->beyond_3 += row->ratio > STUDY_OVERCONFIDENT;
     sum->worst = fmax(sum->worst, row->ratio);
+    double peak = fmin(row->push_share, row->pull_share);
+    sum->peaks_low += peak < PEAK_LOW;
+    sum->lowest_peak = fmin(sum->lowest_peak, peak);
     sum->stated[sum->count] = row->peak_ft > 0.0 ? row->stated_ft / row->peak_ft : 0.0;
     sum->ratios[sum->count++] = row->ratio;
 }
@@ -221,14 +263,15 @@ static double median(double *values, size_t count)
 static void sum_print(struct chain_sum *sum, const char *name)
 {
     double percent = sum->compared > 0 ? 100.0 / (double)sum->compared : 0.0;
-    printf("%-6s %6zu %6zu %8zu %6zu %6.2f %8zu %9.3g %8.2g %8.2g %7zu %8zu %8zu %7zu %8zu %8.2g "
-           "%8.2g\n",
-           name, sum->scenes, sum->ends[STUDY_OK], sum->compared, sum->beyond_1,
-           percent * (double)sum->beyond_1, sum->beyond_3, sum->worst,
-           median(sum->ratios, sum->count), median(sum->stated, sum->count), sum->not_decided,
-           sum->not_decided_beyond_3, sum->no_reference,
-           sum->ends[STUDY_UNSTABLE] + sum->ends[STUDY_UNDERFLOW], sum->unstable_lossless,
-           1e3 * sum->engine_s / (double)sum->scenes, 1e3 * sum->reference_s / (double)sum->scenes);
+    printf(
+        "%-6s %6zu %6zu %8zu %6zu %6.2f %8zu %9.3g %8.2g %8.2g %7zu %8zu %8zu %7zu %9zu %6zu %7.2f "
+        "%8.2g %8.2g\n",
+        name, sum->scenes, sum->ends[STUDY_OK], sum->compared, sum->beyond_1,
+        percent * (double)sum->beyond_1, sum->beyond_3, sum->worst, median(sum->ratios, sum->count),
+        median(sum->stated, sum->count), sum->not_decided, sum->not_decided_beyond_3,
+        sum->no_reference, sum->ends[STUDY_UNSTABLE] + sum->ends[STUDY_UNDERFLOW],
+        sum->unstable_lossless, sum->peaks_low, sum->lowest_peak,
+        1e3 * sum->engine_s / (double)sum->scenes, 1e3 * sum->reference_s / (double)sum->scenes);
 }
 
 static const struct chain_row *sorted_rows;
@@ -264,13 +307,13 @@ static void write_row(FILE *table, const struct chain_plan *plan, size_t i,
     chain_draw(&scene, i, plan->seed);
     fprintf(table,
             "%zu,%s,%d,%.6g,%.4g,%.4g,%.3g,%zu,%.6g,%s,%.4g,%.3g,%.6g,%.4g,%d,%.3g,%llu,%llu,%llu,"
-            "%.4f,%.4f\n",
+            "%.4f,%.4f,%.4f,%.4f\n",
             i, chain_kind_names[row->kind], scene.mats, scene.weight_lb, scene.kl_lb_ft,
             scene.cl_lb_s_ft, scene.slack_ft, scene.grit_lb.count, scene.t_end_s,
             study_end_names[row->end], row->stated_ft, row->true_ft, row->peak_ft,
             row->reference_ft, row->decided, row->ratio, (unsigned long long)row->steps,
             (unsigned long long)row->switches, (unsigned long long)row->reference_steps,
-            row->engine_s, row->reference_s);
+            row->push_share, row->pull_share, row->engine_s, row->reference_s);
     sim_scene_free(&scene);
 }
 
@@ -329,12 +372,14 @@ static bool is_run(const struct chain_plan *plan, size_t i)
 
 static bool summarise(const struct chain_plan *plan, const struct chain_row *rows, bool *good)
 {
-    struct chain_sum sums[CHAIN_KINDS + 1] = {0};
+    struct chain_sum sums[CHAIN_KINDS + 1];
     size_t *order = calloc(plan->scenes, sizeof *order), count = 0, not_run = 0;
     char path[4096];
     snprintf(path, sizeof path, "%s/chain.csv", plan->folder);
     FILE *table = fopen(path, "w");
     bool room = order != NULL;
+    for (int k = 0; k <= CHAIN_KINDS; k++)
+        sums[k] = (struct chain_sum){.lowest_peak = 1.0};
     for (int k = 0; k <= CHAIN_KINDS; k++)
         room = (sums[k].ratios = calloc(plan->scenes, sizeof(double))) != NULL &&
                (sums[k].stated = calloc(plan->scenes, sizeof(double))) != NULL && room;
@@ -344,7 +389,8 @@ static bool summarise(const struct chain_plan *plan, const struct chain_row *row
     }
     fprintf(table,
             "scene,kind,N,W,KL,CL,slack,grit,tend,end,stated_ft,true_ft,peak_ft,reference_ft,"
-            "decided,ratio,steps,switches,reference_steps,chain_s,reference_s\n");
+            "decided,ratio,steps,switches,reference_steps,push_share,pull_share,chain_s,"
+            "reference_s\n");
     for (size_t i = plan->from; i < plan->scenes; i++) {
         const struct chain_row *row = &rows[i];
         if (!is_run(plan, i))
@@ -370,12 +416,10 @@ static bool summarise(const struct chain_plan *plan, const struct chain_row *row
                    : row->stage == DONE ? "gave up"
                                         : "too slow");
     }
-    printf("%-6s %6s %6s %8s %6s %6s %8s %9s %8s %8s %7s %8s %8s %7s %8s %8s %8s\n", "", "", "", "",
-           "beyond", "", "beyond 3", "worst", "median", "stated/", "not", "of them", "no ref-",
-           "not", "of them", "chain", "ref.");
-    printf("%-6s %6s %6s %8s %6s %6s %8s %9s %8s %8s %7s %8s %8s %7s %8s %8s %8s\n", "kind",
-           "scenes", "ok", "compared", "1", "%", "", "", "", "peak", "decided", "beyond 3",
-           "erence", "stable", "lossless", "ms", "ms");
+    puts("                              beyond        beyond                     stated/     not  "
+         "of them  no ref-     not   of them  peaks  lowest    chain     ref.\n"
+         "kind   scenes     ok compared      1      %        3     worst   median     peak decided "
+         "beyond 3   erence  stable  lossless  < 0.9    peak       ms       ms");
     for (int k = 0; k <= CHAIN_KINDS; k++)
         if (sums[k].scenes > 0)
             sum_print(&sums[k], k == 0 ? "all" : chain_kind_names[k - 1]);
