@@ -44,23 +44,32 @@ static double along(const struct sim_path_row *row, double t_s, double from, dou
     return from + (to - from) * ((t_s - row[0].t_s) / length_s);
 }
 
-static double impulse_lb_s(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
+/* Mean over t0..t1. It is never outside of what it is a mean of: a thrust that stays the same has
+ * itself as its mean, to the bit, so one at the limit of friction stays there. */
+static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
 {
     const struct sim_path_row *only = &wheel->rows[c];
-    double sum = 0.0;
-    t1_s = law_least(t1_s, wheel->force_stop_s);
-    if (t0_s >= only[0].t_s && t1_s > t0_s && t1_s < only[1].t_s)
-        return (t1_s - t0_s) * along(only, 0.5 * (t0_s + t1_s), only[0].force_lb, only[1].force_lb);
-    for (; c + 1 < wheel->count && wheel->rows[c].t_s < t1_s; c++) {
+    double stop_s = law_least(t1_s, wheel->force_stop_s), length_s = t1_s - t0_s;
+    if (t0_s >= only[0].t_s && stop_s > t0_s && stop_s < only[1].t_s) {
+        double force_lb = along(only, 0.5 * (t0_s + stop_s), only[0].force_lb, only[1].force_lb);
+        return stop_s < t1_s ? force_lb * ((stop_s - t0_s) / length_s) : force_lb;
+    }
+    double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
+    if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->count - 1].t_s)
+        low_lb = high_lb = 0.0; /* of a part of the time there is none */
+    for (; c + 1 < wheel->count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
         double from_s = law_most(t0_s, row[0].t_s);
-        double to_s = law_least(t1_s, row[1].t_s);
+        double to_s = law_least(stop_s, row[1].t_s);
         if (to_s > from_s) {
             double middle_s = 0.5 * (from_s + to_s); /* of a line: its mean */
-            sum += (to_s - from_s) * along(row, middle_s, row[0].force_lb, row[1].force_lb);
+            double force_lb = along(row, middle_s, row[0].force_lb, row[1].force_lb);
+            sum += (to_s - from_s) * force_lb;
+            low_lb = law_least(low_lb, force_lb);
+            high_lb = law_most(high_lb, force_lb);
         }
     }
-    return sum;
+    return law_least(high_lb, law_most(low_lb, sum / length_s));
 }
 
 /* 0 before the runway, mats + 1 behind it. Mostly the one of last time. */
@@ -97,7 +106,7 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
     double x0_ft = t0_s == wheel->at_s
                      ? wheel->at_ft
                      : along(first, law_most(t0_s, first->t_s), first[0].x_ft, first[1].x_ft);
-    double force_lb = impulse_lb_s(wheel, c0, t0_s, t1_s) / (t1_s - t0_s);
+    double force_lb = mean_force_lb(wheel, c0, t0_s, t1_s);
     const struct sim_path_row *last = &wheel->rows[seek(wheel, t1_s)];
     double x1_ft = along(last, t1_s, last[0].x_ft, last[1].x_ft);
     wheel->at_s = t1_s; /* where the next span begins */
