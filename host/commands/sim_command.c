@@ -80,6 +80,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     if (output_begin(&output, request->csv_path, error) != MR_OK)
         return error->status;
     FILE *file = output.file;
+    int digits = sim_time_digits(result->start_s, 9);
     fputs("t_s", file);
     for (size_t i = 0; i < result->station_count; i++)
         fprintf(file, ",u_%d_%s", sim_shown_mat(scene, i), cli->si ? "m" : "ft");
@@ -87,7 +88,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
         fprintf(file, ",y_%d_%s", sim_shown_mat(scene, i), cli->si ? "m" : "ft");
     fputc('\n', file);
     for (size_t k = 0; k < result->sample_count; k++) {
-        fprintf(file, "%.9g", (double)k * result->sample_dt_s);
+        fprintf(file, "%.*g", digits, result->start_s + (double)k * result->sample_dt_s);
         for (size_t i = 0; i < result->station_count; i++)
             fprintf(file, ",%.9g", unit * result->sample_u_ft[k * result->station_count + i]);
         for (size_t i = 0; result->sample_y_ft && i < result->station_count; i++)
@@ -106,7 +107,8 @@ static void ask_history(struct request *request, const struct sim_scene *scene, 
         (*stations)[i] = (sim_shown_mat(scene, i) - 0.5) * scene->length_ft;
     request->options.station_ft = *stations;
     request->options.station_count = count;
-    request->options.sample_dt_s = fmin(HISTORY_S, sim_scene_end_s(scene) / 1000.0);
+    request->options.sample_dt_s =
+        fmin(HISTORY_S, (sim_scene_end_s(scene) - sim_scene_start_s(scene)) / 1000.0);
 }
 
 static int show_keys(const struct cli *cli)

@@ -18,7 +18,8 @@ bool sim_solver_elsewhere(const char *solver)
 static enum mr_status check_options(const struct sim_scene *scene,
                                     const struct sim_options *options, struct error *error)
 {
-    double runway_ft = scene->mats * scene->length_ft;
+    double runway_ft = scene->mats * scene->length_ft,
+           run_s = sim_scene_end_s(scene) - sim_scene_start_s(scene);
     bool chain = scene->model == SIM_CHAIN;
     if (chain && options->solver && strcmp(options->solver, "staggered") != 0 &&
         strcmp(options->solver, "auto") != 0)
@@ -32,7 +33,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
                          "cvode, rk4, rkgs, hamming or moreau",
                          options->solver, sim_model_name(scene->model));
     if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
-        return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step",
+        return error_set(error, MR_USAGE, "step out of range: dt %g s; give 0 to 1e+06 s",
                          options->dt_s);
     if (!(options->limit_s >= 0.0))
         return error_set(error, MR_USAGE, "limit out of range: %g s; give 0, for none, or more",
@@ -42,7 +43,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
                          chain ? "1e-9 to 1" : "1e-13 to 0.01");
     if (!(options->sample_dt_s >= 0.0) ||
-        (options->sample_dt_s > 0.0 && sim_scene_end_s(scene) / options->sample_dt_s > 1e7))
+        (options->sample_dt_s > 0.0 && run_s / options->sample_dt_s > 1e7))
         return error_set(error, MR_USAGE,
                          "sampling out of range: every %g s; give at most 1e7 samples",
                          options->sample_dt_s);
@@ -94,28 +95,38 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
 {
     const char *name = sim_scene_name(scene);
     char why[160];
+    int nine = sim_time_digits(result->start_s, 9), six = sim_time_digits(result->start_s, 6);
     if (result->status == SIM_INTERRUPTED && deadline->late) {
         error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.9g of %.9g s, as the limit of %g s of computing is over; "
+                  "interrupted: %s: at %.*g of %.*g s, as the limit of %g s of computing is over; "
                   "what was computed until then is given; give a longer limit, an earlier tend or "
                   "a looser rtol",
-                  name, result->t_s, result->t_end_s, deadline->asked->limit_s);
+                  name, nine, result->t_s, nine, result->t_end_s, deadline->asked->limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
-                  result->t_s, result->t_end_s);
+                  "interrupted: %s: at %.*g of %.*g s; what was computed until then is given", name,
+                  nine, result->t_s, nine, result->t_end_s);
     } else if (result->status == SIM_UNPREDICTABLE) {
         error_set(error, MR_NUMERICS,
-                  "unpredictable: %s: beyond %.6g s, first at mat %d: %d runs that should be alike "
+                  "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should be alike "
                   "part there, by up to %.2g ft of movement and %.2g ft of lift; no finer step "
                   "helps; give an earlier tend",
-                  name, result->t_s, result->mat, result->spread_runs, result->error_u_ft,
+                  name, six, result->t_s, result->mat, result->spread_runs, result->error_u_ft,
                   result->error_lift_ft);
     } else {
         fail_at(result, scene, why, sizeof why);
-        error_set(error, MR_NUMERICS, "%s: %s: mat %d at %.9g s: %s",
-                  sim_status_name(result->status), name, result->mat, result->t_s, why);
+        error_set(error, MR_NUMERICS, "%s: %s: mat %d at %.*g s: %s",
+                  sim_status_name(result->status), name, result->mat, nine, result->t_s, why);
     }
+}
+
+/* Engines count from the start; a result has the scene's clock. */
+static void give_times(struct sim_result *result)
+{
+    result->t_s += result->start_s;
+    result->t_end_s += result->start_s;
+    for (size_t k = 0; k < result->output_count; k++)
+        result->outputs[k].t_s += result->start_s;
 }
 
 /* A run that was stopped while it was checked has an answer, but not what that is worth. */
@@ -141,14 +152,19 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (sim_scene_check(scene, where, error) != MR_OK ||
         check_options(scene, options, error) != MR_OK)
         return error->status;
-    if (scene->model != SIM_CHAIN) {
-        planar_run(scene, &deadline.options, result, error);
-        return conclude(result, scene, &deadline, error);
-    }
-    if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
+    if (scene->model == SIM_CHAIN && scene->friction_law != SIM_NONE &&
+        scene->friction_normal == SIM_SOIL)
         return error_set(error, MR_USAGE,
                          "no soil in model chain: %s: friction_normal soil; give weight", where);
-    chain_run(scene, &deadline.options, result, error);
+    struct sim_scene counted;
+    sim_scene_from_start(&counted, scene);
+    result->start_s = sim_scene_start_s(scene);
+    if (scene->model == SIM_CHAIN)
+        chain_run(&counted, &deadline.options, result, error);
+    else
+        planar_run(&counted, &deadline.options, result, error);
+    sim_scene_from_start_free(&counted, scene);
+    give_times(result);
     return conclude(result, scene, &deadline, error);
 }
 
@@ -295,6 +311,7 @@ int sim_shown_mat(const struct sim_scene *scene, size_t i)
 static json_t *outputs_json(const struct sim_scene *scene, const struct sim_result *result)
 {
     json_t *outputs = json_array();
+    int twelve = sim_time_digits(result->start_s, 12);
     for (size_t k = 0; k < result->output_count; k++) {
         const struct sim_output *output = &result->outputs[k];
         json_t *u = json_object();
@@ -305,7 +322,7 @@ static json_t *outputs_json(const struct sim_scene *scene, const struct sim_resu
             json_object_set_new(u, key, cli_json_number(output->u_ft[mat], 12));
         }
         json_array_append_new(outputs, json_pack("{s:o,s:o,s:o,s:i}", "t_s",
-                                                 cli_json_number(output->t_s, 12), "u_ft", u,
+                                                 cli_json_number(output->t_s, twelve), "u_ft", u,
                                                  "lift_ft", cli_json_number(output->lift_ft, 12),
                                                  "lift_node", output->lift_node));
     }
@@ -320,7 +337,8 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
     answer_json_value(answer, "outputs", outputs_json(scene, result));
     for (size_t k = 0; k < result->output_count; k++) {
         char label[40];
-        snprintf(label, sizeof label, "movement at %g s", result->outputs[k].t_s);
+        snprintf(label, sizeof label, "movement at %.*g s", sim_time_digits(result->start_s, 6),
+                 result->outputs[k].t_s);
         answer_table(answer, NULL, label);
         for (size_t i = 0; i < sim_shown_count(scene); i++) {
             int mat = sim_shown_mat(scene, i);
@@ -406,25 +424,26 @@ static void add_active(struct answer *answer, const struct sim_result *result)
 struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result *result, bool si)
 {
     struct answer *answer = answer_new(si);
+    int twelve = sim_time_digits(result->start_s, 12), six = sim_time_digits(result->start_s, 6);
     answer_as_given(answer);
     answer_words(answer, "scene", "scene", "%s", scene->name);
     answer_words(answer, "model", "model", "%s", sim_model_name(scene->model));
     answer_words(answer, "solver", "solver", "%s", result->solver);
     answer_words(answer, "status", "status", "%s", sim_status_name(result->status));
     if (result->status == SIM_INTERRUPTED)
-        answer_remark(answer, " at %.6g s: what follows is unchecked and goes that far only",
+        answer_remark(answer, " at %.*g s: what follows is unchecked and goes that far only", six,
                       result->t_s);
     if (result->status == SIM_UNPREDICTABLE)
         answer_remark(answer,
-                      " beyond %.6g s: from then on the errors are the spread of runs that "
+                      " beyond %.*g s: from then on the errors are the spread of runs that "
                       "should be alike",
-                      result->t_s);
+                      six, result->t_s);
     if (result->status != SIM_OK) {
         answer_count(answer, "mat", NULL, result->mat);
-        answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -6)->digits = 12;
+        answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;
     }
     answer_count(answer, NULL, "mats", result->mats);
-    answer_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -6)->digits = 12;
+    answer_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -six)->digits = twelve;
     answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->end = " ms";
     answer_count(answer, "rhs", NULL, (int64_t)result->rhs);
     answer_count(answer, "steps", "steps", (int64_t)result->steps);

@@ -126,7 +126,14 @@ TEST(wrong_lengths_and_ranges_are_named)
     refused("{\"N\": 0}", MR_MALFORMED, "N is 0");
     refused("{\"N\": 99999999999}", MR_MALFORMED, "N is 99999999999");
     refused("{\"W\": 0}", MR_MALFORMED, "W is 0; give a number above 0");
-    refused("{\"f\": -0.5}", MR_MALFORMED, "f is -0.5");
+    refused("{\"f\": -0.5}", MR_MALFORMED, "f is -0.5; give a finite number from 0");
+    refused("{\"W\": 1e30}", MR_MALFORMED, "W is 1e+30; give at most 1e+15");
+    refused("{\"tend\": 1e16}", MR_MALFORMED, "tend is 1e+16; give at most 1e+15");
+    refused("{\"F\": -1e16}", MR_MALFORMED, "F is -1e+16; give a finite number from -1e+15");
+    refused("{\"tend\": 1, \"t_out\": [1e16]}", MR_MALFORMED, "t_out[0] is 1e+16; give at most");
+    refused("{\"TAD_deg\": 190}", MR_MALFORMED, "TAD_deg is 190; give 0 to 180");
+    refused("{\"path\": [[0, 1, 2], [1, 1e16, 2]]}", MR_MALFORMED,
+            "path row 1: x_ft is 1e+16; give -1e+15 to 1e+15");
     refused("{\"N\": 1, \"grit\": [1, -2]}", MR_MALFORMED, "grit[1] is -2");
     refused("{\"t_dwell\": -1}", MR_MALFORMED, "t_dwell");
     refused("{\"N\": 5, \"u_mats\": [6]}", MR_MALFORMED, "u_mats[0] is 6; N is 5");

@@ -327,20 +327,23 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
                          "one solver only: %s: model chain; its error is in the answer of matrig "
                          "sim, or give model report or consistent",
                          sim_scene_name(scene));
-    study->end_s = sim_scene_end_s(scene);
-    if (planar_reference(&reference, study, scene, error) == MR_OK &&
-        fastest_rate(scene, &rate, error) == MR_OK) {
+    struct sim_scene counted;
+    sim_scene_from_start(&counted, scene);
+    study->end_s = sim_scene_end_s(&counted);
+    if (planar_reference(&reference, study, &counted, error) == MR_OK &&
+        fastest_rate(&counted, &rate, error) == MR_OK) {
         study->agreement_u_ft = reference.u_ft;
         study->agreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
         study->max_lift_ft = reference.max_lift_ft;
         study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
         for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
-            over_tolerances(study, &reference, scene, kinds[i], error);
+            over_tolerances(study, &reference, &counted, kinds[i], error);
         if (error->status == MR_OK)
-            over_steps(study, &reference, scene, error);
+            over_steps(study, &reference, &counted, error);
     }
     sim_record_free(&reference.record);
+    sim_scene_from_start_free(&counted, scene);
     if (error->status == MR_OK)
         error_study_fit(study);
     return error->status;

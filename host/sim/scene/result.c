@@ -22,6 +22,13 @@ void sim_result_end(struct sim_result *result, enum sim_status status, int mat, 
     result->t_s = t_s;
 }
 
+int sim_time_digits(double start_s, int digits)
+{
+    for (; start_s >= 1.0 && digits < 15; start_s /= 10.0)
+        digits++;
+    return digits;
+}
+
 void sim_result_leave_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
@@ -36,14 +43,16 @@ void sim_result_leave_out(struct sim_result *result, const char *what)
 
 void sim_result_note(struct sim_result *result, const char *format, ...)
 {
+    char note[sizeof result->notes[0]];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(note, sizeof note, format, arguments);
+    va_end(arguments);
     for (size_t i = 0; i + 1 < SIM_NOTES_MAX; i++) {
-        if (result->notes[i][0] == '\0') {
-            va_list arguments;
-            va_start(arguments, format);
-            vsnprintf(result->notes[i], sizeof result->notes[i], format, arguments);
-            va_end(arguments);
+        if (result->notes[i][0] == '\0')
+            memcpy(result->notes[i], note, sizeof note);
+        if (strcmp(result->notes[i], note) == 0)
             return;
-        }
     }
 }
 

@@ -56,7 +56,7 @@ enum sim_status {
 };
 
 #define SIM_LEFT_OUT_MAX 12
-#define SIM_NOTES_MAX    8
+#define SIM_NOTES_MAX    16
 #define SIM_OVERRUNS_MAX 8
 
 /* The state at one of the scene's t_out (or at the end when it names none). */
@@ -71,9 +71,11 @@ struct sim_result {
     enum sim_status status;
     int mat;            /* where it failed, when not SIM_OK */
     double t_s;         /* when it failed */
+    const char *why;    /* a stepper made no progress: static text; NULL else */
     int passes;         /* begun; for go_on */
     const char *solver; /* static text */
     int mats;
+    double start_s; /* of the run (sim_scene_start_s); all times of the result are the scene's */
     double t_end_s;
     double run_ms;       /* all passes, wall clock */
     double pass_ms;      /* the pass whose numbers these are */
@@ -114,7 +116,7 @@ struct sim_result {
 
     struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
 
-    size_t sample_count;  /* rows, at k * sample_dt_s, k = 0.. */
+    size_t sample_count;  /* rows, at start_s + k * sample_dt_s, k = 0.. */
     size_t station_count; /* columns */
     double sample_dt_s;
     double *sample_u_ft; /* sample_u_ft[k * station_count + s] */
@@ -132,7 +134,12 @@ const char *sim_status_name(enum sim_status status);
 /* How a run ended that did not come to its end, at which mat and when. */
 void sim_result_end(struct sim_result *result, enum sim_status status, int mat, double t_s);
 
-/* Adds to a list; what does not fit is dropped (the lists hold all that the code can say). */
+/* Significant digits of a time on a clock that shows start_s: as many more than `digits` as that
+ * has before its point, 15 at most. */
+int sim_time_digits(double start_s, int digits);
+
+/* Adds to a list what it does not have yet; what does not fit is dropped (the lists hold all that
+ * the code can say). */
 void sim_result_leave_out(struct sim_result *result, const char *what);
 void sim_result_note(struct sim_result *result, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

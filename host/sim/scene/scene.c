@@ -300,38 +300,6 @@ double sim_scene_joint(const struct sim_list *list, int joint)
     return list->values[list->count == 1 ? 0 : (size_t)(joint - 1)];
 }
 
-/* When the aircraft is at rest for good, or beyond the last mat. */
-static double aircraft_gone_s(const struct sim_scene *scene)
-{
-    double runway_ft = scene->mats * scene->length_ft;
-    if (scene->path_count == 0)
-        return scene->vac_ft_s > 0.0 ? fmax(0.0, runway_ft - scene->s0_ft) / scene->vac_ft_s
-                                     : HUGE_VAL;
-    const struct sim_path_row *path = scene->path;
-    size_t last = scene->path_count - 1;
-    for (size_t i = 1; i <= last; i++) {
-        if (path[i].x_ft >= runway_ft && path[i - 1].x_ft < runway_ft)
-            return path[i - 1].t_s + (path[i].t_s - path[i - 1].t_s) *
-                                         (runway_ft - path[i - 1].x_ft) /
-                                         (path[i].x_ft - path[i - 1].x_ft);
-    }
-    while (last > 0 && path[last - 1].x_ft == path[last].x_ft)
-        last--;
-    return path[last].t_s;
-}
-
-double sim_scene_end_s(const struct sim_scene *scene)
-{
-    if (scene->t_end_s > 0.0)
-        return scene->t_end_s;
-    if (scene->t_dwell_s >= 0.0)
-        return aircraft_gone_s(scene) + scene->t_dwell_s;
-    if (scene->path_count > 0)
-        return scene->path[scene->path_count - 1].t_s;
-    return scene->vac_ft_s > 0.0 ? scene->mats_crossed * scene->length_ft / scene->vac_ft_s
-                                 : HUGE_VAL;
-}
-
 void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
 {
     size_t count = 0;
@@ -805,6 +773,9 @@ static enum mr_status out_of_range(const struct sim_key *key, const char *where,
     char entry[32] = "";
     if (listed)
         snprintf(entry, sizeof entry, "[%zu]", index);
+    if (key->high == SIM_LARGEST && value > key->high)
+        return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give at most %g",
+                         where, key->name, entry, value, key->high);
     if (key->high >= SIM_LARGEST)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
                          where, key->name, entry, value,
@@ -900,16 +871,20 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
 {
     for (size_t i = 0; i < scene->path_count; i++) {
         const struct sim_path_row *row = &scene->path[i];
-        if (!(fabs(row->t_s) <= SIM_LARGEST && fabs(row->x_ft) <= SIM_LARGEST &&
-              fabs(row->force_lb) <= SIM_LARGEST))
-            return error_set(error, MR_MALFORMED,
-                             "value out of range: %s: path row %zu; give finite t_s, x_ft, F_lb",
-                             where, i);
+        const double numbers[] = {row->t_s, row->x_ft, row->force_lb};
+        static const char *const names[] = {"t_s", "x_ft", "F_lb"};
+        for (size_t k = 0; k < 3; k++) {
+            if (!(fabs(numbers[k]) <= SIM_LARGEST))
+                return error_set(error, MR_MALFORMED,
+                                 "value out of range: %s: path row %zu: %s is %g; give %g to %g",
+                                 where, i, names[k], numbers[k], -SIM_LARGEST, SIM_LARGEST);
+        }
         if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
-            return error_set(error, MR_MALFORMED,
-                             "times out of order: %s: path row %zu is at %g s; give rows in order "
-                             "of time from 0 s on (equal times: a jump of F)",
-                             where, i, row->t_s);
+            return error_set(
+                error, MR_MALFORMED,
+                "times out of order: %s: path row %zu is at %.12g s; give rows in order "
+                "of time from 0 s on (equal times: a jump of F)",
+                where, i, row->t_s);
         if (i > 0 && row->t_s == row[-1].t_s && row->x_ft != row[-1].x_ft)
             return error_set(error, MR_MALFORMED,
                              "aircraft jumps: %s: path row %zu has the time of the row before and "
@@ -957,11 +932,16 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
         return error_set(error, MR_MALFORMED,
                          "no end: %s: nothing says when the run ends; give tend", where);
+    if (scene->path_count > 0 && scene->path[0].t_s > SIM_CLOCK_S && !(end_s > scene->path[0].t_s))
+        return error_set(error, MR_MALFORMED,
+                         "end before the start: %s: the run ends at %.12g s and the path begins at "
+                         "%.12g s; give tend and t_out on the clock of the path",
+                         where, end_s, scene->path[0].t_s);
     for (size_t i = 0; i < scene->t_out_s.count; i++) {
         if (scene->t_out_s.values[i] > end_s)
             return error_set(
                 error, MR_MALFORMED,
-                "output after the end: %s: t_out[%zu] is %g s and the run ends at %g s; "
+                "output after the end: %s: t_out[%zu] is %.12g s and the run ends at %.12g s; "
                 "give a later tend",
                 where, i, scene->t_out_s.values[i], end_s);
     }

@@ -194,6 +194,18 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
  * the path's last row, or mats_crossed at Vac. INFINITY when nothing ends it. */
 double sim_scene_end_s(const struct sim_scene *scene);
 
+/* When the run begins. At 0, with the aircraft in the air until the path's first row; but with that
+ * row where nothing moves before it, and where it is so late that the path has a clock of its own
+ * (seconds of the epoch): there v0, bumps and the like begin with it. */
+#define SIM_CLOCK_S 86400.0 /* a day */
+double sim_scene_start_s(const struct sim_scene *scene);
+
+/* The scene with all its times counted from there, for engines, which begin at 0: so their clock is
+ * as fine as the run asks. It shares the other lists of the scene. A t_out before the start becomes
+ * 0: until then nothing has moved. */
+void sim_scene_from_start(struct sim_scene *counted, const struct sim_scene *scene);
+void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene *scene);
+
 /* Value of a per-joint list for joint 1..N+1. */
 double sim_scene_joint(const struct sim_list *list, int joint);
 
