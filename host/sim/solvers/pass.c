@@ -7,18 +7,24 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FOLDED_DEG           85.0
-#define FOUND_MAX            64
-#define STEPS_BETWEEN_ASKING 32 /* whether to go on */
-#define ROOT_STEPS           100
-#define INSIDE               6
-#define ROUNDS               8
-#define STALLS_PER_MAT       20 /* events in a row without progress before it is called chatter */
-#define WARY_STEPS           100
-#define AT_ONCE              1e-8 /* of a step */
+#define FOLDED_DEG      85.0
+#define FOUND_MAX       64
+#define ROOT_STEPS      100
+#define INSIDE          6
+#define ROUNDS          8
+#define STALLS_PER_MAT  20 /* events in a row without progress before it is called chatter */
+/* A step is given up that is less than this of the time that the clock shows, or of a second. */
+#define LEAST_STEP      1e-14
+#define LEAST_STEP_OF_S 1.0
+/* What moves is known to some steps of the clock; a late one has coarse ones (a double shows 1e9 s
+ * to 1e-7 s). */
+#define CLOCK_FROM_S    100.0 /* before, that is nothing */
+#define CLOCK_STEPS     4.0
+#define WARY_STEPS      100
+#define AT_ONCE         1e-8 /* of a step */
 /* tolerance on heights and displacements: rtol times this part of a mat's length */
-#define POSITION_PART        0.0005
-#define SPEED_PART           0.25 /* on rates: of sqrt(g L) */
+#define POSITION_PART   0.0005
+#define SPEED_PART      0.25 /* on rates: of sqrt(g L) */
 
 struct pass {
     struct stepper stepper;
@@ -37,12 +43,23 @@ struct pass {
     double awake_s;
 };
 
+/* No progress. */
+#define TOO_SMALL "its step became too small"
+#define PILE_UP   "switches pile up"
+#define USED_UP   "its steps were used up"
+
 static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
 {
     p->out->status = status;
     p->out->mat = mat_from_1;
     p->out->t_s = t_s;
     return false;
+}
+
+static bool no_progress(struct pass *p, int mat_from_1, double t_s, const char *why)
+{
+    p->out->why = why;
+    return fail(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
 }
 
 /* The mat that moves fastest, or the first that is no number. */
@@ -314,7 +331,7 @@ static bool handle_events(struct pass *p, bool *event)
     if (again) {
         double speed;
         if (!redo(p, at))
-            return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+            return no_progress(p, liveliest(m, s->z, &speed), s->t_s, TOO_SMALL);
         at = s->t_new_s;
         flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
         flips = flips < FOUND_MAX ? flips : FOUND_MAX;
@@ -324,8 +341,7 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (at - s->t_s <= s->least_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
-            return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats,
-                        at);
+            return no_progress(p, chosen.index < m->mats ? chosen.index + 1 : m->mats, at, PILE_UP);
     } else
         p->stalls = 0;
     if (at > s->t_s)
@@ -383,7 +399,7 @@ static bool one_step(struct pass *p, double limit_s)
     int mat;
     bool event = false;
     if (!s->kind->advance(s, limit_s))
-        return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+        return no_progress(p, liveliest(m, s->z, &speed), s->t_s, TOO_SMALL);
     if (s->kind->samples) {
         keep_until(p, s->t_new_s);
         top(p, s->t_new_s, s->z_new, p->z_event);
@@ -406,6 +422,11 @@ static bool one_step(struct pass *p, double limit_s)
     s->z = s->z_new;
     s->z_new = old;
     s->t_s = s->t_new_s;
+    if (s->t_s > CLOCK_FROM_S) {
+        liveliest(m, s->z, &speed);
+        p->out->clock_ft = fmax(p->out->clock_ft,
+                                CLOCK_STEPS * speed * (nextafter(s->t_s, HUGE_VAL) - s->t_s));
+    }
     if (model_follow(m, s->z)) {
         model_settle(m, s->t_s, s->z);
         event = true;
@@ -423,7 +444,7 @@ static bool one_step(struct pass *p, double limit_s)
 static bool may_go_on(const struct pass *p, const struct pass_request *request,
                       const struct sim_options *options)
 {
-    return !options->go_on || p->out->steps % STEPS_BETWEEN_ASKING != 0 ||
+    return !options->go_on || p->out->steps % PASS_STEPS_BETWEEN_ASKING != 0 ||
            options->go_on(options->go_on_ctx, request->number,
                           p->stepper.t_s / sim_scene_end_s(p->model->scene));
 }
@@ -433,12 +454,15 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    double speed;
+    double speed, end_s = sim_scene_end_s(m->scene);
     for (size_t i = 0; i < m->spans.count; i++) {
         double end = m->spans.spans[i].t1_s;
         model_enter(m, i, s->z);
+        if (s->kind->fixed && request->first_part > 0.0)
+            s->dt_s = fmin(request->dt_s, request->first_part * (end - s->t_s));
         s->kind->restart(s);
         while (s->t_s < end) {
+            s->least_s = LEAST_STEP * fmin(end_s, fmax(LEAST_STEP_OF_S, s->t_s));
             if (!one_step(p, end))
                 return;
             if (!may_go_on(p, request, options)) {
@@ -446,7 +470,7 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
                 return;
             }
             if (p->out->steps + s->rejected > request->most_steps) {
-                fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+                no_progress(p, liveliest(m, s->z, &speed), s->t_s, USED_UP);
                 return;
             }
         }
@@ -489,7 +513,6 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
         .dt_s = request->dt_s,
         .h_s = fmin(1e-5, 0.01 * end_s) *
                (kind->samples && request->first_part > 0.0 ? request->first_part : 1.0),
-        .least_s = 1e-14 * end_s,
         .z = p.storage,
         .z_new = p.storage + length,
     };

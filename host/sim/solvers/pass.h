@@ -6,6 +6,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/solvers/stepper.h"
 
+#define PASS_STEPS_BETWEEN_ASKING 32 /* whether to go on */
+
 struct pass_request {
     const struct stepper_kind *kind;
     double rtol; /* of a stepper that chooses its step */
@@ -13,7 +15,9 @@ struct pass_request {
     uint64_t most_steps;
     int number; /* of this pass, for options->go_on */
     /* The first step of one that halves and doubles it, as a part of the usual; 0: that. Steps of
-     * two runs that begin alike are powers of two of each other, and end together. */
+     * two runs that begin alike are powers of two of each other, and end together. Of one with a
+     * fixed step the part of a span that a step may have at most; 0: all. In a span shorter than
+     * their steps two runs would take the same single step, and agree however wrong that is. */
     double first_part;
 };
 
@@ -21,6 +25,7 @@ struct pass_outcome {
     enum sim_status status;
     int mat; /* where it failed, from 1 */
     double t_s;
+    const char *why; /* it made no progress */
     uint64_t rhs, steps, rejected, events;
     uint64_t switched; /* a sum over all switches: passes that differ in it switched otherwise */
     uint64_t sampled;  /* modes found changed from step to step, of a stepper that samples them */
@@ -28,6 +33,7 @@ struct pass_outcome {
     double max_lift_ft;
     double speed_end_ft_s;
     double longest_s; /* step */
+    double clock_ft;  /* what moves is known to, for what its clock can show */
     int mats_max;
     double mats_mean;
     struct sim_record record;

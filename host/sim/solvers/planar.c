@@ -18,7 +18,8 @@
 #define MOST_AUTO        300000u /* of implicit, when there is nothing else */
 #define MOST_SIGN        10000u  /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
-#define EXPLICIT_MOST    500000.0 /* more are not tried */
+/* of event for stability; where it would ask for more it has MOST_CHATTER */
+#define EXPLICIT_MOST    500000.0
 bool planar_has_solver(const char *name)
 {
     return strcmp(name, "auto") == 0 || strcmp(name, "staggered") == 0 || stepper_find(name);
@@ -71,6 +72,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  * every other switch would be sampled at the same moment in both. */
 #define ESTIMATE_GRID_RATIO     1.9
 #define ESTIMATE_FIRST_PART     0.72 /* the first of steps that are halved and doubled */
+#define ESTIMATE_SPAN_PART      0.5  /* of a span, for the longer of two fixed steps */
 #define ESTIMATE_LEAST_RTOL     1e-13
 /* Where the negative real axis leaves the classical method's stability region, and, about, the
  * order 8 method's. */
@@ -148,6 +150,8 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 /* Steps that another method may always have. */
 #define LEAST_OTHERS   5000.0
 #define EVENT_RHS      12.0 /* evaluations in a step of event */
+#define REBOUNDS       8    /* switches with which a run may bounce */
+#define PACE_AHEAD     0.02 /* of its steps it may have made before it gets anywhere */
 /* Runs that are added where no other method answers: steps and tolerances of no simple ratio. */
 #define MORE_RUNS      2
 #define MORE_GRID      1.37
@@ -208,6 +212,9 @@ static void doubt(struct model *m, const struct sim_options *options, struct err
     bool longer = request.dt_s <= result->dt_limit_s;
     if (!longer)
         request.dt_s = runs->request.dt_s / ESTIMATE_GRID_RATIO;
+    if (kind->fixed)
+        request.first_part = longer ? runs->check.first_part * ESTIMATE_GRID_RATIO
+                                    : runs->request.first_part / ESTIMATE_GRID_RATIO;
     again(&runs->third, m, &request, options, result);
     if (runs->third.status != SIM_OK)
         return;
@@ -228,7 +235,10 @@ static void doubt(struct model *m, const struct sim_options *options, struct err
 
 /* Steps that event may have for a check: so many as cost what the runs have cost. 0: it is of no
  * use. A solver that samples its switches is wrong by where they fall in its steps, in all of its
- * runs alike if chance will have it; implicit by what its long steps pass over. */
+ * runs alike if chance will have it; implicit by what its long steps pass over, and by as much at
+ * each bounce of mats that hit each other again and again. What stability asks for is for all that
+ * can move; where implicit is judged and little of that moves, event may need far fewer steps, and
+ * is tried as long as it gets on (`gets_on`). */
 static uint64_t others_steps(const struct model *m, const struct sim_options *options,
                              const struct error_pair *runs, const struct sim_result *result)
 {
@@ -243,7 +253,21 @@ static uint64_t others_steps(const struct model *m, const struct sim_options *op
     bool useful = samples(runs->request.kind) ||
                   (runs->request.kind != &stepper_event && fine->events > 0);
     most = fmax(most, LEAST_OTHERS);
-    return useful && !tried && asked <= most ? (uint64_t)most : 0;
+    return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
+}
+
+/* A run that is stopped when it falls behind what its steps are meant to cover. */
+struct pace {
+    const struct sim_options *asked;
+    double asks, most; /* go_on is asked every so many steps */
+};
+
+static bool gets_on(void *ctx, int pass, double part)
+{
+    struct pace *pace = ctx;
+    pace->asks++;
+    return PASS_STEPS_BETWEEN_ASKING * pace->asks <= (part + PACE_AHEAD) * pace->most &&
+           (!pace->asked->go_on || pace->asked->go_on(pace->asked->go_on_ctx, pass, part));
 }
 
 /* Runs of one solver share its mistakes: a run of event, which locates every switch, joins. Whether
@@ -257,9 +281,13 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
         .rtol = stepper_event.rtol,
         .most_steps = others_steps(m, options, runs, result),
     };
+    struct pace pace = {options, 0.0, (double)request.most_steps};
+    struct sim_options paced = *options;
     if (request.most_steps == 0)
         return false;
-    again(&pass, m, &request, options, result);
+    paced.go_on = gets_on;
+    paced.go_on_ctx = &pace;
+    again(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
         sim_result_note(result, "a run of solver event, which locates its switches, is in the "
@@ -269,6 +297,20 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
     }
     pass_free(&pass);
     return done;
+}
+
+/* Implicit's error at a bounce is the same at every bounce of a run, and all that comes of it: two
+ * runs in which it is alike by chance agree at all times. Without a run of event a third says. */
+static void rebound(struct model *m, const struct sim_options *options, struct error_pair *runs,
+                    struct sim_result *result)
+{
+    struct pass_request request = runs->request;
+    if (request.kind != &stepper_implicit || runs->fine.events < REBOUNDS || runs->third.z)
+        return;
+    request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
+    again(&runs->third, m, &request, options, result);
+    if (runs->third.status == SIM_OK)
+        widen(result, pass_difference(&runs->fine, &runs->third), CAUTION);
 }
 
 /* Switches that are sampled, and no other method to say where they are: something hovers, and each
@@ -286,7 +328,8 @@ static void linger(struct model *m, const struct sim_options *options,
         struct pass_outcome pass = {0};
         request.dt_s /= MORE_GRID;
         request.rtol *= MORE_RTOL;
-        request.first_part = (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
+        request.first_part = request.kind->fixed ? request.first_part / MORE_GRID
+                                                 : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / MORE_GRID;
         again(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
             widen(result, pass_difference(&runs->fine, &pass), CAUTION);
@@ -323,6 +366,7 @@ static void feel(struct model *m, const struct sim_options *options, const struc
     struct pass_request finer = runs->request;
     finer.rtol = fmax(ESTIMATE_LEAST_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
     finer.dt_s /= ESTIMATE_GRID_RATIO;
+    finer.first_part /= ESTIMATE_GRID_RATIO; /* of a fixed step; else 0 */
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
@@ -353,9 +397,12 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     if (!passes_agree(m->scene, a, b, apart))
         return false;
     doubt(m, options, runs, result);
-    if (!cross(m, options, runs, result))
+    if (!cross(m, options, runs, result)) {
+        rebound(m, options, runs, result);
         linger(m, options, runs, result);
+    }
     feel(m, options, runs, result);
+    result->error_u_ft += b->clock_ft;
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0)
         result->error_u_ft = fmax(result->error_u_ft, least_ft);
     if (fmin(a->max_lift_ft, b->max_lift_ft) > 0.0)
@@ -418,7 +465,8 @@ static bool agrees(const struct ladder *l, const struct sim_scene *scene)
 static void state(const struct ladder *l, struct sim_result *result)
 {
     double before = l->count == RUNS ? 1.0 / ESTIMATE_GRID_RATIO : 0.0;
-    result->error_u_ft = MOREAU_CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft);
+    result->error_u_ft = MOREAU_CAUTION * fmax(l->last.u.u_ft, before * l->before.u.u_ft) +
+                         l->runs[l->count - 1].clock_ft;
     result->error_lift_ft = MOREAU_CAUTION * fmax(l->last.lift_ft, before * l->before.lift_ft);
 }
 
@@ -457,7 +505,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                                          : end_s / FIRST_STEPS,
                                    UINT64_MAX,
                                    0,
-                                   0.0};
+                                   ESTIMATE_SPAN_PART};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
         sim_result_note(result, "friction sign is taken as stick, its exact form");
@@ -492,6 +540,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (!more || (!given && close_enough(&ladder, m.scene, result)))
             break;
         request.dt_s /= ESTIMATE_GRID_RATIO;
+        request.first_part /= ESTIMATE_GRID_RATIO;
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
@@ -550,7 +599,9 @@ static void run_pair(struct model *m, const struct sim_options *options,
         .check = request, .request = request, .coarse_answers = coarse_answers};
     struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
-    runs.check.first_part = ESTIMATE_FIRST_PART;
+    runs.check.first_part = request.kind->fixed ? ESTIMATE_SPAN_PART : ESTIMATE_FIRST_PART;
+    if (request.kind->fixed)
+        runs.request.first_part = ESTIMATE_SPAN_PART / ESTIMATE_GRID_RATIO;
     if (request.kind->fixed && coarse_answers)
         runs.request.dt_s /= ESTIMATE_GRID_RATIO;
     else if (request.kind->fixed)
@@ -574,6 +625,7 @@ static void run_pair(struct model *m, const struct sim_options *options,
                                                                      : NULL;
         if (failed) {
             sim_result_end(result, failed->status, failed->mat, failed->t_s);
+            result->why = failed->why;
             *contradicted = fine->status == SIM_OK;
         } else if (!error_estimate(m, options, &runs, result, &where)) {
             sim_result_end(result, SIM_UNSTABLE, where.mat, where.t_s);
@@ -636,14 +688,22 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
     }
 }
 
+/* Auto leaves a solver that has ended step_underflow. */
+static void note_left(struct sim_result *result, const char *left, const char *next)
+{
+    sim_result_note(result, "auto: %s came to %.*g s only, as %s; %s instead", left,
+                    sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
+                    result->why ? result->why : "it makes no progress", next);
+    result->why = NULL;
+}
+
 /* What is left where both make no progress, as switches pile up: hamming samples them, moreau
  * settles any number of them in a step. */
 static void run_left(struct model *m, const struct sim_options *options, struct sim_result *result)
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
-        sim_result_note(result, "auto: %s came to %.9g s only; %s instead", result->solver,
-                        result->t_s, kinds[i]->name);
+        note_left(result, result->solver, kinds[i]->name);
         result->status = SIM_OK;
         result->solver = kinds[i]->name;
         if (i == 0)
@@ -658,16 +718,13 @@ static void run_others(struct model *m, const struct sim_options *options,
                        const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
-    if (other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST) {
-        result->status = SIM_OK;
-        result->solver = other->name;
-        sim_result_note(result, "auto: %s came to %.9g s only; %s instead", first->name,
-                        result->t_s, other->name);
-        run_adaptive(m, options, other, true, result);
-        if (result->status != SIM_STEP_UNDERFLOW)
-            return;
-    }
-    if (options->rtol == 0.0)
+    /* where too little moves for the fastest rate to matter, event may still get on */
+    bool last = other != &stepper_event || explicit_steps(m, result) <= EXPLICIT_MOST;
+    note_left(result, first->name, other->name);
+    result->status = SIM_OK;
+    result->solver = other->name;
+    run_adaptive(m, options, other, last, result);
+    if (result->status == SIM_STEP_UNDERFLOW && options->rtol == 0.0)
         run_left(m, options, result);
 }
 
@@ -688,8 +745,9 @@ static void run_auto(struct model *m, const struct sim_options *options,
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.rhs = result->rhs;
         refused.passes = result->passes;
-        sim_result_note(&refused, "auto: others were given %g s; %s came to %.9g s in them",
-                        PLANAR_OTHERS_S, result->solver, result->t_s);
+        sim_result_note(&refused, "auto: others were given %g s; %s came to %.*g s in them",
+                        PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
+                        result->start_s + result->t_s);
         sim_result_free(result);
         *result = refused;
     }
@@ -753,7 +811,7 @@ static bool undecided(const struct sim_result *result)
 static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
                                   struct sim_result *result, struct error *error)
 {
-    struct sim_result other = {0};
+    struct sim_result other = {.start_s = result->start_s};
     struct error not_theirs = {0};
     struct deadline deadline;
     deadline_begin(&deadline, options, PLANAR_OTHERS_S);
@@ -766,7 +824,8 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
     }
     other.run_ms += result->run_ms;
     other.rhs += result->rhs;
-    sim_result_note(&other, "auto: staggered could not say beyond %.6g s", result->t_s);
+    sim_result_note(&other, "auto: staggered could not say beyond %.*g s",
+                    sim_time_digits(result->start_s, 6), result->start_s + result->t_s);
     sim_result_free(result);
     *result = other;
     return error->status;
