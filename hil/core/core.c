@@ -17,6 +17,10 @@ void hil_core_stop(struct hil_core *core, enum mr_status status, const char *for
     va_end(arguments);
     hil_trace(core, "stop: %s", core->reason);
     hil_core_attend(core);
+    core->engine.translator.abandoned = core->engine.left_inside =
+        hil_translator_can_leave(&core->engine.translator);
+    if (core->engine.left_inside)
+        uc_emu_stop(core->uc);
 }
 
 void hil_core_trace_line(struct hil_core *core, const char *format, ...)

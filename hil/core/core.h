@@ -166,10 +166,11 @@ struct hil_cpu_engine {
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
     struct hil_place bad_place; /* the instruction */
-    unsigned split_bytes;       /* of an unaligned store to flash, still to come one by one */
-    bool rom_at_zero;           /* as the core's address space is mapped now */
-    bool flash_guarded;         /* reads of flash by the core are caught */
-    bool looks_at_loads;        /* stuck cells: cpu.h */
+    bool left_inside;     /* the run was stopped by an access: the core stands at its instruction */
+    unsigned split_bytes; /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;     /* as the core's address space is mapped now */
+    bool flash_guarded;   /* reads of flash by the core are caught */
+    bool looks_at_loads;  /* stuck cells: cpu.h */
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
 };

@@ -104,6 +104,8 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     core->engine.bad_place = (struct hil_place){core->state.cpu.block_address, 0};
     (void)hil_translator_place(&core->engine.translator, (uint32_t)address,
                                &core->engine.bad_place);
+    if (type == UC_MEM_WRITE_UNMAPPED || type == UC_MEM_WRITE_PROT)
+        core->engine.translator.abandoned = hil_translator_can_leave(&core->engine.translator);
     return false;
 }
 
@@ -171,6 +173,7 @@ enum {
     CAME_BACK_RETURN,
     CAME_BACK_SVC,
     CAME_BACK_BKPT,
+    CAME_BACK_NO_CODE,
     CAME_BACK_UNALIGNED,
     CAME_BACK_OTHER
 };
@@ -341,6 +344,7 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
     core->engine.came_back = number == 8 ? CAME_BACK_RETURN
                            : number == 2 ? CAME_BACK_SVC
                            : number == 7 ? CAME_BACK_BKPT
+                           : number == 3 ? CAME_BACK_NO_CODE
                            : number == 4 ? CAME_BACK_UNALIGNED
                                          : CAME_BACK_OTHER;
     core->engine.came_back_number = number;
@@ -512,10 +516,18 @@ static void treat_return(struct hil_core *core, uc_err err, bool slept)
         fault_at(core, HIL_CFSR_UNALIGNED, read_pc(core) & ~1u, 0);
         return;
     }
+    if (core->engine.left_inside) {
+        core->engine.left_inside = false;
+        hil_cpu_leave_block(core);
+        return;
+    }
     count_block(core);
     switch (core->engine.came_back) {
     case CAME_BACK_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
     case CAME_BACK_SVC: hil_exception_svc(core, read_pc(core)); break;
+    case CAME_BACK_NO_CODE: /* no code can be there (ARMv7-M B3.1) */
+        hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
+        break;
     case CAME_BACK_BKPT:
         if (core->onlookers.debugger)
             core->onlookers.debugger->hold_bkpt(core->onlookers.debugger_who);
@@ -587,13 +599,23 @@ static void walk(struct hil_core *core)
         core->engine.came_back = CAME_BACK_PLAIN;
         uc_err err = start(core, pc, last ? 0 : next);
         core->engine.single = 0;
-        if (err != UC_ERR_OK || core->engine.came_back != CAME_BACK_PLAIN || last) {
+        if (err != UC_ERR_OK || core->engine.came_back != CAME_BACK_PLAIN ||
+            core->engine.left_inside || last) {
             cpu->walking = false;
             forget_block(core);
             treat_return(core, err, opcode == OPCODE_WFI);
             return;
         }
     }
+}
+
+void hil_cpu_walk_to_access(struct hil_core *core)
+{
+    if (core->engine.single || !hil_translator_can_leave(&core->engine.translator))
+        return;
+    core->state.cpu.walking = true;
+    uc_emu_stop(core->uc);
+    hil_translator_leave(&core->engine.translator);
 }
 
 void hil_cpu_leave_block(struct hil_core *core)

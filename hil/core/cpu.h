@@ -21,6 +21,9 @@ void hil_cpu_forget_code(struct hil_core *core);
 void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n);
 /* Run instructions until something is due (event, exception, stop). */
 void hil_cpu_run(struct hil_core *core);
+/* From Unicorn's hook of an access: the block is walked through from its instruction on, which
+ * makes the access again, and alone. Returns when it does so now. */
+void hil_cpu_walk_to_access(struct hil_core *core);
 /* A debugger jumps out of the block that is walked through: what was run of it counts. */
 void hil_cpu_leave_block(struct hil_core *core);
 /* Write bytes of flash, SRAM or CCM from outside, and forget the code that was there. MR_UNKNOWN

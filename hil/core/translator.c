@@ -14,12 +14,17 @@
  * which instruction, to restore PC and ITSTATE from there after a fault (`cpu_restore_state`). Here
  * the place is noted, and what would be restored is read instead.
  *
+ * The end of a block. After a store that faults it runs the block to its end, with all that the
+ * instructions behind the store do; after a load it leaves (`cpu_loop_exit`). Here it leaves after
+ * every access that somebody abandons.
+ *
  * The functions have the names of exported ones of the library, whose own uses of them come here
  * first. A version without them is served no worse: then nobody calls these, and an access has no
  * place. */
 #include <dlfcn.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include "hil/core/translator.h"
 #include "hil/core/state.h"
@@ -34,6 +39,7 @@ typedef bool fill(struct CPUState *core, uint64_t address, int size, unsigned ac
 typedef void set_dirty(struct CPUState *core, uint32_t address);
 typedef void flush(struct CPUState *core);
 typedef bool restore(struct CPUState *core, uintptr_t from, bool will_exit);
+typedef void loop_exit(struct CPUState *core, uintptr_t from);
 typedef void restore_to(struct CPUARMState *state, struct TranslationBlock *block, uint32_t *data);
 
 struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t start,
@@ -47,6 +53,7 @@ static set_dirty *library_set_dirty;
 static flush *library_flush;
 static restore *library_restore;
 static restore_to *library_restore_to;
+static loop_exit *library_loop_exit;
 /* of the board that this thread runs */
 static _Thread_local struct hil_translator *running;
 
@@ -85,6 +92,7 @@ void hil_translator_start(struct hil_translator *translator)
     *(void **)&library_flush = dlsym(RTLD_NEXT, "tlb_flush_arm");
     *(void **)&library_restore = dlsym(RTLD_NEXT, "cpu_restore_state_arm");
     *(void **)&library_restore_to = dlsym(RTLD_NEXT, "restore_state_to_opc_arm");
+    *(void **)&library_loop_exit = dlsym(RTLD_NEXT, "cpu_loop_exit_restore_arm");
 #define FIND(type, name) *(void **)&library_##name = dlsym(RTLD_NEXT, #name);
     LOADS(FIND)
     STORES(FIND)
@@ -94,8 +102,10 @@ struct hil_translator *hil_translator_run(struct hil_translator *translator)
 {
     struct hil_translator *before = running;
     running = translator;
-    if (running && !before)
-        running->access.from = 0; /* an access that faulted has not ended */
+    if (running && !before) { /* an access that faulted has not ended */
+        running->access.from = 0;
+        running->abandoned = false;
+    }
     return before;
 }
 
@@ -119,6 +129,18 @@ bool hil_translator_place(const struct hil_translator *translator, uint32_t addr
     bool found = library_restore(translator->core, translator->access.from, false);
     asked = NULL;
     return found;
+}
+
+bool hil_translator_can_leave(const struct hil_translator *translator)
+{
+    return running == translator && translator->access.from && translator->core &&
+           library_loop_exit;
+}
+
+void hil_translator_leave(const struct hil_translator *translator)
+{
+    library_loop_exit(translator->core, translator->access.from);
+    abort(); /* it does not come back */
 }
 
 /* --- in the library's place --- */
@@ -172,8 +194,11 @@ static struct hil_translated_access begin_access(uint32_t address, uintptr_t fro
 
 static void end_access(struct hil_translated_access outer)
 {
-    if (running)
-        running->access = outer;
+    if (!running)
+        return;
+    if (running->abandoned && !outer.from)
+        hil_translator_leave(running);
+    running->access = outer;
 }
 
 #define LOAD(type, name)                                                                  \

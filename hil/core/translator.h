@@ -15,6 +15,7 @@ struct hil_translator {
         uint32_t address;
         uintptr_t from; /* where translated code makes it; 0: no access is in progress */
     } access;
+    bool abandoned; /* the instruction that makes it ends there */
 };
 
 /* Of a new processor. */
@@ -31,5 +32,10 @@ struct hil_place {
  * address. */
 bool hil_translator_place(const struct hil_translator *translator, uint32_t address,
                           struct hil_place *place);
+/* Makes the core an access now that translated code can be left at? */
+bool hil_translator_can_leave(const struct hil_translator *translator);
+/* Leave it, before the access or, for one that was abandoned, behind it: the processor stands at
+ * the instruction that makes it, and Unicorn comes back if it was told to stop. */
+__attribute__((noreturn)) void hil_translator_leave(const struct hil_translator *translator);
 
 #endif

@@ -114,6 +114,7 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
         bool kind = w->kind == HIL_WATCH_ACCESS || (w->kind == HIL_WATCH_WRITE) == write;
         if (w->size && kind && address < (uint64_t)w->address + w->size &&
             address + (uint64_t)size > w->address) {
+            hil_cpu_walk_to_access(&board->core);
             d->watch_hit = true;
             d->watch_kind = w->kind;
             d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;

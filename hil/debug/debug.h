@@ -6,8 +6,8 @@
  * counted once, interrupted only at its end, its accesses at the time of its start. So breaking in
  * it changes nothing.
  *
- * A watchpoint in a block that is not walked holds at the block's end, a few instructions late;
- * `watch_pc` is the instruction. It sees the core's accesses, not DMA's. A step goes over
+ * A watchpoint holds behind the instruction that made the access, `watch_pc`: its block is walked
+ * through from there. It sees the core's accesses, not DMA's. A step goes over
  * interrupts that come meanwhile: their handlers run. */
 #ifndef MATRIG_HIL_DEBUG_H
 #define MATRIG_HIL_DEBUG_H

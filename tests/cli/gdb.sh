@@ -178,7 +178,7 @@ watches() { # the hang image counts its SysTicks in the first word of RAM, and s
     local status=$?
     elf=build/firmware/matrig.elf
     cat "$tmp/session" "$tmp/board.err"
-    # held at the end of its block, which is the return to main; the instruction is told
+    # held behind the instruction, which is named
     local by=$(sed -n 's/^access to 0x20000000 by the instruction at //p' "$tmp/session" | tail -n 1)
     echo "by $by"
     [ $status -eq 0 ] && says 'New value = 2' &&

@@ -205,8 +205,32 @@ TEST(test_watchpoints_name_the_instruction)
         assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
         assert_int_equal(debug.watch_address, 0x20011100u);
         assert_int_equal(debug.watch_pc, 0x20010000u + places[i].offset);
+        /* the next one, which has not run */
+        assert_int_equal(hil_debug_read_register(board, HIL_REG_PC),
+                         debug.watch_pc + (i == 1 ? 4u : 2u));
         hil_board_destroy(board);
     }
+}
+
+/* Two stores of a block to one word: it holds behind each, with its value. */
+TEST(test_watchpoints_hold_behind_each_access)
+{
+    /* str r0, [r1]; str r2, [r1]; adds r0, #1; b . */
+    static const struct place place = {{0x6008, 0x600a, 0x3001, 0xe7fe}, 0, HIL_WATCH_WRITE};
+    struct hil_debug debug;
+    struct hil_board *board = firmware_board();
+    run_place(board, &debug, &place, 0x20011100u);
+    hil_debug_write_register(board, 2, 5);
+    assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, 0x20011100u, 4, true), MR_OK);
+    for (unsigned i = 0; i < 2; i++) {
+        hil_debug_run(board);
+        bench_run(board, HIL_MS_PS);
+        assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
+        assert_int_equal(bench_word(board, 0x20011100u), i ? 5 : 0x20011000u);
+        assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u + 2u * i);
+        assert_int_equal(hil_debug_read_register(board, 0), 0x20011000u);
+    }
+    hil_board_destroy(board);
 }
 
 /* The same where the access ends the run: RTC is not modelled. */
@@ -223,6 +247,7 @@ TEST(test_refusals_name_the_instruction)
                  (unsigned)(0x20010000u + places[i].offset));
         if (!strstr(hil_board_reason(board), pc))
             fail_msg("`%s` is not in the reason: %s", pc, hil_board_reason(board));
+        assert_int_equal(hil_board_register(board, 15) & ~1u, 0x20010000u + places[i].offset);
         hil_board_destroy(board);
     }
 }

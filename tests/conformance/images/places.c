@@ -59,6 +59,61 @@ static void transfers(void)
     PLACED("ldrex", NOTHING, 0, "nop\n2:\tldrex r2, [r4]\n\tnop", 5, Z_AND_C, PRECISE, NOTHING);
 }
 
+static void more_transfers(void)
+{
+    PLACED("tbb", words, NOTHING, "movs r6, #1\n2:\ttbb [r5, r6]\n\tnop", 5, 0x20000000u, PRECISE,
+           NOTHING + 1u);
+    PLACED("ldr_pc", words, NOTHING, "nop\n2:\tldr pc, [r5]", 5, Z_AND_C, PRECISE, NOTHING);
+    PLACED("ldm_pc", NOTHING, 0, "nop\n2:\tldmia r4!, {r2, pc}", 5, Z_AND_C, PRECISE, NOTHING);
+    PLACED("vldm", PAST - 8u, 0, "nop\n2:\tvldmia r4!, {d0, d1}\n\tnop", 5, Z_AND_C, PRECISE, PAST);
+    PLACED("vstm", NOTHING + 16u, 0, "nop\n2:\tvstmdb r4!, {d0, d1}\n\tnop", 5, Z_AND_C, PRECISE,
+           NOTHING);
+    PLACED("ldrsh", NOTHING, 0, "nop\n2:\tldrsh r2, [r4, #2]!\n\tnop", 5, Z_AND_C, PRECISE,
+           NOTHING + 2u);
+}
+
+/* What is behind the instruction that faults has not been done: registers, flags, memory. */
+static void nothing_behind(void)
+{
+    words[0] = 1;
+    PLACED(
+        "store", words, NOTHING,
+        "movs r6, #2\n\tcmp r6, r6\n2:\tstr r6, [r5]\n\tmovs r6, #3\n\tstr r6, [r4]\n\tadds r4, r6",
+        5, Z_AND_C, PRECISE, NOTHING);
+    expect("store_memory", words[0], 1);
+    PLACED(
+        "load", words, NOTHING,
+        "movs r6, #2\n\tcmp r6, r6\n2:\tldr r2, [r5]\n\tmovs r6, #3\n\tstr r6, [r4]\n\tadds r4, r6",
+        5, Z_AND_C, PRECISE, NOTHING);
+    expect("load_memory", words[0], 1);
+    PLACED("it_store", words, NOTHING,
+           "cmp r4, r4\n\tit eq\n2:\tstreq r4, [r5]\n\tmovs r6, #3\n\tstr r6, [r4]\n\tadds r4, r6",
+           5, Z_AND_C | IT(0x08u), PRECISE, NOTHING);
+    expect("it_store_memory", words[0], 1);
+}
+
+/* A branch to where no code can be; the frame is that of the first instruction there. */
+static void branch_to(uint32_t there)
+{
+    forget();
+    __asm__ volatile("ldr r6, =3f\n\tstr r6, [%0]\n\tblx %1\n3:\tnop"
+                     :
+                     : "r"(&go_on), "r"(there | 1u)
+                     : "r0", "r1", "r2", "r3", "r6", "r12", "lr", "memory", "cc");
+}
+
+static void branches(void)
+{
+    branch_to(NOTHING);
+    expect("no_code_exception", ipsr_seen, 5);
+    expect("no_code_pc", frame[6], NOTHING);
+    expect("no_code_cfsr", cfsr_seen, 0x00000100u); /* IBUSERR */
+    branch_to(0x40000000u);
+    expect("never_code_exception", ipsr_seen, 4);
+    expect("never_code_pc", frame[6], 0x40000000u);
+    expect("never_code_cfsr", cfsr_seen, 0x00000001u); /* IACCVIOL */
+}
+
 /* The registers as the fault finds them fit another instruction of the block. */
 static void same_registers(void)
 {
@@ -248,13 +303,16 @@ int main(void)
     for (unsigned n = 3; n < 7; n++)
         on(n, leaver);
     on(11, keeper);
-    SHPR(11) = 0x80;
-    SHCSR = 1u << 17 | 1u << 18; /* BusFault, UsageFault */
+    SHPR(11) = 0x80;  /* below the faults */
+    SHCSR = 7u << 16; /* MemManage, BusFault, UsageFault */
     isb();
     transfers();
+    more_transfers();
+    nothing_behind();
     same_registers();
     in_it_block();
     nested();
+    branches();
     returns();
     return 0;
 }
