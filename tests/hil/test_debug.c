@@ -233,6 +233,31 @@ TEST(test_watchpoints_hold_behind_each_access)
     hil_board_destroy(board);
 }
 
+/* A watched access is made once: each store to the transmitter is a byte. */
+TEST(test_watchpoints_of_a_peripheral_change_nothing)
+{
+    const uint64_t end_ps = HIL_MS_PS;
+    struct hil_debug debug;
+    const char *image = "../../conformance/images/core";
+    struct hil_board *alone = bench_board(image, NULL), *watched = bench_board(image, NULL);
+    unsigned held = 0;
+    hil_debug_attach(watched, &debug);
+    /* SR and DR of USART1 */
+    assert_int_equal(hil_debug_watch(watched, HIL_WATCH_ACCESS, 0x40011000u, 8, true), MR_OK);
+    do {
+        hil_debug_run(watched);
+        bench_run(watched, end_ps);
+    } while (hil_debug_holds(watched) && ++held);
+    assert_in_range(held, 20, 100000);
+    hil_debug_detach(watched);
+    bench_run(watched, end_ps + HIL_MS_PS);
+    bench_run(alone, end_ps + HIL_MS_PS);
+    assert_in_range(hil_board_counters(alone)->serial_bytes_out, 100, 1000);
+    assert_same(alone, watched);
+    hil_board_destroy(alone);
+    hil_board_destroy(watched);
+}
+
 /* The same where the access ends the run: RTC is not modelled. */
 TEST(test_refusals_name_the_instruction)
 {
