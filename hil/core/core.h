@@ -136,7 +136,7 @@ struct hil_event_wire {
 struct hil_whatif;
 
 /* Flags of a basic block, found when it is first met. */
-enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2 };
+enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_DIVISION = 4 };
 
 struct hil_block_info {
     uint32_t address;

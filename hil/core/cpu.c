@@ -180,6 +180,7 @@ enum {
 
 #define XPSR            16u
 #define XPSR_T          (1u << 24)
+#define CCR_DIV_0_TRP   (1u << 4)
 #define OPCODE_YIELD    0xbf10u
 #define OPCODE_WFE      0xbf20u
 #define OPCODE_WFI      0xbf30u
@@ -207,6 +208,19 @@ static bool fp_is_off(const struct hil_core *core)
     return (core->state.scb.cpacr & 0xf00000u) != 0xf00000u;
 }
 
+/* UDIV, SDIV. ARMv7-M A5.3.17 */
+static bool is_division(uint16_t first)
+{
+    return (first & 0xffd0u) == 0xfb90u;
+}
+
+/* Must a block with these flags be walked through, for faults that Unicorn does not know? */
+static bool may_fault(const struct hil_core *core, unsigned flags)
+{
+    return ((flags & HIL_BLOCK_FP) && fp_is_off(core)) ||
+           ((flags & HIL_BLOCK_DIVISION) && (core->state.scb.ccr & CCR_DIV_0_TRP));
+}
+
 /* Count the instructions of a block and look for those that need watching. */
 static struct hil_block_info inspect_block(struct hil_core *core, uint32_t address, uint32_t size)
 {
@@ -220,6 +234,8 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
             info.flags |= HIL_BLOCK_SEV;
         if (wide && i + 4 <= size && is_fp(first, halfword(code + i + 2)))
             info.flags |= HIL_BLOCK_FP;
+        if (is_division(first))
+            info.flags |= HIL_BLOCK_DIVISION;
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
@@ -298,7 +314,7 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
-    if (((info->flags & HIL_BLOCK_FP) && fp_is_off(core)) ||
+    if (may_fault(core, info->flags) ||
         (lookers->debugger &&
          lookers->debugger->wants(lookers->debugger_who, (uint32_t)address, size))) {
         state->cpu.walking = true;
@@ -313,7 +329,8 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_core_state *state = &core->state;
     const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
     uint64_t now_cycle = state->clock.now_cycle + state->cpu.block_instructions;
-    bool plain = info->flags == 0 || (info->flags == HIL_BLOCK_FP && !fp_is_off(core));
+    bool plain = info->flags == 0 ||
+                 (!(info->flags & HIL_BLOCK_SEV) && !may_fault(core, info->flags));
     if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
         info->size != size || core->onlookers.debugger || core->onlookers.profiler ||
         core->engine.single) {
@@ -568,6 +585,9 @@ static uint32_t fault_of(const struct hil_core *core, uint32_t pc)
         return 0;
     if (fp_is_off(core) && is_fp(halfword(code), halfword(code + 2)))
         return HIL_CFSR_NOCP;
+    if (is_division(halfword(code)) && (core->state.scb.ccr & CCR_DIV_0_TRP) &&
+        !hil_cpu_register(core, halfword(code + 2) & 15u))
+        return HIL_CFSR_DIVBYZERO;
     return core->watch_alignment && hil_transfer_is_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
 }
 

@@ -797,9 +797,7 @@ static void system_write(struct hil_core *core, uint32_t offset, uint32_t value)
             nvic_pend(core, 16u + (value & 0x1ffu));
         break;
     case FPCCR: scb->fpccr = value & 0xc0000000u; break;
-    default: /* CCR.DIV_0_TRP is kept, but a division by zero gives 0 either way */
-        scb->word[(offset - SCB) / 4u] = value;
-        break;
+    default: scb->word[(offset - SCB) / 4u] = value; break;
     }
 }
 

@@ -78,6 +78,7 @@ enum {
     HIL_CFSR_INVPC = 1u << 18,
     HIL_CFSR_NOCP = 1u << 19,
     HIL_CFSR_UNALIGNED = 1u << 24,
+    HIL_CFSR_DIVBYZERO = 1u << 25,
 };
 
 /* Number of the exception to take now, 0 for none: pending, of higher priority than what runs, not
