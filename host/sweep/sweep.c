@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "common/splitmix.h"
+#include "host/base/elementary.h"
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/scene/scene.h"
@@ -213,7 +214,7 @@ double design_number(const struct design_range *range, double u)
         double part = range->from < range->to ? u : 1.0 - u;
         return fmin(low + floor(part * (high - low + 1.0)), high);
     }
-    double value = range->log ? range->from * pow(range->to / range->from, u)
+    double value = range->log ? range->from * elementary_pow(range->to / range->from, u)
                               : range->from + (range->to - range->from) * u;
     return design_round(u <= 0.0 ? range->from : u >= 1.0 ? range->to : value);
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# matrig study: a small ensemble, its JSON, page and picture, and what is refused.
+# matrig study: a small ensemble, its JSON, page and picture, the same on every processor, and what is refused.
 . "$(dirname "$0")/tap.sh"
 m=build/matrig
 cat >"$tmp/scene.json" <<'J'
@@ -48,6 +48,18 @@ check "a plot that cannot be written" eval 'fails_with 3 "cannot write" $m study
 sed 's/"speed_ft_s": 20/"speed_ft_s": 20, "touchdown_ft": 40/' "$tmp/small.json" >"$tmp/beyond.json"
 check "a touchdown beyond the runway" fails_with 4 "touchdown_ft.*34.2857 ft" $m study "$tmp/beyond.json"
 check "too many seeds" fails_with 2 "--seeds" $m study "$tmp/small.json" --seeds 100001
+
+# The same bytes on another processor: the C library's functions as on one without AVX2 and FMA. A wave rises, so that the last bit of an angle
+# makes another landing.
+same_bytes() { # STUDY GROUND
+    local study=host/landing_series/series/$1.json
+    $m --json --quiet study "$study" --ground "$2" --seeds 1 >"$tmp/with.json" && grep -q '"waves":[1-9]\|"buckled":true' "$tmp/with.json" &&
+        GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable $m --json --quiet study "$study" --ground "$2" --seeds 1 >"$tmp/without.json" && cmp "$tmp/with.json" "$tmp/without.json"
+}
+for study in $(take standard "standard cleats friction"); do
+    check "without AVX2 and FMA the same bytes: $study" same_bytes "$study" weightless
+done
+[ -z "${MATRIG_LONG:-}" ] || check "and on elastic ground" same_bytes cleats elastic
 
 # Extremes end with an answer, or say why not.
 extreme() { # NAME, replacements in the file, in the scene

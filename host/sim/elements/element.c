@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "host/base/elementary.h"
+
 #define ELEMENT_NAME(name) extern const struct element element_##name;
 ELEMENT_TABLE(ELEMENT_NAME)
 
@@ -69,9 +71,10 @@ struct element_step element_step(const struct element_set *set, struct element_m
                                  double mass_slug)
 {
     double slope = element_slope_lb_s_ft(set, mat), k = -slope * h_s / mass_slug;
+    double less = elementary_expm1(-k);
     return (struct element_step){
-        .keep = exp(-k),
-        .as_if_s = k > 0.0 ? h_s * (-expm1(-k) / k) : h_s,
+        .keep = 1.0 + less,
+        .as_if_s = k > 0.0 ? h_s * (-less / k) : h_s,
         .push_lb = element_force_lb(set, mat) - slope * mat.v_ft_s,
     };
 }

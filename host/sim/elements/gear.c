@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/elementary.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
 
@@ -72,7 +73,7 @@ static double stiffness_lb_ft(const struct gear *gear, double touching)
     double power = gear->scene->gear.axle_law;
     if (touching == 1.0 || power == 0.0)
         return touching > 0.0 ? gear->k_lb_ft : 0.0;
-    return gear->k_lb_ft * (power == 1.0 ? touching : pow(touching, power));
+    return gear->k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
 }
 
 void gear_press(struct gear *gear, int mat, double touching)

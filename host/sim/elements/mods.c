@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/elementary.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/scene/result.h"
 
@@ -392,13 +393,13 @@ static double laid_turn_rad(const struct sim_scene *scene, int joint)
         return 0.0;
     double left = (ground_ft[joint - 2] - ground_ft[joint - 1]) / scene->length_ft;
     double right = (ground_ft[joint - 1] - ground_ft[joint]) / scene->length_ft;
-    return asin(right) - asin(left);
+    return elementary_asin(right) - elementary_asin(left);
 }
 
 static void reset_joints(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
-    double tangent = tan(s->lay_deg * RADIANS);
+    double tangent = elementary_tan(s->lay_deg * RADIANS);
     for (int j = 1; j <= m->mats + 1; j++) {
         bool inner = j > 1 && j <= m->mats; /* the ground is not tied to */
         m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
@@ -412,7 +413,7 @@ static void reset_joints(struct mods *m)
                 m->spring_gap_ft[j] = sim_scene_joint(&s->stiff_gap0_ft, j);
         } else if (m->laid && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
-            m->cap_lb[j] = s->lay_slide_lb * sin(s->lay_deg * RADIANS);
+            m->cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RADIANS);
         }
         m->turn_rad[j] = laid_turn_rad(m->scene, j);
         m->state->torn[j] = 0.0;
@@ -461,7 +462,7 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
     for (int i = from; i < m->cleats && begin + i * every <= last; i++) {
         double moved_ft = fabs(view_v_ft_s(view, m->mats, begin + i * every)) * h_s;
         if (moved_ft > 0.0)
-            m->state->cleat_left[i] *= exp(-moved_ft / s->cleat_travel_ft);
+            m->state->cleat_left[i] *= elementary_exp(-moved_ft / s->cleat_travel_ft);
     }
 }
 
@@ -482,7 +483,7 @@ static double carried(double stiffness, double cap, double stretch, double *zero
 void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
-    double tangent = m->laid ? tan(s->lay_deg * RADIANS) : 0.0;
+    double tangent = m->laid ? elementary_tan(s->lay_deg * RADIANS) : 0.0;
     for (int j = first < 1 ? 1 : first; j <= last && j <= m->mats + 1; j++) {
         double *tension_lb = &view->tension_lb[j - view->joint_offset];
         double own_lb = *tension_lb;
@@ -663,9 +664,10 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
 {
     for (int j = h->first; j <= h->last + 1; j++) {
         h->down_lb[j] = 0.0;
-        h->moment_lb_ft[j] =
-            m->stiffened ? mods_moment_lb_ft(m, j + 1, asin(slope(h, j)) - asin(slope(h, j - 1)))
-                         : 0.0;
+        h->moment_lb_ft[j] = m->stiffened ? mods_moment_lb_ft(m, j + 1,
+                                                              elementary_asin(slope(h, j)) -
+                                                                  elementary_asin(slope(h, j - 1)))
+                                          : 0.0;
     }
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
@@ -699,8 +701,8 @@ static double share_pressed(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_power > 0.0))
         return 1.0 - out;
-    double bent = acos(1.0 - out) - s->cleat_spring_deg * RADIANS;
-    return bent > 0.0 ? pow(cos(bent), s->cleat_power) : 1.0;
+    double bent = elementary_acos(1.0 - out) - s->cleat_spring_deg * RADIANS;
+    return bent > 0.0 ? elementary_pow(elementary_cos(bent), s->cleat_power) : 1.0;
 }
 
 double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
@@ -714,7 +716,8 @@ double mods_raised_cleat_lb(struct mods *m, int mat, double left_y_ft, double ri
     double in = 1.0 - raised_ft / s->cleat_depth_ft;
     m->raised_ft[cleat] = fmax(m->raised_ft[cleat], raised_ft);
     double whole_lb = s->cleat_hold_lb * m->state->cleat_left[cleat];
-    return s->cleat_power > 0.0 ? whole_lb * pow(in, s->cleat_power) : whole_lb * in * in;
+    return s->cleat_power > 0.0 ? whole_lb * elementary_pow(in, s->cleat_power)
+                                : whole_lb * in * in;
 }
 
 /* The wheel presses a cleat that had come out back onto the soil: what was out bends. */

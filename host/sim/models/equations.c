@@ -364,7 +364,7 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
         put(r, r->by_p, row, 2 * n + k, right->p[k]);
         put(r, r->by_v, row, 2 * n + k, right->v[k]);
     }
-    double smooth = m->law == SIM_TANH ? tanh(mat->v / m->veps_ft_s) : 0.0;
+    double smooth = m->law == SIM_TANH ? elementary_tanh(mat->v / m->veps_ft_s) : 0.0;
     double share = friction_share(m->law, mat->v, m->slide[n], smooth);
     if (m->law == SIM_TANH)
         put(r, r->by_v, row, row,

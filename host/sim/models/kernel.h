@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "host/base/elementary.h"
 #include "host/sim/elements/law.h"
 #include "host/sim/models/model.h"
 
@@ -111,7 +112,8 @@ KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struc
 
 KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct kernel_mat *r)
 {
-    return (r->s != 0.0 ? asin(r->s) : 0.0) - (l->s != 0.0 ? asin(l->s) : 0.0);
+    return (r->s != 0.0 ? elementary_asin(r->s) : 0.0) -
+           (l->s != 0.0 ? elementary_asin(l->s) : 0.0);
 }
 
 /* Moment in joint j; the caller has seen that it is engaged. */

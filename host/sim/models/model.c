@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/elementary.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
 
@@ -83,7 +84,7 @@ static int tail_mats(const struct model *m)
     double ratio = 2.0 * beside / (diagonal + sqrt(diagonal * diagonal - 4.0 * beside * beside));
     if (!m->consistent || !(ratio > 0.0))
         return 1;
-    double mats = ceil(log(MODEL_TAIL) / log(ratio));
+    double mats = ceil(elementary_log(MODEL_TAIL) / elementary_log(ratio));
     return mats < m->mats ? (int)mats : m->mats;
 }
 
@@ -240,7 +241,7 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
         }
     }
     worst /= m->length_ft;
-    return worst < 1.0 ? asin(worst) * DEGREES : 90.0;
+    return worst < 1.0 ? elementary_asin(worst) * DEGREES : 90.0;
 }
 
 #define POWERS    300
@@ -309,10 +310,10 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
             if (!(norm > 0.0 && before > 0.0 && isfinite(norm)))
                 break;
             if (k >= POWERS / 2)
-                growth += log(norm / before);
+                growth += elementary_log(norm / before);
             for (size_t i = 0; i < 2 * size; i++)
                 x[i] = y[i] / norm;
-            rate = k >= POWERS / 2 ? exp(growth / (k - POWERS / 2 + 1)) : 0.0;
+            rate = k >= POWERS / 2 ? elementary_exp(growth / (k - POWERS / 2 + 1)) : 0.0;
         }
     }
     if (m->elements.count > 0) /* in any state, not in this one alone */

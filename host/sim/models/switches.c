@@ -161,7 +161,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
         note(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
         /* |asin a - asin b| is below TAD for certain while |a| + |b| is below sin TAD */
-        double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft -
+        double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft -
                          2.0 * m->tilt_most_ft;
         double left_ft = 0.0;
         for (int j = m->first; j <= m->last + 1; j++) {
@@ -343,7 +343,7 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
 void model_sample_shape(struct model *m, const double *z)
 {
     bool switches = m->tad_rad > 0.0;
-    double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft;
+    double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft;
     double left_ft = 0.0;
     m->apex = m->first;
     m->held = -1;
@@ -496,7 +496,7 @@ bool model_may_switch(const struct model *m, double t0_s, const double *z0, cons
     const struct step_ends s = {z0, z1, rate0, rate1, t0_s, t1_s, t1_s - t0_s};
     bool apexes = m->shear != SIM_NO_SHEAR && m->lifted > 0;
     bool torsions = m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0);
-    double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft;
+    double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft;
     if (m->held >= 0)
         return true;
     for (int j = m->first; j <= m->last + 1; j++) {

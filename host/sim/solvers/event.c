@@ -1,5 +1,6 @@
 #include <math.h>
 
+#include "host/base/elementary.h"
 #include "host/sim/solvers/stepper.h"
 
 /* event: Dormand and Prince's method of order 8 with embedded orders 5 and 3 and dense output of
@@ -207,7 +208,7 @@ static bool advance(struct stepper *s, double limit_s)
         combine(s, 12, h, s->z_new);
         double error = error_of(s, h);
         if (error <= 1.0) {
-            double grow = error > 0.0 ? 0.9 * pow(error, -0.125) : 6.0;
+            double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.125) : 6.0;
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last || turns,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.333, grow)));
             stepper_rates(s, s->t_new_s, s->z_new, w->rate[12]);
@@ -219,7 +220,8 @@ static bool advance(struct stepper *s, double limit_s)
             return true;
         }
         rejected = true;
-        stepper_reject(s, h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.125)) : 0.2));
+        stepper_reject(
+            s, h * (isfinite(error) ? fmax(0.2, 0.9 * elementary_pow(error, -0.125)) : 0.2));
     }
 }
 
@@ -414,7 +416,9 @@ static bool order5_advance(struct stepper *s, double limit_s)
         if (error <= 1.0) {
             /* with some of the last error, the step settles where stability limits it instead of
              * failing there */
-            double grow = error > 0.0 ? 0.9 * pow(error, -0.17) * pow(w->error_before, 0.04) : 6.0;
+            double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.17) *
+                                            elementary_pow(w->error_before, 0.04)
+                                      : 6.0;
             w->error_before = fmax(error, 1e-4);
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last || turns,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
@@ -425,7 +429,8 @@ static bool order5_advance(struct stepper *s, double limit_s)
             return true;
         }
         rejected = true;
-        stepper_reject(s, h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.2)) : 0.2));
+        stepper_reject(s,
+                       h * (isfinite(error) ? fmax(0.2, 0.9 * elementary_pow(error, -0.2)) : 0.2));
     }
 }
 

@@ -9,6 +9,7 @@
  * M, R_p, R_v from model_linearise: one banded factorisation per step, O(N). */
 #include <math.h>
 
+#include "host/base/elementary.h"
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
@@ -193,13 +194,14 @@ static bool advance(struct stepper *s, double limit_s)
             return false;
         double error = stages(s, h) ? error_of(s) : (double)NAN;
         if (error <= 1.0) {
-            double grow = error > 0.0 ? 0.9 * pow(error, -0.25) : 6.0;
+            double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.25) : 6.0;
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
             return true;
         }
         rejected = true;
-        stepper_reject(s, h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.25)) : 0.2));
+        stepper_reject(s,
+                       h * (isfinite(error) ? fmax(0.2, 0.9 * elementary_pow(error, -0.25)) : 0.2));
     }
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/elementary.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/law.h"
@@ -632,7 +633,7 @@ static void note_shape(struct planar_engine *l, struct march *march)
         double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
         l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
         if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
-            double turn_deg = (asin(right) - asin(left)) * DEGREES;
+            double turn_deg = (elementary_asin(right) - elementary_asin(left)) * DEGREES;
             if (turn_deg > march->crest_deg) {
                 march->crest_deg = turn_deg;
                 march->crest_joint = j + 1;

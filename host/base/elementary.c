@@ -1,0 +1,172 @@
+#include "host/base/elementary.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define LN2_HIGH 0.6931471803691238 /* 32 bits: times an exponent it is exact */
+#define LN2_LOW  1.9082149292705877e-10
+#define LOG2_E   1.4426950408889634
+#define PI_2     1.5707963267948966
+#define PI_2_LOW 6.123233995736766e-17
+/* pi / 2 in two parts, the first of 32 bits */
+#define PI_2_A   1.5707963267341256
+#define PI_2_B   6.077100506506192e-11
+
+/* c[0] + c[1] x + ... */
+static double polynomial(double x, const double *c, size_t count)
+{
+    double sum = c[count - 1];
+    for (size_t i = count - 1; i-- > 0;)
+        sum = sum * x + c[i];
+    return sum;
+}
+#define POLYNOMIAL(x, c) polynomial(x, c, sizeof(c) / sizeof(c)[0])
+
+/* x = k log 2 + r, |r| at most half of log 2: e^r - 1, by its series to r^13. */
+static double reduced_expm1(double x, int *k)
+{
+    static const double c[] = {1.0 / 2,       1.0 / 6,        1.0 / 24,        1.0 / 120,
+                               1.0 / 720,     1.0 / 5040,     1.0 / 40320,     1.0 / 362880,
+                               1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800};
+    double n = fabs(x) < 0.34 ? 0.0 : floor(x * LOG2_E + 0.5);
+    double high = x - n * LN2_HIGH, low = n * LN2_LOW, r = high - low;
+    *k = (int)n;
+    return r + (r * r * POLYNOMIAL(r, c) + ((high - r) - low));
+}
+
+double elementary_exp(double x)
+{
+    int k;
+    if (!(x < 710.0))
+        return x + (x > 0.0 ? (double)INFINITY : 0.0);
+    if (x < -746.0)
+        return 0.0;
+    double e = reduced_expm1(x, &k);
+    return ldexp(1.0 + e, k);
+}
+
+double elementary_expm1(double x)
+{
+    int k;
+    if (!(x < 710.0))
+        return x + (x > 0.0 ? (double)INFINITY : 0.0);
+    if (x < -40.0)
+        return -1.0;
+    double e = reduced_expm1(x, &k);
+    if (k == 0)
+        return x == 0.0 ? x : e;
+    return k > 60 ? ldexp(1.0 + e, k) : ldexp(e, k) + (ldexp(1.0, k) - 1.0);
+}
+
+/* x = 2^k (1 + f), s = f / (2 + f): log(1 + f) = 2 s (1 + s^2/3 + s^4/5 + ...), |s| < 0.172. */
+double elementary_log(double x)
+{
+    static const double c[] = {1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11, 1.0 / 13,
+                               1.0 / 15, 1.0 / 17, 1.0 / 19, 1.0 / 21, 1.0 / 23};
+    int k;
+    if (!(x > 0.0))
+        return x == 0.0 ? -(double)INFINITY : (double)NAN;
+    if (isinf(x))
+        return x;
+    double m = frexp(x, &k);
+    if (m < 0.70710678118654752) {
+        m *= 2.0;
+        k--;
+    }
+    double f = m - 1.0, s = f / (2.0 + f), z = s * s, half = 0.5 * f * f;
+    /* 2 s = f - s f: what s lost in rounding does not count */
+    double rest = s * (half + 2.0 * z * POLYNOMIAL(z, c));
+    return k * LN2_HIGH - ((half - (rest + k * LN2_LOW)) - f);
+}
+
+double elementary_pow(double x, double y)
+{
+    if (y == 0.0 || x == 1.0)
+        return 1.0;
+    return y == 1.0 ? x : elementary_exp(y * elementary_log(x));
+}
+
+/* x = n pi/2 + r, |r| at most pi/4: sine and cosine of r, n modulo 4. */
+static int quadrant(double x, double *sine, double *cosine)
+{
+    static const double s[] = {
+        -1.0 / 6,        1.0 / 120,        -1.0 / 5040,          1.0 / 362880,
+        -1.0 / 39916800, 1.0 / 6227020800, -1.0 / 1307674368000, 1.0 / 355687428096000};
+    static const double c[] = {
+        1.0 / 24,        -1.0 / 720,         1.0 / 40320,         -1.0 / 3628800,
+        1.0 / 479001600, -1.0 / 87178291200, 1.0 / 20922789888000};
+    if (!(fabs(x) < 1e9)) {
+        *sine = *cosine = (double)NAN;
+        return 0;
+    }
+    double n = fabs(x) < 0.78 ? 0.0 : floor(x / PI_2 + 0.5);
+    double high = x - n * PI_2_A, low = n * PI_2_B, r = high - low, lost = (high - r) - low;
+    double z = r * r, half = 0.5 * z, one = 1.0 - half;
+    *sine = r == 0.0 ? r : r + (r * z * POLYNOMIAL(z, s) + lost * one);
+    *cosine = one + (((1.0 - one) - half) + (z * z * POLYNOMIAL(z, c) - r * lost));
+    return (int)fmod(fmod(n, 4.0) + 4.0, 4.0);
+}
+
+double elementary_sin(double x)
+{
+    double s, c;
+    int n = quadrant(x, &s, &c);
+    return n == 0 ? s : n == 1 ? c : n == 2 ? -s : -c;
+}
+
+double elementary_cos(double x)
+{
+    double s, c;
+    int n = quadrant(x, &s, &c);
+    return n == 0 ? c : n == 1 ? -s : n == 2 ? -c : s;
+}
+
+double elementary_tan(double x)
+{
+    double s, c;
+    return quadrant(x, &s, &c) % 2 == 0 ? s / c : -c / s;
+}
+
+/* (asin(x)/x - 1)/x^2 as a polynomial of z = x^2 at the Chebyshev points of 0 to 1/4, to 1.5e-17;
+ * beyond by asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2)). */
+static double asin_rest(double z)
+{
+    static const double c[] = {0.16666666666666669,  0.07499999999998433,  0.04464285714635543,
+                               0.030381944138531247, 0.02237217294214989,  0.017352392720869973,
+                               0.013971212973552933, 0.011479177415184906, 0.01032281435018578,
+                               0.005457506718640358, 0.01740087944269402,  -0.014851887071247204,
+                               0.028757851367421566};
+    return z * POLYNOMIAL(z, c);
+}
+
+double elementary_asin(double x)
+{
+    double size = fabs(x);
+    if (size <= 0.5)
+        return x + x * asin_rest(x * x);
+    if (!(size <= 1.0))
+        return (double)NAN;
+    double z = 0.5 * (1.0 - size), root = sqrt(z);
+    double head = (double)(float)root, tail = size < 1.0 ? (z - head * head) / (root + head) : 0.0;
+    double rest = 2.0 * root * asin_rest(z) - (PI_2_LOW - 2.0 * tail);
+    return copysign(PI_2 / 2.0 - (rest - (PI_2 / 2.0 - 2.0 * head)), x);
+}
+
+double elementary_acos(double x)
+{
+    if (fabs(x) <= 0.5)
+        return PI_2 - (elementary_asin(x) - PI_2_LOW);
+    if (!(fabs(x) <= 1.0))
+        return (double)NAN;
+    double z = 0.5 * (1.0 - fabs(x)), root = sqrt(z), angle = 2.0 * (root + root * asin_rest(z));
+    return x > 0.0 ? angle : 2.0 * PI_2 - (angle - 2.0 * PI_2_LOW);
+}
+
+double elementary_tanh(double x)
+{
+    double size = fabs(x), t;
+    if (size > 22.0)
+        return copysign(1.0, x);
+    t = elementary_expm1(2.0 * size);
+    return isnan(x) ? x : copysign(t / (t + 2.0), x);
+}
