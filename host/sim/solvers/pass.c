@@ -36,6 +36,7 @@ struct pass {
     double until_s;
     double *u, *v, *height; /* by mat, for the record */
     signed char *modes;     /* contact, torsion and joint after the last step, sampled */
+    unsigned *flips;        /* of each contact, torsion and joint */
     int stalls;
     int wary;                    /* steps for which the dense output is not believed: see redo */
     struct model_switch flipped; /* last */
@@ -355,6 +356,11 @@ static bool handle_events(struct pass *p, bool *event)
     for (int i = 0; i < flips; i++) {
         model_flip(m, at, s->z_new, together[i]);
         p->out->switched += mark(together[i]);
+        if (together[i].kind <= MODEL_SLACK) {
+            unsigned *flipped =
+                &p->flips[(int)together[i].kind * (m->mats + 1) + together[i].index];
+            p->out->flips_most = ++*flipped > p->out->flips_most ? *flipped : p->out->flips_most;
+        }
     }
     model_settle(m, at, s->z_new);
     p->flipped = together[0];
@@ -501,6 +507,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     p.v = p.u + m->mats + 1;
     p.height = p.v + m->mats + 1;
     p.modes = (signed char *)(p.height + m->mats + 1);
+    p.flips = xcalloc(3 * ((size_t)m->mats + 1), sizeof *p.flips);
     const struct stepper_kind *kind = request->kind;
     if (kind->looser && request->rtol >= kind->looser_rtol)
         kind = kind->looser;
@@ -533,6 +540,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
     stepper_free(&p.stepper);
     out->ms = 1e3 * (monotonic_s() - begin_s);
+    free(p.flips);
     free(p.storage);
 }
 

@@ -27,8 +27,9 @@ struct pass_outcome {
     double t_s;
     const char *why; /* it made no progress */
     uint64_t rhs, steps, rejected, events;
-    uint64_t switched; /* a sum over all switches: passes that differ in it switched otherwise */
-    uint64_t sampled;  /* modes found changed from step to step, of a stepper that samples them */
+    uint64_t switched;   /* a sum over all switches: passes that differ in it switched otherwise */
+    unsigned flips_most; /* of one contact, torsion or joint */
+    uint64_t sampled;    /* modes found changed from step to step, of a stepper that samples them */
     double ms;
     double max_lift_ft;
     double speed_end_ft_s;

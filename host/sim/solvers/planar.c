@@ -150,7 +150,10 @@ static void divergence_state(const struct model *m, const struct pass_request *r
 /* Steps that another method may always have. */
 #define LEAST_OTHERS   5000.0
 #define EVENT_RHS      12.0 /* evaluations in a step of event */
-#define REBOUNDS       8    /* switches with which a run may bounce */
+/* What bounces: one joint or foot flips so often, and is much of all that flips; few steps go to
+ * anything else. */
+#define REBOUNDS       4
+#define REBOUND_STEPS  100.0
 #define PACE_AHEAD     0.02 /* of its steps it may have made before it gets anywhere */
 /* Runs that are added where no other method answers: steps and tolerances of no simple ratio. */
 #define MORE_RUNS      2
@@ -299,15 +302,23 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
     return done;
 }
 
+static bool bounces(const struct model *m, const struct pass_outcome *pass)
+{
+    return pass->flips_most >= REBOUNDS &&
+           4.0 * m->mats * pass->flips_most >= (double)pass->events &&
+           (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
+}
+
 /* Implicit's error at a bounce is the same at every bounce of a run, and all that comes of it: two
- * runs in which it is alike by chance agree at all times. Without a run of event a third says. */
+ * runs in which it is alike by chance agree at all times. Without a run of event a finer one says:
+ * it takes energy mostly, so that a third run between the two can be alike as well. */
 static void rebound(struct model *m, const struct sim_options *options, struct error_pair *runs,
                     struct sim_result *result)
 {
     struct pass_request request = runs->request;
-    if (request.kind != &stepper_implicit || runs->fine.events < REBOUNDS || runs->third.z)
+    if (request.kind != &stepper_implicit || !bounces(m, &runs->fine) || runs->third.z)
         return;
-    request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
+    request.rtol = fmax(ESTIMATE_LEAST_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
     again(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
         widen(result, pass_difference(&runs->fine, &runs->third), CAUTION);
