@@ -25,24 +25,6 @@ void account_start(struct account *account, enum link_kind kind)
     account_break(account);
 }
 
-void account_restart(struct account *account, bool whole)
-{
-    account->seq_known = false;
-    account->sent_known = false;
-    account->doubt_known = false;
-    account->dropped_known = false;
-    account->suspects = 0;
-    account->suspect_count = 0;
-    account->bytes_lost = 0;
-    account->received_since = 0;
-    account->frame_block = account->sent_block = -1;
-    account->whole = whole;
-    account->doubtful = false;
-    memset(account->received_of, 0, sizeof account->received_of);
-    memset(account->count_known, 0, sizeof account->count_known);
-    account_break(account);
-}
-
 void account_from_first(struct account *account)
 {
     account->whole = account->seq_known = true;
@@ -128,6 +110,41 @@ static void add_gap(struct account *account, struct store_gap gap)
 {
     if (account->gaps < ACCOUNT_GAPS)
         account->gap[account->gaps++] = gap;
+}
+
+/* Bytes that this computer lost before the board began again: no number of a frame counts them, so
+ * they are taken for frames of the mean size so far. */
+static void add_bytes_lost(struct account *account)
+{
+    int64_t lost = account->bytes > 0
+                     ? account->bytes_lost * account->counts.received / account->bytes
+                     : 0;
+    lost = lost > 0 ? lost : 1;
+    account->counts.lost += lost;
+    add_gap(account,
+            make_gap(account, "frame", "all", account->other_cause ? account->other_cause : "link",
+                     lost, account->frame_block, -1));
+    account->other_cause = NULL;
+    account->bytes_lost = 0;
+}
+
+void account_restart(struct account *account, bool whole)
+{
+    if (account->bytes_lost > 0)
+        add_bytes_lost(account);
+    account->seq_known = false;
+    account->sent_known = false;
+    account->doubt_known = false;
+    account->dropped_known = false;
+    account->suspects = 0;
+    account->suspect_count = 0;
+    account->received_since = 0;
+    account->frame_block = account->sent_block = -1;
+    account->whole = whole;
+    account->doubtful = false;
+    memset(account->received_of, 0, sizeof account->received_of);
+    memset(account->count_known, 0, sizeof account->count_known);
+    account_break(account);
 }
 
 /* Frames that the jump stands for. Of bytes that this computer counted as lost, more frames may be

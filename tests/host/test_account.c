@@ -369,3 +369,21 @@ TEST(counts_of_nobody)
         assert_int_equal(account.missing_of[mr_message_place(MR_ID_EDGE)], 0);
     }
 }
+
+/* 100 frames of 20 bytes came, 400 bytes were lost here, and the board began again meanwhile. */
+TEST(bytes_lost_before_a_restart)
+{
+    struct account account;
+    account_start(&account, LINK_SERIAL);
+    account.bytes = 2000;
+    for (uint16_t seq = 0; seq < 100; seq++)
+        account_serial_frame(&account, seq, 700 + seq);
+    account_trouble(&account, LINK_LOST_LOCK, 400);
+    account_restart(&account, true);
+    account_serial_frame(&account, 0, -1);
+    assert_int_equal(account.counts.lost, 20);
+    assert_int_equal(account.gaps, 1);
+    assert_string_equal(account.gap[0].cause, "lock");
+    assert_int_equal(account.gap[0].count, 20);
+    assert_int_equal(account.gap[0].from_block, 799);
+}
