@@ -170,11 +170,11 @@ static const struct command_part parts[] = {
         "--solver", "S", options.solver,
         "auto (the default) chooses and says why; event, implicit, cvode, "
         "rk4, rkgs, hamming,\n"
-        "moreau for the planar models, staggered for the chain. Each answer is checked by a "
-        "second run"),
+        "moreau for the planar models, event and staggered for the chain. Each answer is checked "
+        "by a\nsecond run"),
     OPTION_NUMBER(
         "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
-        "tolerance of the solver; staggered: the error estimate allowed, of the largest movement"),
+        "tolerance of the solver; chain: the error estimate allowed, of the largest movement"),
     OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and staggered"),
     OPTION_TEXT("--csv", "F", csv_path,
                 "write the history of the mats in u_mats (or all): displacements, heights of their "

@@ -22,10 +22,10 @@ static enum mr_status check_options(const struct sim_scene *scene,
            run_s = sim_scene_end_s(scene) - sim_scene_start_s(scene);
     bool chain = scene->model == SIM_CHAIN;
     if (chain && options->solver && strcmp(options->solver, "staggered") != 0 &&
-        strcmp(options->solver, "auto") != 0)
+        strcmp(options->solver, "event") != 0 && strcmp(options->solver, "auto") != 0)
         return error_set(
             error, MR_USAGE,
-            "solver not available: %s for model chain; give staggered, or leave it out",
+            "solver not available: %s for model chain; give event or staggered, or leave it out",
             options->solver);
     if (!chain && options->solver && !planar_has_solver(options->solver))
         return error_set(error, MR_USAGE,

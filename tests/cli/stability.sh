@@ -33,6 +33,10 @@ peer() {
     awk '/^true over/ { ratios = 1 } ratios && $1 == "cvode" { print; good = $2 == 1 && $3 == 0 } END { exit !good }' "$tmp/peer.txt"
 }
 check "cvode sees a foot that leaves the soil" peer
-no_holes() { ! grep -Eqi 'nan|inf' "$tmp/table.csv" "$tmp/landings.csv" "$tmp/bars.csv"; }
+chains() { build/tests/stability/stability --chain --every $(take 250 50) "$tmp" >"$tmp/chain.txt" || { cat "$tmp/chain.txt"; false; }; }
+check "the chain's stated errors hold its true ones" chains
+all_kinds() { cat "$tmp/chain.txt"; awk '/^(row|rig|box|pulse|late|limit|gear|other) / { kinds += $4 > 0 } END { exit kinds != 8 }' "$tmp/chain.txt"; }
+check "of every kind of chain, some are compared" all_kinds
+no_holes() { ! grep -Eqi 'nan|inf' "$tmp/table.csv" "$tmp/landings.csv" "$tmp/bars.csv" "$tmp/chain.csv"; }
 check "a table without holes" no_holes
 finish

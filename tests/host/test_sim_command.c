@@ -157,7 +157,7 @@ TEST(errors_have_their_exit_codes)
     assert_int_equal(SIM(TEXT, SCENE), 2);
     one_error_line("grit in model report");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--solver", "bdf"), 2);
-    one_error_line("bdf for model chain; give staggered");
+    one_error_line("bdf for model chain; give event or staggered");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--dt", "fast"), 2);
     one_error_line("--dt");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--frob"), 2);
@@ -174,7 +174,7 @@ TEST(the_table_is_the_history)
     int rows = 0;
     assert_int_equal(SIM(TEXT, "host/scenes/friction_block.json", "--csv", FOLDER "sim.csv"), 0);
     assert_non_null(strstr(out, "friction block\nmodel             chain\nsolver            "
-                                "staggered\nstatus            ok\n"));
+                                "event\nstatus            ok\n"));
     assert_non_null(strstr(out, "\nerror of movement "));
     read_text(FOLDER "sim.csv", out, sizeof out);
     char *line = strtok(out, "\n");

@@ -35,8 +35,10 @@ TEST(leaving_mats_out_changes_nothing)
             scene.v0_ft_s = 0.5;
             scene.v0_mat = 60;
         }
-        assert_int_equal(try(&scene, &(struct sim_options){0}, &pruned), MR_OK);
-        assert_int_equal(try(&scene, &(struct sim_options){.no_prune = true}, &whole), MR_OK);
+        assert_int_equal(try(&scene, &(struct sim_options){.solver = "staggered"}, &pruned), MR_OK);
+        assert_int_equal(
+            try(&scene, &(struct sim_options){.solver = "staggered", .no_prune = true}, &whole),
+            MR_OK);
         assert_true(whole.mats_mean == 80.0);
         if (scene.friction_law == SIM_STICK) /* the other laws let mats creep for ever */
             assert_true(pruned.mats_mean < 60.0);
@@ -87,7 +89,8 @@ TEST(energy_from_nowhere_is_unstable)
     scene.right = SIM_FREE;
     scene.force_lb = 1e-3;
     scene.v0_ft_s = 0.0;
-    assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_NUMERICS);
+    assert_int_equal(try(&scene, &(struct sim_options){.solver = "staggered"}, &result),
+                     MR_NUMERICS);
     assert_int_equal(result.status, SIM_UNSTABLE);
     assert_int_equal(result.mat, 1);
     assert_true(result.t_s > 0.0 && result.t_s < result.t_end_s);
@@ -206,13 +209,16 @@ TEST(rtol_is_reached_or_refused)
 {
     struct sim_scene scene = short_runway(SIM_CHAIN);
     struct sim_result result;
-    assert_int_equal(try(&scene, &(struct sim_options){.rtol = 0.01}, &result), MR_OK);
+    assert_int_equal(
+        try(&scene, &(struct sim_options){.solver = "staggered", .rtol = 0.01}, &result), MR_OK);
     assert_true(result.error_u_ft > 0.0 && result.error_u_ft <= 0.01 * result.peak_u_ft);
     assert_true(result.rhs == result.steps + result.rejected);
     sim_result_free(&result);
     scene.t_dwell_s = -1.0;
     scene.t_end_s = 0.05;
-    assert_int_equal(try(&scene, &(struct sim_options){.rtol = 1e-9}, &result), MR_NUMERICS);
+    assert_int_equal(
+        try(&scene, &(struct sim_options){.solver = "staggered", .rtol = 1e-9}, &result),
+        MR_NUMERICS);
     assert_int_equal(result.status, SIM_STEP_UNDERFLOW);
     assert_null(result.u_ft);
     sim_result_free(&result);
@@ -347,7 +353,7 @@ TEST(what_is_not_built_is_refused)
     struct sim_scene scene = short_runway(SIM_CHAIN);
     struct sim_result result;
     assert_int_equal(try(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
-    assert_non_null(strstr(error.text, "rk8 for model chain; give staggered"));
+    assert_non_null(strstr(error.text, "rk8 for model chain; give event or staggered"));
     scene.friction_normal = SIM_SOIL;
     assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_USAGE);
     scene.friction_normal = SIM_WEIGHT;

@@ -77,12 +77,13 @@ static void engine(const struct sim_scene *scene, struct chain_row *row, double 
     size_t mats = (size_t)scene->mats + 1;
     enum mr_status status = sim_run(scene, &(struct sim_options){0}, &result, &error);
     row->engine_s = 1e-3 * result.run_ms;
-    row->end = status == MR_OK       ? STUDY_OK
+    bool given = status == MR_OK || result.status == SIM_UNPREDICTABLE; /* with its spread */
+    row->end = given                 ? STUDY_OK
              : status == MR_NUMERICS ? (enum study_end)result.status
                                      : STUDY_REFUSED;
     row->steps = result.steps;
     row->dt_s = result.dt_s;
-    if (status == MR_OK) {
+    if (given) {
         row->stated_ft = result.error_u_ft;
         row->peak_ft = result.peak_u_ft;
         for (size_t i = 0; i < CHAIN_OUTPUTS; i++)

@@ -17,7 +17,8 @@
 
 /* How a scene is to be run. All zero: choose everything. */
 struct sim_options {
-    /* NULL or "auto": chosen, the result says why. Chain: "staggered"; else stepper.h has names */
+    /* NULL or "auto": chosen, the result says why. Chain: "event", "staggered"; else stepper.h has
+     * names */
     const char *solver;
     /* of a fixed step. 0: half the stability limit, halved when the check (chain.h) asks */
     double dt_s;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/elementary.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
@@ -12,6 +13,7 @@
 #include "host/sim/elements/mods.h"
 #include "host/sim/elements/wheel.h"
 #include "host/sim/scene/result.h"
+#include "host/sim/solvers/chain_event.h"
 
 /* The horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and "Chain
  * and landings". Mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. */
@@ -319,7 +321,8 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     double *v = chain->v_ft_s;
     double per_lb = h_s / chain->mass_slug;
     for (int n = first; n <= last; n++) {
-        double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
+                                                    : 0.0;
         v[n] += (push_lb(chain, n) -
                  friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
                 per_lb;
@@ -359,7 +362,8 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     for (int n = first; n <= last; n++) {
         struct element_step step = element_step(set, (struct element_mat){v[n], true}, h_s, mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
-        double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
+                                                    : 0.0;
         chain->before_ft_s[n] = v[n];
         if (chain->friction == SIM_STICK)
             v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
@@ -879,7 +883,13 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
     chain_describe(&chain, scene, result);
 
-    bool given = options->dt_s > 0.0;
+    bool given = options->dt_s > 0.0,
+         fixed = options->solver && strcmp(options->solver, "staggered") == 0;
+    if (!given && !fixed && !options->single && chain_event_can(scene)) {
+        chain_event_run(scene, options, result, error);
+        chain_free(&chain);
+        return error->status;
+    }
     double h = given ? options->dt_s
                      : fmin(STEP_SHARE * result->dt_limit_s,
                             fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));

@@ -1,5 +1,6 @@
-/* Chain: the horizontal equations of a whole runway, with a fixed step that checks itself (solver
- * `staggered`).
+/* Chain: the horizontal equations of a whole runway. A scene without modifications, for which no
+ * step, no single pass and no solver `staggered` is asked, is chain_event.h's. Here: a fixed step
+ * that checks itself (solver `staggered`).
  *
  * Scheme: staggered (leapfrog) - speeds half a step off the positions, kicked by the forces at the
  * present openings and the thrust averaged exactly over the kick; friction exact within the kick;

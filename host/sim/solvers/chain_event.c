@@ -1,0 +1,258 @@
+#include "host/sim/solvers/chain_event.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "host/base/monotonic_clock.h"
+#include "host/base/xmalloc.h"
+#include "host/sim/elements/law.h"
+#include "host/sim/solvers/chain_motion.h"
+
+#define ORDER_LEAST          6
+#define ORDER_FIRST          12
+#define STEPS_BETWEEN_ASKING 256
+#define MOST_STEPS           50000000u
+#define MOST_AT_ONCE         64   /* switches of a mat and its joint without any time between */
+#define COARSE               1e-9 /* of the two runs: what is cut off, of speed */
+#define FINE                 1e-12
+#define FINEST               1e-13
+#define PARTS                1e6   /* times COARSE: what makes a third run worth while */
+#define SURE                 3.0   /* times the largest difference between runs is stated */
+#define FLOOR                1e-10 /* of the movement, stated at least */
+#define FLOOR_LENGTH         1e-13 /* of a mat's length, likewise */
+#define DISAGREEMENT         0.1   /* of the movement, allowed where no rtol is given */
+#define HORIZON              2.0   /* of the usual time to a switch: how far a step looks */
+
+struct run {
+    double tolerance, longest_s, ms;
+    uint64_t steps, switches;
+    double awake_s;
+    int awake_max, number;
+    enum sim_status status;
+    int mat;
+    struct sim_record record;
+};
+
+bool chain_event_can(const struct sim_scene *scene)
+{
+    return !mods_any(scene);
+}
+
+/* The largest of what a joint transmits in a step: at its ends, or the top of a parabola
+ * between. */
+static void note_tensions(struct motion *m, int first, int last, int order, double h)
+{
+    int parts = 2 + (int)law_least(2.0 * h * m->rate, 60.0);
+    for (int j = first; j <= last + 1; j++) {
+        double reach = m->reach_t[j], s[POLYNOMIAL_DEGREE], before = 0.0, middle = 0.0;
+        if (m->pull[0][j] + reach <= m->pull_most_lb[j] &&
+            reach - m->pull[0][j] <= m->push_most_lb[j])
+            continue;
+        for (int k = 0; k < order; k++)
+            s[k] = m->pull[k][j];
+        for (int i = 0; i <= parts; i++) {
+            double after = polynomial_value(s, order - 1, h * i / parts),
+                   bend = before - 2.0 * middle + after;
+            double top = middle;
+            if (i >= 2 && (middle - before) * (middle - after) > 0.0)
+                top -= (after - before) * (after - before) / (8.0 * bend);
+            m->pull_most_lb[j] = law_most(m->pull_most_lb[j], law_most(after, i ? top : after));
+            m->push_most_lb[j] = law_most(m->push_most_lb[j], -law_least(after, i ? top : after));
+            before = middle;
+            middle = after;
+        }
+    }
+}
+
+/* What is wanted of the step; a rounding must not miss what is wanted at the end. */
+static void take_records(struct motion *m, struct run *run, int first, int last, int order,
+                         double h, bool at_end)
+{
+    while (run->record.next_s <= (at_end ? DBL_MAX : m->t_s + h)) {
+        double at_s = law_least(h, run->record.next_s - m->t_s);
+        memcpy(m->u_at, m->c[0], ((size_t)m->mats + 2) * sizeof *m->u_at);
+        motion_evaluate(m, first, last, order, at_s, m->u_at, NULL);
+        sim_record_take(&run->record, run->record.next_s, m->u_at, m->reach_v);
+    }
+}
+
+/* Mats of a step: all that move and one more on either side, and those whose forces have changed.
+ * At the very start all. */
+static void window(const struct motion *m, int *first, int *last)
+{
+    int low = m->low < m->near_low ? m->low : m->near_low;
+    int high = m->high > m->near_high ? m->high : m->near_high;
+    *first = m->t_s == 0.0 || low <= 1 ? 1 : low > m->mats ? m->mats : low - 1;
+    *last = m->t_s == 0.0 || high >= m->mats ? m->mats : high + 1;
+    *last = *last < *first ? *first : *last;
+}
+
+/* After a step: what the ground holds. */
+static void keep_part(struct motion *m, struct part *part)
+{
+    part->hold_lb += part->rate_lb_ft * m->c[0][part->mat];
+    if (part->touching > 0.0 && part->mode == GIVES)
+        part->hold_lb = part->side * motion_part_limit_lb(m, part);
+    if (part->touching > 0.0)
+        m->rub_lb[part->mat] = part->hold_lb;
+}
+
+static void run_once(struct motion *m, struct run *run, const struct sim_options *options)
+{
+    double begin_s = monotonic_s(), end_s = sim_scene_end_s(m->scene);
+    int order = ORDER_FIRST, first, last;
+    unsigned at_once = 0;
+    double usual_s = end_s;
+    motion_start(m);
+    while (m->t_s < end_s && run->status == SIM_OK) {
+        double until_s = m->breaks_s[m->next_break];
+        motion_touch(m);
+        window(m, &first, &last);
+        motion_expand(m, first, last, order);
+        double allowed_s = motion_longest_s(m, first, last, order, run->tolerance);
+        double wide_s = law_least(law_least(allowed_s, HORIZON * usual_s), until_s - m->t_s);
+        struct event event = motion_first_event(m, first, last, order, wide_s);
+        double h = event.h_s;
+        bool over = event.mat + event.joint == 0 && h >= until_s - m->t_s;
+        note_tensions(m, first, last, order, h);
+        if (run->record.next_s <= m->t_s + h || (over && until_s >= end_s))
+            take_records(m, run, first, last, order, h, over && until_s >= end_s);
+        for (int i = 0; m->gear && i < m->part_count; i++)
+            m->parts[i].hold_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
+        motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
+        m->most_u_ft = law_most(m->most_u_ft, motion_largest(m->c[0], first, last));
+        m->most_v_ft_s = law_most(m->most_v_ft_s, motion_largest(m->c[1], first, last));
+        if (m->t_s > 0.0 && last - first + 1 > run->awake_max)
+            run->awake_max = last - first + 1;
+        m->t_s = over ? until_s : m->t_s + h;
+        run->steps++;
+        run->awake_s += h * (last - first + 1);
+        run->longest_s = law_most(run->longest_s, h);
+        usual_s = event.mat + event.joint == 0 ? law_most(2.0 * h, usual_s)
+                : h > 0.0                      ? usual_s + 0.25 * (h - usual_s)
+                                               : usual_s;
+        at_once = h > 0.0 ? 0 : at_once + 1;
+        m->near_low = m->mats + 1;
+        m->near_high = 0;
+        for (int i = 0; m->gear && i < m->part_count; i++)
+            keep_part(m, &m->parts[i]);
+        if (over && ++m->next_break < m->breaks)
+            motion_press(m);
+        else
+            motion_switch(m, &event);
+        run->switches += event.mat + event.joint > 0;
+        order += law_least(h, HORIZON * usual_s) < 0.5 * allowed_s ? -1 : 1;
+        order = order < ORDER_LEAST       ? ORDER_LEAST
+              : order > POLYNOMIAL_DEGREE ? POLYNOMIAL_DEGREE
+                                          : order;
+        if (!isfinite(m->most_u_ft) || !isfinite(m->most_v_ft_s) ||
+            at_once > MOST_AT_ONCE * (unsigned)(m->mats + 1) || run->steps > MOST_STEPS) {
+            run->status = SIM_STEP_UNDERFLOW;
+            run->mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;
+        } else if (run->steps % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+                   !options->go_on(options->go_on_ctx, run->number, m->t_s / end_s)) {
+            run->status = SIM_INTERRUPTED;
+            run->mat = 1;
+        }
+    }
+    run->ms = 1e3 * (monotonic_s() - begin_s);
+}
+
+static void start_run(struct run *run, struct motion *m, double tolerance,
+                      const struct sim_options *options, struct sim_result *result)
+{
+    *run = (struct run){.tolerance = tolerance, .number = ++result->passes};
+    sim_record_make(&run->record, m->scene, options);
+    run_once(m, run, options);
+    result->rhs += run->steps;
+    result->rejected += run->steps;
+}
+
+static void deliver(const struct motion *m, struct run *run, struct sim_result *result)
+{
+    size_t mats = (size_t)m->mats;
+    struct sim_difference peak = sim_record_peak(&run->record);
+    result->dt_s = run->longest_s;
+    result->pass_ms = run->ms;
+    result->steps = run->steps;
+    result->rejected -= run->steps;
+    result->events = run->switches;
+    result->mats_max = run->awake_max;
+    result->mats_mean = m->t_s > 0.0 ? run->awake_s / m->t_s : 0.0;
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
+        result->status != SIM_UNPREDICTABLE)
+        return;
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->speed_end_ft_s = motion_largest(m->c[1], 1, m->mats);
+    result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
+    result->push_lb = xcalloc(mats + 2, sizeof *result->push_lb);
+    result->pull_lb = xcalloc(mats + 2, sizeof *result->pull_lb);
+    memcpy(result->u_ft, m->c[0], (mats + 1) * sizeof *result->u_ft);
+    for (int j = 1; j <= m->mats + 1; j++)
+        result->gap_ft[j] = motion_opening_ft(m, j);
+    memcpy(result->push_lb, m->push_most_lb, (mats + 2) * sizeof *result->push_lb);
+    memcpy(result->pull_lb, m->pull_most_lb, (mats + 2) * sizeof *result->pull_lb);
+    sim_record_deliver(&run->record, result);
+}
+
+/* Where the last run first differs from another by so much. */
+static struct sim_difference parts_first(const struct run *runs, int count, double apart_ft)
+{
+    const struct sim_record *last = &runs[count - 1].record;
+    for (size_t k = 0; k < last->snapshot_count; k++) {
+        for (int n = 1; n <= last->mats; n++) {
+            for (int i = 0; i + 1 < count; i++) {
+                const struct sim_snapshot *a = &runs[i].record.snapshots[k],
+                                          *b = &last->snapshots[k];
+                if (fabs(a->u_ft[n] - b->u_ft[n]) > apart_ft)
+                    return (struct sim_difference){apart_ft, n, k > 0 ? a[-1].t_s : 0.0};
+            }
+        }
+    }
+    return (struct sim_difference){apart_ft, 1, 0.0};
+}
+
+enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_options *options,
+                               struct sim_result *result, struct error *error)
+{
+    struct run runs[3] = {0};
+    static const double tolerances[] = {COARSE, FINE, FINEST};
+    struct motion m;
+    double begin_s = monotonic_s(), apart_ft = 0.0, peak_ft = 0.0;
+    int count = 0;
+    bool again = true;
+    motion_make(&m, scene);
+    result->solver = "event";
+    result->mats = scene->mats;
+    result->t_end_s = sim_scene_end_s(scene);
+    while (again) {
+        struct run *run = &runs[count];
+        start_run(run, &m, tolerances[count++], options, result);
+        peak_ft = sim_record_peak(&run->record).u_ft;
+        for (int i = 0; run->status == SIM_OK && i + 1 < count; i++)
+            apart_ft = law_most(apart_ft,
+                                sim_record_difference(&runs[i].record, &run->record).u_ft);
+        again = run->status == SIM_OK &&
+                (count == 1 || (count == 2 && apart_ft > PARTS * COARSE * peak_ft));
+    }
+    struct run *last = &runs[count - 1];
+    result->checked_dt_s = runs[0].longest_s;
+    if (last->status != SIM_OK)
+        sim_result_end(result, last->status, last->mat, m.t_s);
+    result->error_u_ft = SURE * apart_ft + FLOOR * peak_ft + FLOOR_LENGTH * scene->length_ft;
+    double allowed_ft = (options->rtol > 0.0 ? options->rtol : DISAGREEMENT) * peak_ft;
+    if (last->status == SIM_OK && SURE * apart_ft > allowed_ft) {
+        struct sim_difference first = parts_first(runs, count, allowed_ft / SURE);
+        result->spread_runs = count;
+        sim_result_end(result, SIM_UNPREDICTABLE, first.mat, first.t_s);
+    }
+    deliver(&m, last, result);
+    for (int i = 0; i < 3; i++)
+        sim_record_free(&runs[i].record);
+    motion_free(&m);
+    result->run_ms = 1e3 * (monotonic_s() - begin_s);
+    return error->status;
+}

@@ -1,0 +1,912 @@
+#include "host/sim/solvers/chain_motion.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/elementary.h"
+#include "host/base/xmalloc.h"
+#include "host/sim/elements/element.h"
+#include "host/sim/elements/law.h"
+
+#define PADDING   8
+#define ALIGNMENT 64
+#define FALLS_OFF 0.4   /* step times fastest rate, of the order */
+#define NEAR      20.0  /* of veps: beyond, tanh is 1 */
+#define FAR       25.0  /* of veps: from here on a mat slides as by Coulomb's law */
+#define POLE      0.3   /* step times the rate of tanh, while a speed is near */
+#define EDGE      1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
+#define ROUNDING  (16.0 * DBL_EPSILON)
+#define RIDDEN    3 /* of slide: on elastic ground */
+
+#if defined __x86_64__ && defined __GNUC__ && !defined __clang__
+#define VECTORS _Pragma("GCC ivdep")
+#else
+#define VECTORS
+#endif
+
+/* ---- a step's series ---- */
+
+LAW_INLINE void tensions(const struct motion *m, int k, int first, int count)
+{
+    const double *u = m->c[k] + first, *v = m->c[k + 1] + first;
+    const double *a = m->a + first, *b = m->b + first;
+    double *pull = m->pull[k] + first, factor = k + 1.0;
+    VECTORS
+    for (int j = 0; j < count; j++)
+        pull[j] = a[j] * (u[j] - u[j - 1]) + b[j] * (factor * (v[j] - v[j - 1]));
+    for (int j = 0; k == 0 && j < count; j++)
+        pull[j] += a[j] * m->gap0_ft[first + j] + m->at_lb[first + j];
+}
+
+/* tanh of speed over veps: y' = (1 - y^2) w'. */
+static void rub_smoothly(const struct motion *m, int k, int first, int last)
+{
+    double per = 1.0 / m->scene->veps_ft_s;
+    for (int n = first; n <= last; n++) {
+        double sum = 0.0;
+        m->smooth[k][n] = 0.0;
+        if (m->slide[n] != 2)
+            continue;
+        if (k == 0) {
+            m->smooth[0][n] = elementary_tanh(m->c[1][n] * per);
+            m->square[0][n] = 1.0 - m->smooth[0][n] * m->smooth[0][n];
+            continue;
+        }
+        for (int i = 0; i < k; i++) /* w_(i+1) = (i + 2) c_(i+2) / veps */
+            sum += (i + 1) * (i + 2) * m->c[i + 2][n] * per * m->square[k - 1 - i][n];
+        m->smooth[k][n] = sum / k;
+        sum = 0.0;
+        for (int i = 0; i <= k; i++)
+            sum += m->smooth[i][n] * m->smooth[k - i][n];
+        m->square[k][n] = -sum;
+    }
+}
+
+VECTOR void motion_expand(const struct motion *m, int first, int last, int order)
+{
+    int count = last - first + 1;
+    for (int k = 1; k <= order; k++) /* those beyond rest, and may have moved before */
+        m->c[k][first - 1] = m->c[k][last + 1] = 0.0;
+    for (int k = 0; k < order; k++) {
+        tensions(m, k, first, count + 1);
+        if (k + 2 > order)
+            break;
+        const double *pull = m->pull[k] + first, *v = m->c[k + 1] + first;
+        const double *per_slug = m->free_per_slug + first, *rub = m->rub_lb + first;
+        const double *drag = m->drag_lb_s_ft + first;
+        double *next = m->c[k + 2] + first, factor = k + 1.0;
+        double share = 1.0 / ((k + 1.0) * (k + 2.0));
+        VECTORS
+        for (int n = 0; n < count; n++)
+            next[n] = pull[n + 1] - pull[n] - drag[n] * (factor * v[n]);
+        for (int n = 0; k < 3 && n < count; n++)
+            next[n] += m->thrust[k][first + n] - (k == 0 ? rub[n] : 0.0);
+        for (int i = 0; m->gear && k > 0 && i < m->part_count; i++) {
+            const struct part *part = &m->parts[i];
+            m->c[k + 2][part->mat] -= part->rate_lb_ft * m->c[k][part->mat] +
+                                      (k == 1 && part->mode == GIVES
+                                           ? part->side * m->load_limit_lb * part->load[1]
+                                           : 0.0);
+        }
+        if (m->friction == SIM_TANH) {
+            rub_smoothly(m, k, first, last);
+            for (int n = 0; n < count; n++)
+                next[n] -= m->limit_lb[first + n] * m->smooth[k][first + n];
+        }
+        VECTORS
+        for (int n = 0; n < count; n++)
+            next[n] *= per_slug[n] * share;
+    }
+}
+
+VECTOR double motion_largest(const double *values, int first, int last)
+{
+    double most = 0.0;
+    for (int n = first; n <= last; n++)
+        most = law_most(most, fabs(values[n]));
+    return most;
+}
+
+/* How long a step may be whose last two terms are cut off: by what they are of the speed so far, or
+ * of that which the step itself brings; and where the terms fall off at all. */
+double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance)
+{
+    double h = (double)INFINITY, v = m->most_v_ft_s,
+           bent = 2.0 * motion_largest(m->c[2], first, last);
+    double twisted = 3.0 * motion_largest(m->c[3], first, last);
+    bool springs = m->ground_lb_s_ft > 0.0 || m->gear;
+    for (int n = first; m->friction == SIM_TANH && n <= last; n++) {
+        /* the series of tanh ends at a pole: the speed must not change by as much as veps */
+        double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->c[2][n]),
+               jerk = fabs(6.0 * m->c[3][n]);
+        if (m->slide[n] == 2)
+            h = law_least(h, law_least(POLE / (m->bend_rate + a / veps), sqrt(POLE * veps / jerk)));
+    }
+    for (int j = first; !springs && j <= last + 1; j++)
+        springs = m->a[j] != 0.0 && (m->free_per_slug[j] != 0.0 || m->free_per_slug[j - 1] != 0.0);
+    for (int k = order - 1; k <= order; k++) {
+        double term = k * motion_largest(m->c[k], first, last) / tolerance;
+        if (term > 0.0)
+            h = law_least(h, law_most(elementary_pow(v / term, 1.0 / (k - 1)),
+                                      law_most(elementary_pow(bent / term, 1.0 / (k - 2)),
+                                               elementary_pow(twisted / term, 1.0 / (k - 3)))));
+    }
+    return springs ? law_least(h, FALLS_OFF * order / m->rate) : h;
+}
+
+VECTOR void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
+                            double *u, double *v)
+{
+    int count = last - first + 1;
+    double *sum = m->sum + first, *slope = m->slope + first;
+    memcpy(sum, m->c[order] + first, (size_t)count * sizeof *sum);
+    memset(slope, 0, (size_t)count * sizeof *slope);
+    for (int k = order; k-- > 0;) {
+        const double *c = m->c[k] + first;
+        VECTORS
+        for (int n = 0; n < count; n++) {
+            slope[n] = slope[n] * h + sum[n];
+            sum[n] = sum[n] * h + c[n];
+        }
+    }
+    memcpy(u + first, sum, (size_t)count * sizeof *sum);
+    if (v)
+        memcpy(v + first, slope, (size_t)count * sizeof *slope);
+}
+
+/* ---- switches ---- */
+
+VECTOR static void bounds(const struct motion *m, int first, int last, int order, double h)
+{
+    double *rv = m->reach_v + first, *rg = m->reach_g + first, *rt = m->reach_t + first;
+    int count = last - first + 1;
+    double power = 1.0;
+    memset(rv - 1, 0, ((size_t)count + 2) * sizeof *rv);
+    memset(rg, 0, ((size_t)count + 1) * sizeof *rg);
+    memset(rt, 0, ((size_t)count + 1) * sizeof *rt);
+    for (int k = 1; k <= order; k++) {
+        const double *u = m->c[k] + first, *pull = m->pull[k < order ? k : 0] + first;
+        double slope = k * power;
+        power *= h;
+        if (k >= 2) {
+            VECTORS
+            for (int n = 0; n < count; n++)
+                rv[n] += fabs(u[n]) * slope;
+        }
+        VECTORS
+        for (int j = 0; j <= count; j++)
+            rg[j] += fabs(u[j] - u[j - 1]) * power;
+        if (k < order) {
+            VECTORS
+            for (int j = 0; j <= count; j++)
+                rt[j] += fabs(pull[j]) * power;
+        }
+    }
+}
+
+double motion_opening_ft(const struct motion *m, int j)
+{
+    return m->gap0_ft[j] + (m->c[0][j] - m->c[0][j - 1]);
+}
+
+static double noise_ft(const struct motion *m, int j)
+{
+    return ROUNDING * (fabs(m->c[0][j]) + fabs(m->c[0][j - 1]) + fabs(m->gap0_ft[j]) + m->slack_ft);
+}
+
+static double noise_ft_s(const struct motion *m)
+{
+    return ROUNDING * m->most_v_ft_s;
+}
+
+static double noise_lb(const struct motion *m, int j)
+{
+    if (m->mode[j] == CUT || m->mode[j] == OPEN || m->mode[j] == FREED)
+        return 0.0;
+    return m->kl * noise_ft(m, j) + m->cl * noise_ft_s(m) + ROUNDING * m->grit_lb[j];
+}
+
+static double tension_lb(const struct motion *m, int j)
+{
+    return m->a[j] * motion_opening_ft(m, j) + m->b[j] * (m->c[1][j] - m->c[1][j - 1]) +
+           m->at_lb[j];
+}
+
+static double push_lb(const struct motion *m, int n)
+{
+    return tension_lb(m, n + 1) - tension_lb(m, n) + m->thrust[0][n];
+}
+
+static double noise_push_lb(const struct motion *m, int n)
+{
+    return noise_lb(m, n) + noise_lb(m, n + 1) +
+           ROUNDING * (m->limit_lb[n] + fabs(m->thrust[0][n]));
+}
+
+static void opening_series(const struct motion *m, int j, int order, double *g)
+{
+    g[0] = motion_opening_ft(m, j);
+    for (int k = 1; k <= order; k++)
+        g[k] = m->c[k][j] - m->c[k][j - 1];
+}
+
+static void consider(struct event *event, double h, int mat, int joint, int which)
+{
+    if (h < event->h_s || (h == event->h_s && event->mat + event->joint == 0))
+        *event = (struct event){h, mat, joint, which};
+}
+
+double motion_part_limit_lb(const struct motion *m, const struct part *part)
+{
+    return m->weight_limit_lb +
+           m->load_limit_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
+}
+
+/* Elastic ground: `which` 0 its speed turns, 1 it reaches or leaves its limit, 2 it is let go. */
+static void look_at_part(const struct motion *m, const struct part *part, int order,
+                         struct event *event)
+{
+    double s[POLYNOMIAL_DEGREE + 1], v[POLYNOMIAL_DEGREE + 1],
+        limit_lb = motion_part_limit_lb(m, part);
+    double limit_rate = m->load_limit_lb * part->load[1], noise_lb = ROUNDING * limit_lb;
+    int n = part->mat;
+    if (part->mode == RIDES)
+        return;
+    v[order] = 0.0;
+    for (int k = 0; k < order; k++)
+        v[k] = part->side * (k + 1) * m->c[k + 1][n];
+    if (part->mode == GIVES) {
+        double rate = part->k_lb_ft / (limit_rate < 0.0 ? m->rho : 1.0);
+        for (int k = 0; k < order; k++)
+            s[k] = rate * v[k];
+        s[0] -= limit_rate;
+        consider(event, polynomial_falls_s(s, order - 1, event->h_s, rate * noise_ft_s(m)), n, 0,
+                 1);
+        return;
+    }
+    for (int which = 0; which < 3; which++) {
+        if (which == 2 && part->mode == LOADS)
+            continue;
+        s[0] = part->side * part->hold_lb;
+        for (int k = 1; k <= order; k++)
+            s[k] = part->side * part->rate_lb_ft * m->c[k][n];
+        for (int k = 0; which < 2 && k <= order; k++)
+            s[k] = which == 0 ? (part->mode == LOADS ? v[k] : -v[k]) : -s[k];
+        if (which == 1) {
+            s[0] += limit_lb;
+            s[1] += limit_rate;
+        }
+        consider(event,
+                 polynomial_falls_s(s, order, event->h_s, which == 0 ? noise_ft_s(m) : noise_lb), n,
+                 0, which);
+    }
+}
+
+static void look_at_mat(const struct motion *m, int n, int order, struct event *event)
+{
+    double s[POLYNOMIAL_DEGREE + 1], way = m->slide[n];
+    if (m->slide[n] == RIDDEN)
+        return; /* look_at_part */
+    if (m->slide[n] == 2) {
+        double far_ft_s = m->friction == SIM_TANH ? FAR * m->scene->veps_ft_s : DBL_MAX;
+        if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
+            return;
+        for (way = -1.0; way <= 1.0; way += 2.0) {
+            for (int k = 0; k < order; k++)
+                s[k] = -way * (k + 1) * m->c[k + 1][n];
+            s[0] += far_ft_s;
+            consider(event, polynomial_falls_s(s, order - 1, event->h_s, noise_ft_s(m)), n, 0, 0);
+        }
+        return;
+    }
+    if (m->slide[n]) {
+        double near_ft_s = m->friction == SIM_TANH ? NEAR * m->scene->veps_ft_s : 0.0;
+        if (way * m->c[1][n] - near_ft_s >= m->reach_v[n])
+            return;
+        for (int k = 0; k < order; k++)
+            s[k] = way * (k + 1) * m->c[k + 1][n];
+        s[0] -= near_ft_s;
+        consider(event, polynomial_falls_s(s, order - 1, event->h_s, noise_ft_s(m)), n, 0, 0);
+        return;
+    }
+    double h = event->h_s, x = m->pull[0][n + 1] - m->pull[0][n] + m->thrust[0][n];
+    double most = m->reach_t[n + 1] + m->reach_t[n] +
+                  h * (fabs(m->thrust[1][n]) + h * fabs(m->thrust[2][n]));
+    if (m->limit_lb[n] - fabs(x) > most || m->limit_lb[n] == (double)INFINITY)
+        return;
+    for (way = -1.0; way <= 1.0; way += 2.0) {
+        for (int k = 0; k < order; k++)
+            s[k] = -way * (m->pull[k][n + 1] - m->pull[k][n] + (k < 3 ? m->thrust[k][n] : 0.0));
+        s[0] += m->limit_lb[n];
+        consider(event, polynomial_falls_s(s, order - 1, event->h_s, noise_push_lb(m, n)), n, 0, 0);
+    }
+}
+
+/* What ends a joint's mode, as what must not be below 0: `which` 0, 1, 2. False: no more of
+ * them. */
+static bool joint_end(const struct motion *m, int j, int which, const double *g, int order,
+                      double *s, double *noise)
+{
+    enum { OPENING, SPEED, FORCE } of = OPENING;
+    double way = 1.0, at = 0.0;
+    bool first = which == 0;
+    switch (m->mode[j]) {
+    case OPEN:
+        way = first ? 1.0 : -1.0;
+        at = first ? 0.0 : m->slack_ft;
+        break;
+    case PRESSED: way = -1.0; break;
+    case HOOKED: at = m->slack_ft; break;
+    case FREED:
+        of = first ? SPEED : OPENING;
+        way = first ? 1.0 : -1.0;
+        at = m->slack_ft;
+        break;
+    case HELD:
+        of = first ? OPENING : FORCE;
+        way = which == 2 ? 1.0 : -1.0;
+        at = first ? m->reach_ft[j] : which == 1 ? 0.0 : -m->grit_lb[j];
+        break;
+    case LOOSE:
+        of = first ? OPENING : FORCE;
+        way = first ? -1.0 : 1.0;
+        at = first ? m->reach_ft[j] : 0.0;
+        break;
+    case FULL:
+        of = first ? OPENING : FORCE;
+        way = first ? 1.0 : -1.0;
+        at = first ? m->reach_ft[j] - m->grit_lb[j] / m->kl : -m->grit_lb[j];
+        break;
+    case YIELDS:
+        of = first ? OPENING : SPEED;
+        way = first ? 1.0 : -1.0;
+        at = first ? -m->grit_lb[j] / m->kl : 0.0;
+        break;
+    default: return false;
+    }
+    static const int ends_of[] = {
+        [OPEN] = 2, [PRESSED] = 1, [HOOKED] = 1, [FREED] = 2,
+        [HELD] = 3, [LOOSE] = 2,   [FULL] = 2,   [YIELDS] = 2,
+    };
+    if (which >= ends_of[m->mode[j]])
+        return false;
+    switch (of) {
+    case OPENING:
+        for (int k = 0; k <= order; k++)
+            s[k] = way * g[k];
+        s[0] -= way * at;
+        *noise = noise_ft(m, j);
+        break;
+    case SPEED:
+        for (int k = 0; k < order; k++)
+            s[k] = way * (k + 1) * g[k + 1];
+        s[order] = 0.0;
+        *noise = noise_ft_s(m);
+        break;
+    case FORCE:
+        for (int k = 0; k < order; k++)
+            s[k] = way * (m->kl * g[k] + m->cl * (k + 1) * g[k + 1]);
+        s[0] -= way * (m->kl * m->reach_ft[j] + at);
+        s[order] = 0.0;
+        *noise = m->kl * noise_ft(m, j) + m->cl * noise_ft_s(m) + ROUNDING * m->grit_lb[j];
+        break;
+    }
+    return true;
+}
+
+static void look_at_joint(const struct motion *m, int j, int order, struct event *event)
+{
+    double g[POLYNOMIAL_DEGREE + 1], s[POLYNOMIAL_DEGREE + 1], noise,
+        g_ft = motion_opening_ft(m, j);
+    double way = m->reach_g[j];
+    switch (m->mode[j]) { /* most are far from all that ends them */
+    case CUT:
+    case ELASTIC: return;
+    case OPEN:
+        if (g_ft > way && m->slack_ft - g_ft > way)
+            return;
+        break;
+    case PRESSED:
+        if (-g_ft > way)
+            return;
+        break;
+    case HOOKED:
+        if (g_ft - m->slack_ft > way)
+            return;
+        break;
+    case HELD: {
+        double t = m->pull[0][j];
+        if (m->reach_ft[j] - g_ft > way && -t > m->reach_t[j] && t + m->grit_lb[j] > m->reach_t[j])
+            return;
+        break;
+    }
+    case FREED:
+    case YIELDS: {
+        bool yields = m->mode[j] == YIELDS;
+        double v = m->c[1][j] - m->c[1][j - 1], change = m->reach_v[j] + m->reach_v[j - 1];
+        double room = yields ? g_ft + m->grit_lb[j] / m->kl : m->slack_ft - g_ft;
+        v = yields ? -v : v;
+        if (room > way && v >= change && (v > 0.0 || change == 0.0))
+            return;
+        break;
+    }
+    default: break;
+    }
+    opening_series(m, j, order, g);
+    for (int which = 0; joint_end(m, j, which, g, order, s, &noise); which++)
+        consider(event, polynomial_falls_s(s, order, event->h_s, noise), 0, j, which);
+}
+
+static void set_mode(struct motion *m, int j, enum mode mode)
+{
+    bool spring = mode == ELASTIC || mode == PRESSED || mode == HOOKED || mode == HELD;
+    m->mode[j] = (unsigned char)mode;
+    m->a[j] = spring ? m->kl : 0.0;
+    m->b[j] = spring ? m->cl : 0.0;
+    m->at_lb[j] = mode == HOOKED                 ? -m->kl * m->slack_ft
+                : mode == HELD                   ? -m->kl * m->reach_ft[j]
+                : mode == FULL || mode == YIELDS ? -m->grit_lb[j]
+                                                 : 0.0;
+}
+
+static void switch_joint(struct motion *m, int j, int which)
+{
+    bool dirty = m->grit_lb[j] > 0.0;
+    double g_ft = motion_opening_ft(m, j);
+    switch (m->mode[j]) {
+    case OPEN: set_mode(m, j, which == 0 ? PRESSED : HOOKED); break;
+    case PRESSED: set_mode(m, j, dirty ? FREED : OPEN); break;
+    case HOOKED:
+        m->reach_ft[j] = m->slack_ft;
+        set_mode(m, j, dirty ? HELD : OPEN);
+        break;
+    case FREED:
+        if (which == 0)
+            m->reach_ft[j] = g_ft;
+        set_mode(m, j, which == 1 ? HOOKED : g_ft > 0.0 ? HELD : PRESSED);
+        break;
+    case HELD:
+        set_mode(m, j, which == 0 ? FREED : which == 1 ? LOOSE : m->cl > 0.0 ? FULL : YIELDS);
+        break;
+    case LOOSE: set_mode(m, j, which == 0 ? FREED : HELD); break;
+    case FULL: set_mode(m, j, which == 0 ? YIELDS : HELD); break;
+    case YIELDS:
+        m->reach_ft[j] = which == 0 ? 0.0 : g_ft + m->grit_lb[j] / m->kl;
+        set_mode(m, j, which == 0 ? PRESSED : HELD);
+        break;
+    default: break;
+    }
+}
+
+static void set_slide(struct motion *m, int n, int way)
+{
+    m->slide[n] = (signed char)way;
+    m->drag_lb_s_ft[n] = m->ground_lb_s_ft;
+    m->free_per_slug[n] = way ? m->per_slug : 0.0;
+    m->rub_lb[n] = way == 1 || way == -1 ? way * m->limit_lb[n] : 0.0;
+    if (way && n < m->low)
+        m->low = n;
+    if (way && n > m->high)
+        m->high = n;
+}
+
+static void shrink(struct motion *m)
+{
+    while (m->low <= m->high && m->slide[m->low] == 0)
+        m->low++;
+    while (m->low <= m->high && m->slide[m->high] == 0)
+        m->high--;
+    if (m->low > m->high) {
+        m->low = m->mats + 1;
+        m->high = 0;
+    }
+}
+
+static void set_part(struct motion *m, struct part *part, int mode)
+{
+    double limit_lb = motion_part_limit_lb(m, part);
+    part->mode = mode;
+    part->rate_lb_ft = mode == LOADS   ? part->k_lb_ft
+                     : mode == UNLOADS ? part->k_lb_ft / m->rho
+                                       : 0.0;
+    if (mode == GIVES)
+        part->hold_lb = part->side * limit_lb;
+    set_slide(m, part->mat, RIDDEN);
+    m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping * sqrt(part->k_lb_ft / m->per_slug);
+    m->rub_lb[part->mat] = part->hold_lb;
+}
+
+static void switch_part(struct motion *m, struct part *part, int which)
+{
+    if (part->mode == GIVES)
+        set_part(m, part, part->load[1] > 0.0 ? LOADS : UNLOADS);
+    else if (which == 0)
+        set_part(m, part, part->mode == LOADS ? UNLOADS : LOADS);
+    else if (which == 1)
+        set_part(m, part, GIVES);
+    else {
+        part->side = -part->side;
+        set_part(m, part, LOADS);
+    }
+}
+
+static void switch_mat(struct motion *m, int n, int which)
+{
+    for (int i = 0; m->slide[n] == RIDDEN && i < m->part_count; i++) {
+        if (m->parts[i].mat == n) {
+            switch_part(m, &m->parts[i], which);
+            return;
+        }
+    }
+    bool rests = m->slide[n] == 0;
+    if (m->friction == SIM_TANH) {
+        set_slide(m, n, m->slide[n] != 2 ? 2 : m->c[1][n] > 0.0 ? 1 : -1);
+        return;
+    }
+    m->c[1][n] = 0.0;
+    double x = push_lb(m, n);
+    bool held = !rests && fabs(x) <= m->limit_lb[n] + noise_push_lb(m, n);
+    set_slide(m, n, held ? 0 : x > 0.0 ? 1 : -1);
+    shrink(m);
+}
+/* ---- the wheel ---- */
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static size_t lines_of(const struct motion *m)
+{
+    return m->gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
+}
+
+static void add_break(struct motion *m, double t_s)
+{
+    if (!(t_s > 0.0 && t_s < sim_scene_end_s(m->scene)))
+        return;
+    xlist_grow(&m->breaks_s, m->breaks, sizeof *m->breaks_s);
+    m->breaks_s[m->breaks++] = t_s;
+}
+
+/* A point that is `ahead` of the path comes from one mat to the next, or half a mat further. */
+static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
+{
+    double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
+    double x1_ft = row[1].x_ft + ahead_ft, way_ft = x1_ft - x0_ft;
+    double low = ceil(fmin(x0_ft, x1_ft) / length_ft), high = floor(fmax(x0_ft, x1_ft) / length_ft);
+    for (double i = fmax(low, 0.0); i <= fmin(high, m->mats); i++)
+        add_break(m, row[0].t_s + (row[1].t_s - row[0].t_s) * ((i * length_ft - x0_ft) / way_ft));
+}
+
+static void make_breaks(struct motion *m)
+{
+    const struct sim_scene *scene = m->scene;
+    double half_ft = m->gear ? 0.5 * scene->gear.foot_ft : 0.0;
+    for (size_t i = 0; i < m->wheel.count; i++) {
+        const struct sim_path_row *row = m->wheel.rows + i;
+        add_break(m, row->t_s);
+        if (i + 1 == m->wheel.count || row[1].x_ft == row->x_ft || !(row[1].t_s > row->t_s))
+            continue;
+        for (size_t line = 0; line < lines_of(m); line++) {
+            const struct sim_list *lines = &scene->gear.lines_ft;
+            double ahead_ft = m->gear && lines->count > 0 ? -lines->values[line] : 0.0;
+            add_hops(m, row, ahead_ft);
+            if (scene->thrust == SIM_LINEAR)
+                add_hops(m, row, ahead_ft + 0.5 * scene->length_ft);
+            if (half_ft > 0.0) {
+                add_hops(m, row, ahead_ft - half_ft);
+                add_hops(m, row, ahead_ft + half_ft);
+            }
+        }
+    }
+    add_break(m, scene->force_stop_s);
+    qsort(m->breaks_s, m->breaks, sizeof *m->breaks_s, by_value);
+    xlist_grow(&m->breaks_s, m->breaks, sizeof *m->breaks_s);
+    m->breaks_s[m->breaks++] = sim_scene_end_s(scene);
+}
+
+static struct part *part_of(struct motion *m, int mat)
+{
+    int i = 0;
+    while (i < m->part_count && m->parts[i].mat != mat)
+        i++;
+    if (i == m->part_count)
+        m->parts[m->part_count++] = (struct part){.mat = mat};
+    return &m->parts[i];
+}
+
+/* A share of so many axles' thrust and load is on a mat: share, and its rate. */
+static void add_part(struct motion *m, int mat, double share, double rate, double axles,
+                     const double force[2], bool thrust, bool load)
+{
+    if (mat < 1 || mat > m->mats || m->part_count == SIM_TOUCH_MAX)
+        return;
+    struct part *part = part_of(m, mat);
+    if (thrust) {
+        part->thrust_lb[0] += axles * share * force[0];
+        part->thrust_lb[1] += axles * (share * force[1] + rate * force[0]);
+        part->thrust_lb[2] += axles * rate * force[1];
+    }
+    if (load) {
+        part->load[0] += axles * share;
+        part->load[1] += axles * rate;
+        part->touching += axles;
+    }
+}
+
+/* One line of axles, which is at x_ft in the middle of the interval, half_s from here. */
+static void add_line(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
+                     const double force[2])
+{
+    const struct sim_scene *scene = m->scene;
+    double length_ft = scene->length_ft, foot_ft = m->gear ? scene->gear.foot_ft : 0.0;
+    double at_ft = x_ft - speed_ft_s * half_s, mat = floor(x_ft / length_ft + EDGE) + 1.0;
+    bool jump = scene->thrust == SIM_JUMP;
+    if (!(mat >= 1.0 && mat <= m->mats))
+        return;
+    if (foot_ft > 0.0) {
+        double back_ft = -0.5 * foot_ft, front_ft = 0.5 * foot_ft;
+        int first = (int)fmax(1.0, floor((x_ft + back_ft) / length_ft) + 1.0);
+        for (int n = first; n <= m->mats && (n - 1) * length_ft < x_ft + front_ft; n++) {
+            bool begins = x_ft + back_ft > (n - 1) * length_ft,
+                 ends = x_ft + front_ft < n * length_ft;
+            double from_ft = begins ? at_ft + back_ft : (n - 1) * length_ft;
+            double to_ft = ends ? at_ft + front_ft : n * length_ft;
+            add_part(m, n, (to_ft - from_ft) / foot_ft, ((ends - begins) * speed_ft_s) / foot_ft,
+                     axles, force, true, true);
+        }
+        return;
+    }
+    add_part(m, (int)mat, 1.0, 0.0, axles, force, jump, true);
+    if (jump)
+        return;
+    double w = x_ft / length_ft - 0.5, i = floor(w), rate = speed_ft_s / length_ft;
+    double right = at_ft / length_ft - 0.5 - i;
+    if (i < 0.0) {
+        add_part(m, 1, 1.0, 0.0, axles, force, true, false);
+    } else {
+        add_part(m, (int)i + 1, 1.0 - right, -rate, axles, force, true, false);
+        add_part(m, (int)i + 2, right, rate, axles, force, true, false);
+    }
+}
+
+static double stiffness_lb_ft(const struct motion *m, double touching)
+{
+    return touching > 0.0 ? m->scene->element[ELEMENT_gear_ground] *
+                                elementary_pow(touching, m->scene->gear.axle_law)
+                          : 0.0;
+}
+
+static void near_mat(struct motion *m, int n)
+{
+    m->near_low = n < m->near_low ? n : m->near_low;
+    m->near_high = n > m->near_high ? n : m->near_high;
+}
+
+/* Elastic ground under what is pressed now, from what it was before. */
+static void lay_part(struct motion *m, struct part *part, const struct part *before)
+{
+    double v = m->c[1][part->mat];
+    part->k_lb_ft = stiffness_lb_ft(m, part->touching);
+    part->hold_lb = before ? before->hold_lb : 0.0;
+    if (before && part->touching < before->touching)
+        part->hold_lb *= part->k_lb_ft / before->k_lb_ft;
+    if (m->friction == SIM_NONE) {
+        part->hold_lb = 0.0;
+        set_part(m, part, RIDES);
+        return;
+    }
+    double limit_lb = motion_part_limit_lb(m, part);
+    part->hold_lb = fmax(-limit_lb, fmin(limit_lb, part->hold_lb));
+    part->side = part->hold_lb > 0.0 ? 1 : part->hold_lb < 0.0 || v < 0.0 ? -1 : 1;
+    set_part(m, part, v * part->side < 0.0 ? UNLOADS : LOADS);
+}
+
+static void leave_mat(struct motion *m, int n)
+{
+    double v = m->c[1][n];
+    bool slides = m->friction == SIM_STICK ||
+                  (m->friction == SIM_TANH && fabs(v) > FAR * m->scene->veps_ft_s);
+    m->limit_lb[n] = m->weight_limit_lb;
+    if (m->slide[n] == RIDDEN)
+        set_slide(m, n, slides ? (v > 0.0) - (v < 0.0) : 2);
+    else
+        set_slide(m, n, m->slide[n]);
+}
+
+/* What the wheel does from now on to the next break. */
+void motion_press(struct motion *m)
+{
+    const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.count - 1;
+    double until_s = m->breaks_s[m->next_break], half_s = 0.5 * (until_s - m->t_s);
+    double middle_s = m->t_s + half_s, force[2] = {0.0, 0.0}, x_ft = last->x_ft, speed_ft_s = 0.0;
+    struct part before[SIM_TOUCH_MAX];
+    int count = m->part_count;
+    bool there = middle_s >= rows->t_s;
+    memcpy(before, m->parts, sizeof before);
+    m->part_count = 0;
+    m->from_s = m->t_s;
+    for (const struct sim_path_row *row = rows; row < last; row++) {
+        double long_s = row[1].t_s - row->t_s;
+        if (!(middle_s >= row->t_s && middle_s < row[1].t_s))
+            continue;
+        speed_ft_s = (row[1].x_ft - row->x_ft) / long_s;
+        x_ft = row->x_ft + speed_ft_s * (middle_s - row->t_s);
+        force[1] = middle_s < m->scene->force_stop_s ? (row[1].force_lb - row->force_lb) / long_s
+                                                     : 0.0;
+        force[0] = middle_s < m->scene->force_stop_s
+                     ? row->force_lb +
+                           (row[1].force_lb - row->force_lb) * ((m->t_s - row->t_s) / long_s)
+                     : 0.0;
+    }
+    for (size_t i = 0; there && i < lines_of(m); i++) {
+        const struct sim_gear *gear = &m->scene->gear;
+        double behind_ft = m->gear && gear->lines_ft.count > 0 ? gear->lines_ft.values[i] : 0.0;
+        double axles = m->gear && gear->axles.count > 0 ? gear->axles.values[i] : 1.0;
+        add_line(m, x_ft - behind_ft, speed_ft_s, half_s, axles, force);
+    }
+    for (int i = 0; i < count; i++) {
+        int n = before[i].mat;
+        near_mat(m, n);
+        m->thrust[0][n] = m->thrust[1][n] = m->thrust[2][n] = 0.0;
+        leave_mat(m, n);
+    }
+    for (int i = 0; i < m->part_count; i++) {
+        struct part *part = &m->parts[i];
+        const struct part *was = NULL;
+        for (int k = 0; k < count; k++)
+            was = before[k].mat == part->mat && before[k].touching > 0.0 ? &before[k] : was;
+        near_mat(m, part->mat);
+        m->limit_lb[part->mat] = m->weight_limit_lb + m->load_limit_lb * part->load[0];
+        if (m->gear && part->touching > 0.0)
+            lay_part(m, part, was);
+        else
+            set_slide(m, part->mat, m->slide[part->mat]);
+    }
+    shrink(m);
+}
+
+/* The wheel's thrust from the present time on. */
+void motion_touch(struct motion *m)
+{
+    double dt = m->t_s - m->from_s;
+    for (int i = 0; i < m->part_count; i++) {
+        const struct part *part = &m->parts[i];
+        const double *f = part->thrust_lb;
+        m->thrust[0][part->mat] = f[0] + dt * (f[1] + dt * f[2]);
+        m->thrust[1][part->mat] = f[1] + 2.0 * dt * f[2];
+        m->thrust[2][part->mat] = f[2];
+        near_mat(m, part->mat);
+    }
+}
+
+/* ---- all of it ---- */
+
+struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s)
+{
+    struct event event = {wide_s, 0, 0, 0};
+    bounds(m, first, last, order, wide_s);
+    for (int i = 0; m->gear && i < m->part_count; i++) {
+        if (m->parts[i].touching > 0.0)
+            look_at_part(m, &m->parts[i], order, &event);
+    }
+    for (int n = first; n <= last; n++)
+        look_at_mat(m, n, order, &event);
+    for (int j = first; j <= last + 1; j++)
+        look_at_joint(m, j, order, &event);
+    return event;
+}
+
+void motion_switch(struct motion *m, const struct event *event)
+{
+    if (event->mat)
+        switch_mat(m, event->mat, event->which);
+    else if (event->joint)
+        switch_joint(m, event->joint, event->which);
+}
+
+void motion_make(struct motion *m, const struct sim_scene *scene)
+{
+    size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
+    bool tanh_law = scene->friction_law == SIM_TANH && scene->friction > 0.0;
+    size_t arrays = (POLYNOMIAL_DEGREE + 1) + POLYNOMIAL_DEGREE + 21 +
+                    (tanh_law ? 2 * POLYNOMIAL_DEGREE : 0);
+    *m = (struct motion){.scene = scene,
+                         .mats = scene->mats,
+                         .per_slug = scene->g_ft_s2 / scene->weight_lb,
+                         .kl = scene->kl_lb_ft,
+                         .cl = scene->cl_lb_s_ft,
+                         .slack_ft = scene->slack_ft,
+                         .ground_lb_s_ft = scene->element[ELEMENT_ground_damping],
+                         .weight_limit_lb = scene->friction * scene->weight_lb,
+                         .load_limit_lb = scene->friction * scene->wheel_load_lb,
+                         .friction = !(scene->friction > 0.0) || scene->friction_law == SIM_NONE
+                                       ? SIM_NONE
+                                   : tanh_law ? SIM_TANH
+                                              : SIM_STICK,
+                         .gear = scene->element[ELEMENT_gear_ground] > 0.0,
+                         .rho = scene->gear.unloading,
+                         .length = length};
+    double w = 4.0 * m->kl * m->per_slug, d = 4.0 * m->cl * m->per_slug;
+    double axles = 0.0;
+    for (size_t i = 0; i < lines_of(m); i++)
+        axles += scene->gear.axles.count > 0 ? scene->gear.axles.values[i] : 1.0;
+    double ground = m->gear ? stiffness_lb_ft(m, axles) * m->per_slug : 0.0;
+    m->rate = d + sqrt(w + ground / law_least(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
+              2.0 * scene->gear.damping * sqrt(ground);
+    m->bend_rate = (m->weight_limit_lb + m->load_limit_lb) * m->per_slug / scene->veps_ft_s;
+    sim_wheel_start(&m->wheel, scene);
+    make_breaks(m);
+    m->storage = xaligned_alloc(ALIGNMENT, arrays * length * sizeof(double) + 2 * length);
+    double *next = (double *)m->storage + PADDING;
+    double **const places[] = {&m->thrust[0], &m->thrust[1], &m->thrust[2],    &m->free_per_slug,
+                               &m->limit_lb,  &m->rub_lb,    &m->drag_lb_s_ft, &m->reach_v,
+                               &m->a,         &m->b,         &m->at_lb,        &m->gap0_ft,
+                               &m->grit_lb,   &m->reach_ft,  &m->push_most_lb, &m->pull_most_lb,
+                               &m->reach_g,   &m->reach_t,   &m->u_at,         &m->sum,
+                               &m->slope};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++, next += length)
+        *places[i] = next;
+    for (int k = 0; k <= POLYNOMIAL_DEGREE; k++, next += length)
+        m->c[k] = next;
+    for (int k = 0; k < POLYNOMIAL_DEGREE; k++, next += length)
+        m->pull[k] = next;
+    for (int k = 0; tanh_law && k < POLYNOMIAL_DEGREE; k++, next += 2 * length) {
+        m->smooth[k] = next;
+        m->square[k] = next + length;
+    }
+    m->slide = (signed char *)((double *)m->storage + arrays * length) + PADDING;
+    m->mode = (unsigned char *)m->slide + length;
+}
+
+void motion_free(struct motion *m)
+{
+    free(m->breaks_s);
+    free(m->storage);
+}
+
+void motion_start(struct motion *m)
+{
+    const struct sim_scene *scene = m->scene;
+    size_t doubles = (size_t)((double *)(void *)(m->slide - PADDING) - (double *)m->storage);
+    memset(m->storage, 0, doubles * sizeof(double) + 2 * m->length);
+    m->next_break = 0;
+    m->part_count = 0;
+    m->t_s = m->most_u_ft = m->most_v_ft_s = 0.0;
+    m->low = m->mats + 1;
+    m->high = 0;
+    m->near_low = m->mats + 1;
+    m->near_high = 0;
+    for (int j = 0; j < m->mats + 2; j++)
+        set_mode(m, j, CUT);
+    for (int j = 1; j <= m->mats + 1; j++) {
+        double g_ft = m->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
+        bool end = (j == 1 && scene->left == SIM_FREE) ||
+                   (j == m->mats + 1 && scene->right == SIM_FREE);
+        m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint(&scene->grit_lb, j) : 0.0;
+        m->reach_ft[j] = joint_first_reach_ft(g_ft, m->slack_ft);
+        set_mode(m, j,
+                 end                   ? CUT
+                 : m->slack_ft <= 0.0  ? ELASTIC
+                 : g_ft < 0.0          ? PRESSED
+                 : g_ft > m->slack_ft  ? HOOKED
+                 : m->grit_lb[j] > 0.0 ? FREED
+                                       : OPEN);
+    }
+    for (int n = 1; n <= m->mats; n++) {
+        m->limit_lb[n] = m->weight_limit_lb;
+        set_slide(m, n, m->friction == SIM_STICK ? 0 : 2);
+    }
+    m->limit_lb[0] = m->limit_lb[m->mats + 1] = (double)INFINITY;
+    int thrown = scene->v0_mat > 0 ? scene->v0_mat : sim_wheel_first_mat(&m->wheel);
+    m->c[1][thrown] = scene->v0_ft_s;
+    if (m->friction != SIM_NONE && scene->v0_ft_s != 0.0 &&
+        (m->friction == SIM_STICK || fabs(scene->v0_ft_s) > FAR * scene->veps_ft_s))
+        set_slide(m, thrown, scene->v0_ft_s > 0.0 ? 1 : -1);
+    m->most_v_ft_s = fabs(scene->v0_ft_s);
+    motion_press(m);
+}

@@ -1,0 +1,103 @@
+#include "host/sim/solvers/polynomial.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+
+#define NOTHING 1e-18 /* of a polynomial, where its roots are sought */
+
+double polynomial_value(const double *s, int degree, double t)
+{
+    double sum = s[degree];
+    for (int k = degree; k-- > 0;)
+        sum = sum * t + s[k];
+    return sum;
+}
+
+/* Of a polynomial that is positive at `low` and negative at `high`. */
+static double root_within(const double *s, int degree, double low, double high)
+{
+    double narrow = DBL_EPSILON * high, t = 0.5 * (low + high);
+    for (int i = 0; i < 100 && high - low > narrow; i++) {
+        double f = s[degree], slope = 0.0;
+        for (int k = degree; k-- > 0;) {
+            slope = slope * t + f;
+            f = f * t + s[k];
+        }
+        if (f > 0.0)
+            low = t;
+        else
+            high = t;
+        double next = t - f / slope;
+        if (!(next > low && next < high))
+            next = 0.5 * (low + high);
+        if (f == 0.0 || fabs(next - t) <= narrow)
+            break;
+        t = next;
+    }
+    return t;
+}
+
+/* First root within low..high of s, whose Bernstein coefficients there are b (Farouki 2012): the
+ * polynomial has no more roots than they have changes of sign. Changes b. */
+static double first_root(const double *s, double *b, int degree, double low, double high, int depth)
+{
+    int changes = 0;
+    bool positive = true;
+    for (int k = 0; k <= degree; k++) {
+        bool now = k == 0 || b[k] > 0.0 || (b[k] == 0.0 && positive);
+        changes += now != positive;
+        positive = now;
+    }
+    if (changes == 0)
+        return (double)INFINITY;
+    if (changes == 1 || depth == 0)
+        return positive ? (double)INFINITY : root_within(s, degree, low, high);
+    double left[POLYNOMIAL_DEGREE + 1], middle = 0.5 * (low + high);
+    for (int k = 0; k <= degree; k++) { /* of de Casteljau: b becomes the right half */
+        left[k] = b[0];
+        for (int i = 0; i < degree - k; i++)
+            b[i] = 0.5 * (b[i] + b[i + 1]);
+    }
+    double t = first_root(s, left, degree, low, middle, depth - 1);
+    if (t < (double)INFINITY)
+        return t;
+    return b[0] < 0.0 ? middle : first_root(s, b, degree, middle, high, depth - 1);
+}
+
+/* First root in (0, wide] of what is positive at 0; INFINITY: none. */
+static double falls(const double *s, int degree, double wide)
+{
+    double power[POLYNOMIAL_DEGREE + 1], b[POLYNOMIAL_DEGREE + 1], most = 0.0;
+    power[0] = 1.0;
+    for (int k = 1; k <= degree; k++) {
+        power[k] = power[k - 1] * wide;
+        most += fabs(s[k]) * power[k];
+    }
+    if (s[0] > most)
+        return (double)INFINITY;
+    while (degree > 1 && fabs(s[degree]) * power[degree] < NOTHING * most)
+        degree--;
+    double choices = 1.0;
+    for (int k = 0; k <= degree; k++) {
+        b[k] = s[k] * power[k] / choices;
+        choices = choices * (degree - k) / (k + 1);
+    }
+    for (int k = 1; k <= degree; k++) {
+        for (int i = degree; i >= k; i--)
+            b[i] += b[i - 1];
+    }
+    return first_root(s, b, degree, 0.0, wide, 40);
+}
+
+double polynomial_falls_s(double *s, int degree, double wide, double edge)
+{
+    int skip = 0;
+    if (s[0] <= edge)
+        s[0] += edge;
+    while (skip <= degree && s[skip] == 0.0)
+        skip++;
+    if (skip > degree)
+        return (double)INFINITY;
+    return s[skip] < 0.0 ? 0.0 : falls(s + skip, degree - skip, wide);
+}
