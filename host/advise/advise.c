@@ -264,7 +264,7 @@ enum mr_status advise_begin(struct store *store, const struct advise_request *re
     enum mr_status status = past_load(store, request->before, &advise->past, error);
     if (status == MR_OK && isfinite(request->share))
         advise->past.runway.share = request->share;
-    return status == MR_OK ? make_plan(advise, error) : status;
+    return status ?: make_plan(advise, error);
 }
 
 enum mr_status advise_find(struct advise *advise, bool si, struct progress *progress,

@@ -235,14 +235,11 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
         landing->seen.survey_error_in = past->survey_error_in;
         blank(landing->seen.before_in);
         blank(landing->seen.after_in);
-        status = take_landing(store, past, landing, error);
-        if (status == MR_OK)
-            status = told_survey(store, row[i].id, last_in, landing->seen.before_in, error);
-        if (status == MR_OK)
-            status = gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
-                                 landing->seen.before_in, &landing->seen.survey_error_in, error);
-        if (status == MR_OK)
-            status = take_plan(store, i ? row[i - 1].id : 0, landing, error);
+        status = take_landing(store, past, landing, error) ?:
+                 told_survey(store, row[i].id, last_in, landing->seen.before_in, error) ?:
+                 gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
+                             landing->seen.before_in, &landing->seen.survey_error_in, error) ?:
+                 take_plan(store, i ? row[i - 1].id : 0, landing, error);
         past->landings++;
     }
     if (status == MR_OK)

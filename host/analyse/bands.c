@@ -51,13 +51,11 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
     int64_t next = INT64_MAX;
     if (landing->armed_block == STORE_NONE)
         return MR_OK;
-    enum mr_status status = next_armed(store, landing, &next, error);
-    if (status == MR_OK)
-        status = store_shunts_before(store, landing->session, landing->boot, landing->armed_block,
-                                     &rows[0], &count[0], error);
-    if (status == MR_OK)
-        status = store_shunts_after(store, landing->session, landing->boot, landing->armed_block,
-                                    &rows[1], &count[1], error);
+    enum mr_status status = next_armed(store, landing, &next, error) ?:
+                            store_shunts_before(store, landing->session, landing->boot,
+                                                landing->armed_block, &rows[0], &count[0], error) ?:
+                            store_shunts_after(store, landing->session, landing->boot,
+                                               landing->armed_block, &rows[1], &count[1], error);
     for (int side = 0; side < 2; side++) {
         for (size_t i = 0; status == MR_OK && i < count[side]; i++) {
             const struct store_shunt *row = &rows[side][i];
@@ -80,12 +78,9 @@ enum mr_status bands_load(struct store *store, const struct measured *measured,
 {
     int64_t run = measured->landing.id;
     memset(bands, 0, sizeof *bands);
-    enum mr_status status = store_bands(store, run, &bands->band, &bands->bands, error);
-    if (status == MR_OK)
-        status = store_band_events(store, run, &bands->event, &bands->events, error);
-    if (status == MR_OK)
-        status = load_shunts(store, &measured->landing, bands, error);
-    return status;
+    return store_bands(store, run, &bands->band, &bands->bands, error) ?:
+           store_band_events(store, run, &bands->event, &bands->events, error) ?:
+           load_shunts(store, &measured->landing, bands, error);
 }
 
 void bands_free(struct bands_summary *bands)

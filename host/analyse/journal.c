@@ -63,13 +63,10 @@ enum mr_status journal_load(struct store *store, const struct store_landing *lan
                             struct journal *j, struct error *error)
 {
     memset(j, 0, sizeof *j);
-    enum mr_status status = store_series_of(store, landing, &j->series, error);
-    if (status == MR_OK)
-        status = store_changes(store, landing->id, &j->change, &j->changes, error);
-    if (status == MR_OK)
-        status = store_observations(store, landing->id, &j->observation, &j->observations, error);
-    return status == MR_OK ? store_is_void(store, landing->id, &j->is_void, j->void_reason, error)
-                           : status;
+    return store_series_of(store, landing, &j->series, error) ?:
+           store_changes(store, landing->id, &j->change, &j->changes, error) ?:
+           store_observations(store, landing->id, &j->observation, &j->observations, error) ?:
+           store_is_void(store, landing->id, &j->is_void, j->void_reason, error);
 }
 
 void journal_free(struct journal *j)

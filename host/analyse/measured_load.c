@@ -405,9 +405,9 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
     struct measured *measured = record->measured;
     int64_t run = measured->landing.id;
     bool recalibrated = false;
-    enum mr_status status = store_is_recalibrated(store, run, &recalibrated, error);
-    if (status == MR_OK)
-        status = store_block_indexes_each(store, run, add_block, &record->moments, error);
+    enum mr_status status = store_is_recalibrated(store, run, &recalibrated, error)
+                              ?: store_block_indexes_each(store, run, add_block, &record->moments,
+                                                          error);
     bool messages = record->moments.groups == 0 || !recalibrated;
     if (status == MR_OK && messages)
         status = store_frames_each(store, run, LINK_CAN, add_message, &record->moments, error);
@@ -508,9 +508,8 @@ static enum mr_status load_gates(struct store *store, int64_t run, struct measur
     struct store_edge *edges = NULL;
     struct store_switch *places = NULL;
     size_t edge_count, place_count;
-    enum mr_status status = store_edges(store, run, &edges, &edge_count, error);
-    if (status == MR_OK)
-        status = store_switches(store, run, &places, &place_count, error);
+    enum mr_status status = store_edges(store, run, &edges, &edge_count, error)
+                              ?: store_switches(store, run, &places, &place_count, error);
     if (status == MR_OK)
         collect_gates(measured, edges, edge_count, places, place_count);
     for (size_t i = 0; status == MR_OK && i < edge_count; i++) {
@@ -551,18 +550,16 @@ static enum mr_status load_facts(struct store *store, int64_t run, struct measur
                                  struct error *error)
 {
     memset(measured, 0, sizeof *measured);
-    enum mr_status status = store_landing_get(store, run, &measured->landing, error);
-    if (status == MR_OK)
-        status = load_gates(store, run, measured, error);
-    return status == MR_OK ? count_unheard_edges(store, run, measured, error) : status;
+    return store_landing_get(store, run, &measured->landing, error) ?:
+           load_gates(store, run, measured, error) ?:
+           count_unheard_edges(store, run, measured, error);
 }
 
 static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,
                                struct error *error)
 {
-    enum mr_status status = load_configuration(store, run, measured, error);
-    if (status == MR_OK)
-        status = load_series(store, measured, error);
+    enum mr_status status = load_configuration(store, run, measured, error)
+                              ?: load_series(store, measured, error);
     if (status != MR_OK)
         return status;
     measured_fit_gear(measured);
@@ -573,8 +570,7 @@ static enum mr_status load_all(struct store *store, int64_t run, struct measured
 enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
                              struct error *error)
 {
-    enum mr_status status = load_facts(store, run, measured, error);
-    return status == MR_OK ? load_all(store, run, measured, error) : status;
+    return load_facts(store, run, measured, error) ?: load_all(store, run, measured, error);
 }
 
 #define NEAR_BLOCKS 1000 /* what comes within a second belongs together */
@@ -614,9 +610,8 @@ enum mr_status measured_load_gear(struct store *store, int64_t run, struct measu
                                   struct error *error)
 {
     bool enough = false;
-    enum mr_status status = load_facts(store, run, measured, error);
-    if (status == MR_OK)
-        status = fit_without_series(store, measured, &enough, error);
+    enum mr_status status = load_facts(store, run, measured, error)
+                              ?: fit_without_series(store, measured, &enough, error);
     if (status != MR_OK || enough)
         return status;
     measured_free(measured);

@@ -317,11 +317,10 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
     const struct store_landing *landing = &measured->landing;
     *outcome = (struct outcome){
         .mats = STORE_NONE, .left_mats = STORE_NONE, .start_ft = (double)NAN, .t_s = (double)NAN};
-    enum mr_status status = told_survey(store, landing->id,
-                                        between->before ? between->before->id : 0, &before, error);
-    if (status == MR_OK)
-        status = gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
-                             landing->armed_us, &before, error);
+    enum mr_status status =
+        told_survey(store, landing->id, between->before ? between->before->id : 0, &before, error)
+            ?: gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
+                           landing->armed_us, &before, error);
     if (status == MR_OK && between->after)
         status = told_survey(store, between->after->id, landing->id, &after, error);
     if (status == MR_OK)
@@ -367,9 +366,8 @@ static enum mr_status has_survey(struct store *store, int64_t run, bool *has, st
     struct zones_closure told;
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
-    enum mr_status status = zones_load_survey(store, run, &told, error);
-    if (status == MR_OK)
-        status = store_gage_surveys(store, &rows, &count, error);
+    enum mr_status status = zones_load_survey(store, run, &told, error)
+                              ?: store_gage_surveys(store, &rows, &count, error);
     *has = status == MR_OK && (told.surveyed > 0 || count > 0);
     free(rows);
     return status;
@@ -457,9 +455,8 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
     struct store_advice *advice = NULL;
     size_t count = 0, advices = 0;
     *record = (struct record){0};
-    enum mr_status status = store_landings(store, &record->landing, &count, error);
-    if (status == MR_OK)
-        status = store_advices(store, &advice, &advices, error);
+    enum mr_status status = store_landings(store, &record->landing, &count, error)
+                              ?: store_advices(store, &advice, &advices, error);
     if (status == MR_OK)
         record->row = xcalloc(count, sizeof *record->row);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
@@ -498,8 +495,7 @@ enum mr_status record_end(struct store *store, struct record *record, struct err
 
 enum mr_status record_load(struct store *store, struct record *record, struct error *error)
 {
-    enum mr_status status = record_begin(store, record, error);
-    return status == MR_OK ? record_end(store, record, error) : status;
+    return record_begin(store, record, error) ?: record_end(store, record, error);
 }
 
 void record_free(struct record *record)

@@ -358,11 +358,9 @@ struct summary_moment summary_time_by(const struct store_time_map *clock, double
 static enum mr_status summary_time_load(struct store *store, struct summary *summary,
                                         struct error *error)
 {
-    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
-    if (status == MR_OK)
-        status = summary_time_clock(store, summary->measured.landing.id, &summary->clock,
-                                    &summary->clock_known, error);
-    return status;
+    return film_load(store, &summary->measured, &summary->film, error)
+             ?: summary_time_clock(store, summary->measured.landing.id, &summary->clock,
+                                   &summary->clock_known, error);
 }
 
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
@@ -461,39 +459,23 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
                             struct error *error)
 {
     memset(summary, 0, sizeof *summary);
-    enum mr_status status = measured_load(store, run, &summary->measured, error);
-    if (status == MR_OK)
-        status = zones_load(store, &summary->measured, &summary->zones, error);
-    if (status == MR_OK)
-        status = foresight_load(store, &summary->measured, &summary->foresight, error);
-    if (status == MR_OK)
-        status = store_session_get(store, summary->measured.landing.session, &summary->session,
-                                   error);
-    if (status == MR_OK)
-        status = store_import_get(store, summary->measured.landing.session, &summary->import,
-                                  &summary->imported, error);
-    if (status == MR_OK)
-        status = summary_links_load(store, summary, error);
-    if (status == MR_OK)
-        status = summary_time_load(store, summary, error);
-    if (status == MR_OK)
-        status = store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults,
-                              error);
-    if (status == MR_OK)
-        status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events,
-                                     error);
-    if (status == MR_OK)
-        status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
-                                      error);
-    if (status == MR_OK)
-        status = store_restarts(store, run, &summary->restart, &summary->restarts, error);
-    if (status == MR_OK)
-        status = bands_load(store, &summary->measured, &summary->bands, error);
-    if (status == MR_OK)
-        status = summary_mean_load(store, run, summary->mean, error);
-    if (status == MR_OK)
-        status = summary_ready_load(store, &summary->measured.landing, summary->ready, error);
-    return status;
+    return measured_load(store, run, &summary->measured, error) ?:
+           zones_load(store, &summary->measured, &summary->zones, error) ?:
+           foresight_load(store, &summary->measured, &summary->foresight, error) ?:
+           store_session_get(store, summary->measured.landing.session, &summary->session, error) ?:
+           store_import_get(store, summary->measured.landing.session, &summary->import,
+                            &summary->imported, error) ?:
+           summary_links_load(store, summary, error) ?: summary_time_load(store, summary, error) ?:
+           store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults,
+                        error) ?:
+           store_switch_events(store, run, &summary->switch_event, &summary->switch_events,
+                               error) ?:
+           store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
+                                error) ?:
+           store_restarts(store, run, &summary->restart, &summary->restarts, error) ?:
+           bands_load(store, &summary->measured, &summary->bands, error) ?:
+           summary_mean_load(store, run, summary->mean, error) ?:
+           summary_ready_load(store, &summary->measured.landing, summary->ready, error);
 }
 
 void summary_free(struct summary *summary)

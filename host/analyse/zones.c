@@ -455,14 +455,11 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
         foresight->lack[i].from_s = (double)NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         foresight->left_out[i].from_s = (double)NAN;
-    enum mr_status status = store_predictions(store, measured->landing.id, &rows, &count, error);
-    if (status == MR_OK)
-        status = store_trusts(store, measured->landing.id, &trusts, &trust_count, error);
-    if (status == MR_OK)
-        status = store_runway_get(store, measured->landing.id, &state, &foresight->source, &there,
-                                  error);
-    if (status == MR_OK)
-        status = load_risk(store, measured, foresight, error);
+    enum mr_status status =
+        store_predictions(store, measured->landing.id, &rows, &count, error) ?:
+        store_trusts(store, measured->landing.id, &trusts, &trust_count, error) ?:
+        store_runway_get(store, measured->landing.id, &state, &foresight->source, &there, error) ?:
+        load_risk(store, measured, foresight, error);
     if (status == MR_OK) {
         foresight->statements = count;
         foresight->landings = there ? state.landings : 0;

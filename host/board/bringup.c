@@ -304,7 +304,7 @@ static enum mr_status ask(struct listening *l, struct link *link, const char *se
     l->begun_s = l->heard_s = monotonic_s();
     l->said_s = l->begun_s - SAY_AGAIN_S;
     l->heard_s -= SAY_AGAIN_S; /* the first time at once */
-    return status == MR_OK ? wait_for(l, link, section, answer, from, error) : status;
+    return status ?: wait_for(l, link, section, answer, from, error);
 }
 
 enum mr_status bringup_ask(struct bringup *b, struct link *link, const char *section,

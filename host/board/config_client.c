@@ -166,7 +166,7 @@ enum mr_status config_client_meet(struct config_client *talk, struct dialogue *d
             dialogue,
             &(struct dialogue_order){.code = MR_COMMAND_DISARM, .answer_s = DIALOGUE_ANSWER_S},
             NULL, error);
-    return status == MR_OK ? config_client_get(talk, config, crc, error) : status;
+    return status ?: config_client_get(talk, config, crc, error);
 }
 
 enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error)
@@ -246,9 +246,8 @@ enum mr_status config_client_set(struct config_client *talk, const struct mr_con
     uint32_t crc = mr_config_encode(config, image);
     /* not that of the words somebody else left staged */
     talk->tag = dialogue_next_tag(talk->dialogue);
-    enum mr_status status = send_words(talk, image, error);
-    if (status == MR_OK)
-        status = order(talk, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
+    enum mr_status status = send_words(talk, image, error)
+                              ?: order(talk, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
     if (status == MR_OK && ack.status == MR_OK) /* the answer was the last at the old base */
         dialogue_move(talk->dialogue, config->site[0].can_base);
     if (status != MR_OK || ack.status == MR_OK)

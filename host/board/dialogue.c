@@ -401,10 +401,9 @@ enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_o
     dialogue->asking = true;
     dialogue->answered = false;
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++) {
-        status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error);
-        if (status == MR_OK)
-            status = dialogue_until(dialogue, dialogue_flag, &dialogue->answered, order->answer_s,
-                                    error);
+        status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error)
+                   ?: dialogue_until(dialogue, dialogue_flag, &dialogue->answered, order->answer_s,
+                                     error);
     }
     dialogue->asking = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && order->taken &&

@@ -52,9 +52,8 @@ enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dial
         .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     *talk = (struct gage_client){.zeros = 0};
     dialogue_subscribe(dialogue, take, talk);
-    enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error);
-    if (status == MR_OK)
-        status = dialogue_order(dialogue, &order, &talk->ack, error);
+    enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error)
+                              ?: dialogue_order(dialogue, &order, &talk->ack, error);
     if (status == MR_TIMEOUT && error->status == MR_OK)
         return dialogue_lost(dialogue, code, error);
     if (status != MR_OK || talk->ack.status == MR_OK || talk->ack.status == MR_LIMIT)

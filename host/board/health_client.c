@@ -186,9 +186,9 @@ static enum mr_status health_client_hear(struct health_client *talk, struct erro
 /* Fills `test`. MR_TIMEOUT, or what the board answered. */
 static enum mr_status health_client_self_test(struct health_client *talk, struct error *error)
 {
-    enum mr_status status = order(talk, MR_COMMAND_SELF_TEST, error);
-    if (status == MR_OK)
-        status = dialogue_until(talk->dialogue, dialogue_flag, &talk->tested, ANSWER_S, error);
+    enum mr_status status = order(talk, MR_COMMAND_SELF_TEST, error)
+                              ?: dialogue_until(talk->dialogue, dialogue_flag, &talk->tested,
+                                                ANSWER_S, error);
     return status == MR_TIMEOUT
              ? error_set(error, MR_TIMEOUT, "the self-test does not end: %s; reset the board",
                          dialogue_spec(talk->dialogue))

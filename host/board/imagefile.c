@@ -210,7 +210,7 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
     free(source.bytes);
     if (status == MR_OK)
         status = check_vectors(image, error);
-    return status == MR_OK ? check_header(image, error) : status;
+    return status ?: check_header(image, error);
 }
 
 void imagefile_free(struct imagefile *image)

@@ -911,8 +911,7 @@ static enum mr_status order(struct asking *a, uint8_t code, int32_t argument, do
         .answer_s = fmin(most_s, a->until_s - dialogue_now_s(a->dialogue))};
     if (a->error->status != MR_OK)
         return MR_TIMEOUT;
-    enum mr_status status = dialogue_order(a->dialogue, &order, &ack, a->error);
-    return status == MR_OK ? (enum mr_status)ack.status : status;
+    return dialogue_order(a->dialogue, &order, &ack, a->error) ?: (enum mr_status)ack.status;
 }
 
 static bool enough_blocks(const void *facts)

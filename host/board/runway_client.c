@@ -64,8 +64,7 @@ enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *
     *talk = (struct runway_client){.dialogue = dialogue};
     dialogue_subscribe(dialogue, take, talk);
     enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error);
-    return status == MR_OK ? wait_for(talk, &talk->looked, "look through its memory", error)
-                           : status;
+    return status ?: wait_for(talk, &talk->looked, "look through its memory", error);
 }
 
 static enum mr_status order(struct dialogue *dialogue, unsigned code, unsigned index,
@@ -103,11 +102,9 @@ enum mr_status runway_client_read(struct runway_client *talk, struct error *erro
     enum mr_status status = MR_OK;
     for (unsigned round = 0; status == MR_OK && round < ROUNDS; round++) {
         talk->whole = talk->stored_known = false;
-        status = order(talk->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error);
-        if (status == MR_OK)
-            status = wait_for(talk, &talk->whole, "tell all of its runway", error);
-        if (status == MR_OK)
-            status = wait_for(talk, &talk->stored_known, "say where its runway comes from", error);
+        status = order(talk->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error) ?:
+                 wait_for(talk, &talk->whole, "tell all of its runway", error) ?:
+                 wait_for(talk, &talk->stored_known, "say where its runway comes from", error);
         if (status == MR_OK && mr_runway_crc(&talk->state) == talk->stored.crc)
             return MR_OK;
     }
@@ -146,13 +143,13 @@ enum mr_status runway_client_give(struct runway_client *talk,
     if (status == MR_OK)
         status = order(talk->dialogue, MR_COMMAND_RUNWAY_TAKE, 0, (int32_t)mr_runway_crc(state),
                        error);
-    return status == MR_OK ? wait_until_kept(talk, error) : status;
+    return status ?: wait_until_kept(talk, error);
 }
 
 enum mr_status runway_client_forget(struct runway_client *talk, struct error *error)
 {
-    enum mr_status status = order(talk->dialogue, MR_COMMAND_RUNWAY_FORGET, 0, 0, error);
-    return status == MR_OK ? wait_until_kept(talk, error) : status;
+    return order(talk->dialogue, MR_COMMAND_RUNWAY_FORGET, 0, 0, error)
+             ?: wait_until_kept(talk, error);
 }
 
 /* ---- chart ---- */
@@ -169,7 +166,6 @@ enum mr_status runway_client_chart(struct dialogue *dialogue, const struct mr_ri
         if (!isnan(value))
             status = order(dialogue, MR_COMMAND_CHART_WORD, i, bits, error);
     }
-    return status == MR_OK
-             ? order(dialogue, MR_COMMAND_CHART_TAKE, 0, (int32_t)mr_risk_plan_crc(plan), error)
-             : status;
+    return status
+             ?: order(dialogue, MR_COMMAND_CHART_TAKE, 0, (int32_t)mr_risk_plan_crc(plan), error);
 }

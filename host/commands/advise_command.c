@@ -90,13 +90,10 @@ static enum mr_status begin_load(const struct request *r, struct store *store,
                                  struct runway_client *talk, struct error *error)
 {
     unsigned landings = 0;
-    enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error);
-    if (status == MR_OK)
-        status = runway_client_begin(talk, dialogue, error);
-    if (status == MR_OK)
-        status = runway_client_read(talk, error);
-    if (status == MR_OK)
-        status = landings_of(store, advise, &landings, error);
+    enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error) ?:
+                            runway_client_begin(talk, dialogue, error) ?:
+                            runway_client_read(talk, error) ?:
+                            landings_of(store, advise, &landings, error);
     if (status == MR_OK && talk->state.landings != landings)
         status = error_set(error, MR_VERSION,
                            "another runway: the board's has had %u landings, the one of the advice "
@@ -109,8 +106,8 @@ static enum mr_status load(const struct advise *advise, struct runway_client *ta
                            struct error *error)
 {
     struct mr_risk_plan plan;
-    enum mr_status status = advise_chart(advise, talk->state.landings, &plan, error);
-    return status == MR_OK ? runway_client_chart(talk->dialogue, &plan, error) : status;
+    return advise_chart(advise, talk->state.landings, &plan, error)
+             ?: runway_client_chart(talk->dialogue, &plan, error);
 }
 
 static int run(const struct request *r, const struct cli *cli)
@@ -123,9 +120,8 @@ static int run(const struct request *r, const struct cli *cli)
     struct runway_client talk;
     struct progress progress;
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
-    enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error);
-    if (status == MR_OK)
-        status = advise_begin(store, &r->advise, &advise, &error);
+    enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error)
+                              ?: advise_begin(store, &r->advise, &advise, &error);
     if (status == MR_OK && r->load)
         status = begin_load(r, store, &advise, &dialogue, &talk, &error);
     if (status == MR_OK)

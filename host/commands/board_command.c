@@ -156,9 +156,8 @@ static enum mr_status box_order(struct box_client *talk, uint8_t code, int32_t a
     double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_S;
     enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
     while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s) {
-        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
-        if (status == MR_OK)
-            status = dialogue_order(dialogue, &order, &ack, error);
+        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error)
+                   ?: dialogue_order(dialogue, &order, &ack, error);
     }
     if (status == MR_TIMEOUT)
         return dialogue_lost(dialogue, code, error);
@@ -177,10 +176,9 @@ static enum mr_status box_client_list(struct box_client *talk, struct error *err
 {
     talk->count = 0;
     talk->listed = false;
-    enum mr_status status = box_order(talk, MR_COMMAND_BOX_LIST, 0, error);
-    if (status == MR_OK)
-        status = dialogue_until(talk->dialogue, dialogue_flag, &talk->listed, DIALOGUE_ANSWER_S,
-                                error);
+    enum mr_status status = box_order(talk, MR_COMMAND_BOX_LIST, 0, error)
+                              ?: dialogue_until(talk->dialogue, dialogue_flag, &talk->listed,
+                                                DIALOGUE_ANSWER_S, error);
     return status == MR_TIMEOUT
              ? error_set(error, MR_TIMEOUT, "the list of records did not end: %s; try again",
                          dialogue_spec(talk->dialogue))
@@ -212,10 +210,9 @@ static enum mr_status box_client_read(struct box_client *talk,
         talk->ended = false;
         status = box_order(talk, MR_COMMAND_BOX_READ,
                            (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)),
-                           error);
-        if (status == MR_OK)
-            status = dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended,
-                                           &talk->parts, DIALOGUE_ANSWER_S, error);
+                           error)
+                   ?: dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended,
+                                            &talk->parts, DIALOGUE_ANSWER_S, error);
         /* what has not come is asked for again */
         if (status == MR_TIMEOUT && error->status == MR_OK)
             status = MR_OK;
@@ -347,10 +344,10 @@ static int box(const struct request *request, struct dialogue *dialogue, struct 
     static struct box_client talk;
     const char *verb = request->words[0];
     bool frees = strcmp(verb, "free") == 0;
-    enum mr_status status = box_client_begin(&talk, dialogue, error);
-    if (status == MR_OK)
-        status = frees ? box_order(&talk, MR_COMMAND_BOX_FREE, request->number, error)
-                       : box_client_list(&talk, error);
+    enum mr_status status =
+        box_client_begin(&talk, dialogue, error)
+            ?: (frees ? box_order(&talk, MR_COMMAND_BOX_FREE, request->number, error)
+                      : box_client_list(&talk, error));
     if (status != MR_OK)
         return cli_fail(error);
     if (!frees)
@@ -506,10 +503,9 @@ static int arm(const struct request *request, struct dialogue *dialogue, struct 
 {
     struct arm_client talk = {0};
     bool arms = strcmp(request->words[0], "arm") == 0;
-    enum mr_status status = arm_client_begin(&talk, dialogue, error);
-    if (status == MR_OK)
-        status = arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM, request->number,
-                                  error);
+    enum mr_status status = arm_client_begin(&talk, dialogue, error)
+                              ?: arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
+                                                  request->number, error);
     int exit_code = status == MR_OK ? 0 : cli_fail(error);
     if (request->cli->json)
         return cli_print_json(to_json(request->words[0], &talk, error), exit_code);
@@ -670,10 +666,8 @@ static enum mr_status check_runway(struct request *r, struct error *error)
                          load ? "which runway? matrig board runway load needs a FILE"
                               : "a FILE is load's: '%s'",
                          file);
-    enum mr_status status = file ? read_runway(file, &r->runway, error) : MR_OK;
-    if (status == MR_OK)
-        status = output_keep(r->out, r->force, error);
-    return status == MR_OK ? output_check(r->out, file, error) : status;
+    return (file ? read_runway(file, &r->runway, error) : MR_OK) ?:
+           output_keep(r->out, r->force, error) ?: output_check(r->out, file, error);
 }
 
 static int runway(const struct request *request, struct dialogue *dialogue, struct error *error)
@@ -809,16 +803,11 @@ static int board_command(int argc, char **argv, const struct cli *cli)
             return command_board_bringup.run(argc, argv, cli);
     }
     request.cli = cli;
-    enum mr_status status = command_parse(&command_board, argc, argv, cli, &request, request.words,
-                                          &error);
-    if (status == MR_OK)
-        status = find_verb(request.words[0], &verb, &error);
-    if (status == MR_OK)
-        status = check_words(&request, verb, &error);
-    if (status == MR_OK)
-        status = check_options(&request, verb, &error);
-    if (status == MR_OK)
-        status = dialogue_open(&dialogue, request.can, request.serial, &error);
+    enum mr_status status =
+        command_parse(&command_board, argc, argv, cli, &request, request.words, &error) ?:
+        find_verb(request.words[0], &verb, &error) ?: check_words(&request, verb, &error) ?:
+        check_options(&request, verb, &error) ?:
+        dialogue_open(&dialogue, request.can, request.serial, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     int exit_code = verb->run(&request, &dialogue, &error);

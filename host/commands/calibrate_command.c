@@ -190,9 +190,8 @@ static enum mr_status measure(const struct request *r, struct dialogue *dialogue
                               struct error *error)
 {
     *g = (struct gathering){.reference = g->reference, .channel = g->channel};
-    enum mr_status status = config_client_live(dialogue, LIVE_S, error);
-    if (status == MR_OK)
-        status = dialogue_until(dialogue, gathered, g, POINT_S, error);
+    enum mr_status status = config_client_live(dialogue, LIVE_S, error)
+                              ?: dialogue_until(dialogue, gathered, g, POINT_S, error);
     if (error->status == MR_OK && g->count < POINT_BLOCKS)
         return error_set(error, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
                          g->bad ? "its readings are not valid" : "no readings came within 10 s",
@@ -278,9 +277,8 @@ static enum mr_status read_board(const struct request *r, struct mr_config *conf
     static struct config_client talk;
     struct dialogue dialogue;
     uint32_t crc;
-    enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error);
-    if (status == MR_OK)
-        status = config_client_meet(&talk, &dialogue, config, &crc, error);
+    enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error)
+                              ?: config_client_meet(&talk, &dialogue, config, &crc, error);
     if (status == MR_OK && !mr_channel_measures(&config->channel[r->channel]))
         status = error_set(error, MR_USAGE,
                            "%s is not fitted: the configuration of %s; see matrig board config",
@@ -296,10 +294,10 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     static struct mr_config config;
     static struct calibrate_points points;
     struct calibrate_fit fit;
-    enum mr_status status = r->config ? config_text_load(r->config, &config, error) : MR_OK;
-    if (status == MR_OK)
-        status = r->points ? calibrate_points_read(r->points, unit_kind(r), &points, error)
-                           : read_board(r, &config, &points, error);
+    enum mr_status status =
+        (r->config ? config_text_load(r->config, &config, error) : MR_OK)
+            ?: (r->points ? calibrate_points_read(r->points, unit_kind(r), &points, error)
+                          : read_board(r, &config, &points, error));
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
     if (status == MR_OK && !mr_channel_measures(channel))
@@ -335,11 +333,9 @@ static enum mr_status enter_certificate(const struct request *r, struct error *e
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
     struct store *store = NULL;
-    enum mr_status status = certificates_parse(r->certificate, &row, error);
-    if (status == MR_OK)
-        status = store_open(r->db, STORE_OPEN, &store, error);
-    if (status == MR_OK)
-        status = store_board_newest(store, row.board_uid, error);
+    enum mr_status status = certificates_parse(r->certificate, &row, error) ?:
+                            store_open(r->db, STORE_OPEN, &store, error) ?:
+                            store_board_newest(store, row.board_uid, error);
     if (status == MR_OK && !row.board_uid[0])
         status = error_set(error, MR_UNKNOWN,
                            "the campaign has no board yet: %s; run matrig ready DB first", r->db);
@@ -396,13 +392,10 @@ static enum mr_status recompute(const struct request *r, struct error *error)
     json_t *list = json_array();
     const struct store_recalibration how = {(int64_t)link_now_us(),
                                             r->who ? r->who : getenv("USER"), r->reason, r->zeros};
-    enum mr_status status = config_text_load(r->recompute, &config, error);
-    if (status == MR_OK)
-        status = store_open(r->word, STORE_OPEN, &store, error);
-    if (status == MR_OK)
-        status = store_begin(store, error);
-    if (status == MR_OK)
-        status = store_landings(store, &rows, &count, error);
+    enum mr_status status = config_text_load(r->recompute, &config, error) ?:
+                            store_open(r->word, STORE_OPEN, &store, error) ?:
+                            store_begin(store, error) ?:
+                            store_landings(store, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         struct store_series series;
         unsigned values = 0;
@@ -515,9 +508,8 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
     struct error error = {0};
-    enum mr_status status = command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, &error);
-    if (status == MR_OK)
-        status = check(&r, &error);
+    enum mr_status status = command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, &error)
+                              ?: check(&r, &error);
     if (status == MR_OK)
         /* before somebody turns a screw for half an hour */
         status = output_keep(r.output, r.force, &error);

@@ -60,23 +60,18 @@ static enum mr_status open_session(const struct request *request, struct session
 {
     memset(session, 0, sizeof *session);
     const char *can = request->serial ? NULL : request->can; /* else it is there to listen to */
-    enum mr_status status = dialogue_open(&session->dialogue, can, request->serial, error);
-    if (status == MR_OK)
-        status = config_client_begin(&session->talk, &session->dialogue, error);
-    if (status == MR_OK)
-        status = config_client_get(&session->talk, &session->config, &session->crc, error);
-    return status;
+    return dialogue_open(&session->dialogue, can, request->serial, error) ?:
+           config_client_begin(&session->talk, &session->dialogue, error) ?:
+           config_client_get(&session->talk, &session->config, &session->crc, error);
 }
 
 static int get(const struct request *request, struct error *error)
 {
     static struct session session;
     int exit_code = 0;
-    enum mr_status status = output_keep(request->output, request->force, error);
-    if (status == MR_OK)
-        status = output_check(request->output, NULL, error);
-    if (status == MR_OK)
-        status = open_session(request, &session, error);
+    enum mr_status status = output_keep(request->output, request->force, error) ?:
+                            output_check(request->output, NULL, error) ?:
+                            open_session(request, &session, error);
     const struct mr_config_state *state = &session.talk.state;
     char *text = status == MR_OK ? config_text_write(&session.config) : NULL;
     if (status == MR_OK && request->output)
@@ -127,9 +122,8 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     static struct mr_config back;
     static uint8_t image[MR_CONFIG_IMAGE];
     uint32_t crc;
-    enum mr_status status = config_client_set(&session->talk, wanted, error);
-    if (status == MR_OK)
-        status = config_client_get(&session->talk, &back, &crc, error);
+    enum mr_status status = config_client_set(&session->talk, wanted, error)
+                              ?: config_client_get(&session->talk, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
         return error_set(error, MR_CRC,
                          "what reads back is not what was sent, CRC %08x: %s; read it again", crc,
@@ -220,9 +214,8 @@ static int set(const struct request *request, struct error *error)
     static struct mr_config wanted;
     int exit_code = 0;
     json_t *changes = json_array();
-    enum mr_status status = config_text_load(request->file, &wanted, error);
-    if (status == MR_OK)
-        status = open_session(request, &session, error);
+    enum mr_status status = config_text_load(request->file, &wanted, error)
+                              ?: open_session(request, &session, error);
     uint32_t revision = session.config.site[0].revision, own_revision = wanted.site[0].revision;
     wanted.site[0].revision = revision;
     unsigned count = status == MR_OK

@@ -114,14 +114,12 @@ static enum mr_status read_landings(struct store *store, struct day_facts *f, st
 {
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT];
-    enum mr_status status = store_day_newest(store, &f->run, error);
-    if (status == MR_OK)
-        status = store_day_count(store, midnight_us(f->now_us), &f->today, error);
+    enum mr_status status = store_day_newest(store, &f->run, error)
+                              ?: store_day_count(store, midnight_us(f->now_us), &f->today, error);
     if (status != MR_OK || !f->run)
         return status;
-    status = store_landing_get(store, f->run, &landing, error);
-    if (status == MR_OK)
-        status = store_change_get(store, f->run, "note", note, NULL, error);
+    status = store_landing_get(store, f->run, &landing, error)
+               ?: store_change_get(store, f->run, "note", note, NULL, error);
     if (status != MR_OK)
         return status;
     f->armed_us = landing.armed_us;
@@ -228,17 +226,9 @@ static enum mr_status day_facts_read(struct store *store, int64_t now_us, struct
     memcpy(f->can, was.can, sizeof f->can);
     /* the lock of the log first: a log that begins now is seen by the next reading */
     f->logging = store_is_logged(store);
-    enum mr_status status = read_links(store, f, error);
-    if (status == MR_OK)
-        status = read_landings(store, f, error);
-    if (status == MR_OK)
-        status = read_series(store, f, error);
-    if (status == MR_OK)
-        status = read_survey(store, f, error);
-    if (status == MR_OK)
-        status = read_advice(store, f, error);
-    if (status == MR_OK)
-        status = read_ready(store, f, error);
+    enum mr_status status = read_links(store, f, error) ?: read_landings(store, f, error) ?:
+                            read_series(store, f, error) ?: read_survey(store, f, error) ?:
+                            read_advice(store, f, error) ?: read_ready(store, f, error);
     if (f->run == was.run) {
         f->calibrated_us = was.calibrated_us;
         memcpy(f->skipped, was.skipped, sizeof f->skipped);

@@ -171,9 +171,8 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
 {
     struct measured measured;
     struct film film = {0};
-    enum mr_status status = measured_load(store, run, &measured, error);
-    if (status == MR_OK)
-        status = film_load(store, &measured, &film, error);
+    enum mr_status status = measured_load(store, run, &measured, error)
+                              ?: film_load(store, &measured, &film, error);
     if (status == MR_OK && film.frames == 0)
         status = error_set(error, MR_USAGE,
                            "no film: RUN %lld of %s has no frame pulses; configure the board with "

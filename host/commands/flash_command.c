@@ -206,9 +206,7 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
     char folder[TEMPORARY_FOLDER];
     enum mr_status status = temporary_folder_make(folder, "flash", error);
     if (status == MR_OK && extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
-        status = write_part(to, folder, &first, error);
-        if (status == MR_OK)
-            status = write_part(to, folder, &program, error);
+        status = write_part(to, folder, &first, error) ?: write_part(to, folder, &program, error);
     }
     if (status == MR_OK && extent(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
         status = write_part(to, folder, &vectors, error);
@@ -404,9 +402,8 @@ static void result_answer(const struct session *session, bool already, struct an
 static int flash(struct session *session, struct error *error)
 {
     char tty[TTY_PATH_MAX];
-    enum mr_status status = take_port(session, tty, error);
-    if (status == MR_OK)
-        status = dialogue_open(&session->dialogue, NULL, session->spec, error);
+    enum mr_status status = take_port(session, tty, error)
+                              ?: dialogue_open(&session->dialogue, NULL, session->spec, error);
     session->dialogue.any_layout = true;
     if (status == MR_OK)
         status = meet_firmware(session, error);
@@ -448,9 +445,8 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     session.cli = cli;
     session.chip = mr_board_of(MR_BOARD_ZG)->chip;
-    enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error);
-    if (status == MR_OK)
-        status = link_check(words[0], &error);
+    enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error)
+                              ?: link_check(words[0], &error);
     session.spec = words[0];
     if (status == MR_OK)
         status = imagefile_read(words[1], &session.image, &error);

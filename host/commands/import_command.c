@@ -100,10 +100,10 @@ static enum mr_status import(struct store *store, const struct textfile *file,
                              struct store_import *row, struct import_result *result,
                              struct error *error)
 {
-    enum mr_status status = store_begin(store, error);
-    if (status == MR_OK)
-        status = mapping->text ? import_landing(store, mapping, request, result, error)
-                               : import_candump(store, file, request, result, error);
+    enum mr_status status = store_begin(store, error)
+                              ?: (mapping->text
+                                      ? import_landing(store, mapping, request, result, error)
+                                      : import_candump(store, file, request, result, error));
     if (result->session == 0)
         return status;
     struct error late = {0};

@@ -44,9 +44,8 @@ static enum mr_status list_series(struct store *store, struct answer *answer, st
     struct store_series *rows = NULL;
     struct store_landing *landings = NULL;
     size_t count = 0, landed = 0;
-    enum mr_status status = store_series_all(store, &rows, &count, error);
-    if (status == MR_OK)
-        status = store_landings(store, &landings, &landed, error);
+    enum mr_status status = store_series_all(store, &rows, &count, error)
+                              ?: store_landings(store, &landings, &landed, error);
     answer_table(answer, "series", "");
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         char when[40];
@@ -97,7 +96,7 @@ static enum mr_status begin_series(const struct request *r, struct store *store,
                                r->words[0]);
     }
     free(rows);
-    return status == MR_OK ? store_series_add(store, &series, error) : status;
+    return status ?: store_series_add(store, &series, error);
 }
 
 /* ---- adding ---- */
@@ -230,7 +229,7 @@ static enum mr_status add(const struct request *r, struct store *store, struct e
         return store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(),
                                           annotation_who(r->who), r->reason ? r->reason : "",
                                           error);
-    return status == MR_OK ? change(r, store, "note", r->note, error) : status;
+    return status ?: change(r, store, "note", r->note, error);
 }
 
 /* ---- showing ---- */

@@ -112,7 +112,7 @@ static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KI
         status = logger_commit(logger, error);
     if (status == MR_OK)
         status = logger_show_finished(logger, error);
-    return status == MR_OK ? logger_show_silent(logger, error) : status;
+    return status ?: logger_show_silent(logger, error);
 }
 
 static bool any_open(const struct logger *logger)
@@ -130,9 +130,8 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         bool ready[LINK_KINDS] = {false};
         bool signalled = false;
         enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled,
-                                              error);
-        if (status == MR_OK)
-            status = logger_rescue(logger, error);
+                                              error)
+                                  ?: logger_rescue(logger, error);
         if (status == MR_OK)
             logger_keep_in_step(logger, ready);
         if (status == MR_OK && !is_held(logger) && write_turn(logger, ready, error) != MR_OK)
@@ -169,9 +168,7 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
 static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
-        enum mr_status status = logger_begin(logger, error);
-        if (status == MR_OK)
-            status = open_collector(logger, error);
+        enum mr_status status = logger_begin(logger, error) ?: open_collector(logger, error);
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_take_refusal(logger->store);
@@ -200,16 +197,12 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
             status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news,
                                       watch_blame, &logger->watch, &logger->reader[link], error);
     }
-    return status == MR_OK
-             ? watch_begin(&logger->watch, logger->reader, store_path(logger->store), error)
-             : status;
+    return status ?: watch_begin(&logger->watch, logger->reader, store_path(logger->store), error);
 }
 
 static enum mr_status run(struct logger *logger, int signals, double for_s, struct error *error)
 {
-    enum mr_status status = open_readers(logger, error);
-    if (status == MR_OK)
-        status = begin_session(logger, signals, error);
+    enum mr_status status = open_readers(logger, error) ?: begin_session(logger, signals, error);
     if (status != MR_OK)
         return status;
     if (logger->live.hub)
@@ -270,9 +263,8 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
 
 static enum mr_status open_store(struct logger *logger, const char *db, struct error *error)
 {
-    enum mr_status status = store_open(db, STORE_CREATE, &logger->store, error);
-    if (status == MR_OK)
-        status = store_take_alone(logger->store, error);
+    enum mr_status status = store_open(db, STORE_CREATE, &logger->store, error)
+                              ?: store_take_alone(logger->store, error);
     if (status == MR_OK)
         store_watch_file(logger->store);
     return status;

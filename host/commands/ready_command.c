@@ -121,7 +121,7 @@ static enum mr_status look_back(struct store *store, struct ready_facts *f, stru
     if (status == MR_OK && found && last.made_us > kept_us)
         take_spans(last.checks, f->before_span_lb);
     free(last.checks);
-    return status == MR_OK ? certificates_read(store, uid, &f->certificates, error) : status;
+    return status ?: certificates_read(store, uid, &f->certificates, error);
 }
 
 /* `kind`: "ready" or "walk"; `shunts` NULL: of a walk. The row of table readiness: {"checks":
@@ -145,11 +145,9 @@ static enum mr_status save(struct store *store, const struct identity *identity,
     snprintf(row.verdict, sizeof row.verdict, "%s",
              ready_verdict(report) == READY_GO ? "go" : "no-go");
     identity_uid_text(identity, uid);
-    enum mr_status status = store_begin(store, error);
-    if (status == MR_OK)
-        status = store_readiness_put(store, uid, kind, &row, error);
-    if (status == MR_OK)
-        status = store_commit(store, error);
+    enum mr_status status = store_begin(store, error) ?:
+                            store_readiness_put(store, uid, kind, &row, error) ?:
+                            store_commit(store, error);
     free(row.checks);
     return status;
 }
@@ -162,11 +160,9 @@ static int ready(const struct request *request, struct ready_facts *f)
     struct dialogue dialogue = {0};
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    enum mr_status status = open_campaign(request, f, &store, &error);
-    if (status == MR_OK)
-        status = dialogue_open(&dialogue, request->can, request->serial, &error);
-    if (status == MR_OK)
-        status = ready_ask(&dialogue, LIMIT_S - (monotonic_s() - begun_s), f, &error);
+    enum mr_status status = open_campaign(request, f, &store, &error) ?:
+                            dialogue_open(&dialogue, request->can, request->serial, &error) ?:
+                            ready_ask(&dialogue, LIMIT_S - (monotonic_s() - begun_s), f, &error);
     dialogue_close(&dialogue);
     if (status == MR_OK)
         status = look_back(store, f, &error);
@@ -259,7 +255,7 @@ static enum mr_status go_along(struct dialogue *dialogue, struct walking *w, str
         *error = (struct error){0};
         return MR_OK;
     }
-    return status == MR_OK ? config_client_live(dialogue, 0, error) : status;
+    return status ?: config_client_live(dialogue, 0, error);
 }
 
 static int walk(const struct request *request, struct ready_facts *f)
@@ -272,11 +268,10 @@ static int walk(const struct request *request, struct ready_facts *f)
     struct dialogue dialogue = {0};
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error);
-    if (status == MR_OK)
-        status = dialogue_open(&dialogue, request->can, request->serial, &error);
-    if (status == MR_OK)
-        status = config_client_meet(&talk, &dialogue, &f->config, &f->config_crc, &error);
+    enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error) ?:
+                            dialogue_open(&dialogue, request->can, request->serial, &error) ?:
+                            config_client_meet(&talk, &dialogue, &f->config, &f->config_crc,
+                                               &error);
     if (status == MR_OK) {
         walking.request = request;
         walk_start(&walking.walk, &f->config);
@@ -334,9 +329,8 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     struct imagefile image = {0};
     struct error error = {0};
     enum mr_status status = command_parse(&command_ready, argc, argv, cli, &request, &request.db,
-                                          &error);
-    if (status == MR_OK)
-        status = check_request(&request, &error);
+                                          &error)
+                              ?: check_request(&request, &error);
     if (status == MR_OK && request.expected)
         status = expected(request.expected, facts, &error);
     if (status == MR_OK && request.image)

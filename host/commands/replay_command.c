@@ -71,9 +71,8 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
         (double)(replay->input.last_block - replay->input.shift_blocks) / 1e3 + 2.0;
     cli_note(cli, "playing %.3f s to %s", replay->board.duration_s, replay->board.elf);
     enum mr_status status = replay_board_run(&replay->board, replay->directory, &answers, &run,
-                                             error);
-    if (status == MR_OK)
-        status = answers_load(answers, run, &replay->replayed, error);
+                                             error)
+                              ?: answers_load(answers, run, &replay->replayed, error);
     store_close(answers);
     return status;
 }

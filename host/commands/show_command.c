@@ -48,13 +48,10 @@ static enum mr_status preview_load(struct store *store, int64_t run, struct prev
     const struct store_landing *landing = &glance->measured.landing;
     struct store_import import = {0};
     memset(glance, 0, sizeof *glance);
-    enum mr_status status = measured_load_gear(store, run, &glance->measured, error);
-    if (status == MR_OK)
-        status = zones_load(store, &glance->measured, &glance->zones, error);
-    if (status == MR_OK)
-        status = load_links(store, run, glance, error);
-    if (status == MR_OK)
-        status = journal_load(store, landing, &glance->journal, error);
+    enum mr_status status = measured_load_gear(store, run, &glance->measured, error) ?:
+                            zones_load(store, &glance->measured, &glance->zones, error) ?:
+                            load_links(store, run, glance, error) ?:
+                            journal_load(store, landing, &glance->journal, error);
     for (size_t i = 0; i < glance->journal.observations; i++)
         glance->seen += !glance->journal.observation[i].withdrawn;
     if (status == MR_OK)
@@ -62,7 +59,7 @@ static enum mr_status preview_load(struct store *store, int64_t run, struct prev
     if (status == MR_OK)
         status = store_import_get(store, landing->session, &import, &glance->imported, error);
     free(import.mapping);
-    return status == MR_OK ? store_find_twin(store, run, &glance->same, error) : status;
+    return status ?: store_find_twin(store, run, &glance->same, error);
 }
 
 static void preview_free(struct preview *glance)
@@ -289,13 +286,10 @@ static enum mr_status list(struct store *store, const char *db, struct answer *a
     struct store_series *series = NULL;
     struct store_gage_survey *survey = NULL;
     size_t count = 0, series_count = 0, surveys = 0;
-    enum mr_status status = store_landings(store, &row, &count, error);
-    if (status == MR_OK)
-        status = store_series_all(store, &series, &series_count, error);
-    if (status == MR_OK)
-        status = store_gage_surveys(store, &survey, &surveys, error);
-    if (status == MR_OK)
-        status = landings_answer(store, row, count, answer, error);
+    enum mr_status status = store_landings(store, &row, &count, error) ?:
+                            store_series_all(store, &series, &series_count, error) ?:
+                            store_gage_surveys(store, &survey, &surveys, error) ?:
+                            landings_answer(store, row, count, answer, error);
     if (status == MR_OK) {
         holds_answer(db, count, series_count, surveys, answer);
         status = came_of_it_answer(store, count, answer, error);
@@ -313,9 +307,8 @@ static enum mr_status said_answer(struct store *store, const struct store_landin
 {
     struct journal journal;
     int64_t twin = 0;
-    enum mr_status status = journal_load(store, landing, &journal, error);
-    if (status == MR_OK)
-        status = store_find_twin(store, landing->id, &twin, error);
+    enum mr_status status = journal_load(store, landing, &journal, error)
+                              ?: store_find_twin(store, landing->id, &twin, error);
     answer_words_or_none(answer, "series", journal.series.name[0] ? "series" : NULL,
                          journal.series.name, NULL);
     answer_flag(answer, "void", NULL, journal.is_void);

@@ -426,9 +426,8 @@ static enum mr_status take_sheet(struct typist *typist, struct error *error)
     struct survey_desk *desk = &typist->survey->desk;
     const struct request *request = typist->request;
     size_t doubted = 0, item;
-    enum mr_status status = survey_sheet_read(request->from, &desk->plan, &sheet, error);
-    if (status == MR_OK)
-        status = store_begin(typist->store, error);
+    enum mr_status status = survey_sheet_read(request->from, &desk->plan, &sheet, error)
+                              ?: store_begin(typist->store, error);
     for (size_t i = 0; i < desk->plan.count && status == MR_OK; i++) {
         struct survey_entry entry = {.word = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
         if (isnan(sheet.value_in[i]))
@@ -489,8 +488,7 @@ static enum mr_status begin(const struct request *request, struct store *store,
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text[request->edges]);
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
-    status = store_gage_survey_add(store, &row, error);
-    return status == MR_OK ? survey_get(store, row.id, survey, error) : status;
+    return store_gage_survey_add(store, &row, error) ?: survey_get(store, row.id, survey, error);
 }
 
 static enum mr_status take(const struct request *request, struct store *store,
@@ -500,9 +498,7 @@ static enum mr_status take(const struct request *request, struct store *store,
                             .store = store,
                             .survey = survey,
                             .source = request->from ? request->from : "keyboard"};
-    enum mr_status status = store_durable(store, error);
-    if (status == MR_OK)
-        status = begin(request, store, survey, error);
+    enum mr_status status = store_durable(store, error) ?: begin(request, store, survey, error);
     int64_t id = survey->row.id;
     if (status == MR_OK && request->from)
         status = take_sheet(&typist, error);
@@ -510,7 +506,7 @@ static enum mr_status take(const struct request *request, struct store *store,
         status = type_in(&typist, error);
     if (status == MR_OK && (request->end || survey->desk.at == survey->desk.plan.count))
         status = store_gage_survey_end(store, id, (int64_t)link_now_us(), error);
-    return status == MR_OK ? survey_get(store, id, survey, error) : status;
+    return status ?: survey_get(store, id, survey, error);
 }
 
 /* ---- loading ---- */
@@ -571,9 +567,8 @@ static enum mr_status read_back(struct loading *l, struct error *error)
     memset(l->told, 0, sizeof l->told);
     l->tolds = 0;
     for (int tries = 0; tries < TRIES && status == MR_TIMEOUT && error->status == MR_OK; tries++) {
-        status = order(l, MR_COMMAND_STATE, 0, 0, error);
-        if (status == MR_OK)
-            status = dialogue_until(l->dialogue, all_told, l, ANSWER_S, error);
+        status = order(l, MR_COMMAND_STATE, 0, 0, error)
+                   ?: dialogue_until(l->dialogue, all_told, l, ANSWER_S, error);
     }
     return status == MR_TIMEOUT
              ? error_set(error, MR_TIMEOUT,
@@ -757,9 +752,8 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
     struct error error = {0};
-    enum mr_status status = command_parse(&command_survey, argc, argv, cli, &r, &r.db, &error);
-    if (status == MR_OK)
-        status = check(&r, &error);
+    enum mr_status status = command_parse(&command_survey, argc, argv, cli, &r, &r.db, &error)
+                              ?: check(&r, &error);
     return status == MR_OK ? run(&r) : cli_fail(&error);
 }
 

@@ -321,11 +321,8 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct answer *answer = answer_new(cli->si);
     enum mr_status status = command_parse(&command_uncertainty, argc, argv, cli, &r, r.words,
-                                          &error);
-    if (status == MR_OK)
-        status = check(&r, &error);
-    if (status == MR_OK)
-        status = load(&r, &s, &error);
+                                          &error) ?:
+                            check(&r, &error) ?: load(&r, &s, &error);
     if (status == MR_OK)
         (void)tell(&r, &s, answer, &error);
     measured_free(&s.measured);

@@ -539,12 +539,11 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
 static enum mr_status keep(struct store *store, const struct compare_landing *landing,
                            const char *scene_json, struct error *error)
 {
-    enum mr_status status = store_begin(store, error);
-    if (status == MR_OK)
-        status = store_simulation_put(store, landing->measured.landing.id, scene_json,
-                                      (int64_t)link_now_us(), &landing->head, landing->row,
-                                      landing->rows, error);
-    return status == MR_OK ? store_commit(store, error) : status;
+    return store_begin(store, error) ?:
+           store_simulation_put(store, landing->measured.landing.id, scene_json,
+                                (int64_t)link_now_us(), &landing->head, landing->row, landing->rows,
+                                error) ?:
+           store_commit(store, error);
 }
 
 enum mr_status compare_landing(struct store *store, int64_t run, struct compare_model *model,

@@ -266,10 +266,8 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
                                  .stride = stride,
                                  .count = w->blocks,
                                  .reading = reading};
-    enum mr_status status = put_configuration(w, channel, index, error);
-    if (status == MR_OK)
-        status = store_imported_put(w->store, w->run, &row, error);
-    return status == MR_OK ? put_gap(w, channel, reading, error) : status;
+    return put_configuration(w, channel, index, error) ?:
+           store_imported_put(w->store, w->run, &row, error) ?: put_gap(w, channel, reading, error);
 }
 
 static enum mr_status put_channels(struct work *w, struct error *error)
@@ -346,7 +344,7 @@ static enum mr_status edges_from_gear(struct work *w, struct mapping_channel gea
         gear.threshold = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (p - 1);
         status = put_switch(w, p, (double)NAN, edge_time_s(&gear), error);
     }
-    return status == MR_OK ? put_edges(w, error) : status;
+    return status ?: put_edges(w, error);
 }
 
 static enum mr_status edges_from_switches(struct work *w, struct error *error)
@@ -358,7 +356,7 @@ static enum mr_status edges_from_switches(struct work *w, struct error *error)
             status = put_switch(w, channel->number, channel->station_ft, edge_time_s(channel),
                                 error);
     }
-    return status == MR_OK ? put_edges(w, error) : status;
+    return status ?: put_edges(w, error);
 }
 
 static enum mr_status copy_like(struct work *w, struct error *error)
@@ -366,9 +364,9 @@ static enum mr_status copy_like(struct work *w, struct error *error)
     struct store_switch *place = NULL;
     struct store_segment *segment = NULL;
     size_t places = 0, segments = 0;
-    enum mr_status status = store_switches(w->store, w->request->like, &place, &places, error);
-    if (status == MR_OK)
-        status = store_segments(w->store, w->request->like, &segment, &segments, error);
+    enum mr_status status = store_switches(w->store, w->request->like, &place, &places, error)
+                              ?: store_segments(w->store, w->request->like, &segment, &segments,
+                                                error);
     for (size_t i = 0; i < places && status == MR_OK; i++)
         status = store_switch_put(w->store, w->run, &place[i], error);
     for (size_t i = 0; i < segments && status == MR_OK; i++)

@@ -562,13 +562,10 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, bool si,
     struct mdf4 file = {0};
     int64_t frames = 0;
     struct place place = {.summary = &summary, .file = &file};
-    enum mr_status status = summary_load(store, run, &summary, error);
-    if (status == MR_OK)
-        status = store_frames_count(store, run, LINK_CAN, &frames, error);
-    if (status == MR_OK)
-        status = store_frames_base(store, run, &place.base, error);
-    if (status == MR_OK)
-        status = find_zero(store, run, &summary.measured, &place.zero_us, error);
+    enum mr_status status = summary_load(store, run, &summary, error) ?:
+                            store_frames_count(store, run, LINK_CAN, &frames, error) ?:
+                            store_frames_base(store, run, &place.base, error) ?:
+                            find_zero(store, run, &summary.measured, &place.zero_us, error);
     if (status == MR_OK && place.zero_us == STORE_NONE)
         status = error_set(
             error, MR_USAGE,

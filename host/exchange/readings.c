@@ -507,11 +507,8 @@ static enum mr_status take_finished(struct collector *collector, struct import_r
 static enum mr_status commit_and_go_on(struct store *store, struct collector *collector,
                                        uint64_t *begun_us, struct error *error)
 {
-    enum mr_status status = collector_put_counts(collector, error);
-    if (status == MR_OK)
-        status = store_commit(store, error);
-    if (status == MR_OK)
-        status = store_begin(store, error);
+    enum mr_status status = collector_put_counts(collector, error) ?: store_commit(store, error) ?:
+                            store_begin(store, error);
     *begun_us = link_now_us();
     return status;
 }
@@ -557,9 +554,9 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
     struct candump_log log;
     struct collector *collector = NULL;
     snprintf(spec, sizeof spec, "import:%s", request->path);
-    enum mr_status status = import_candump_check(file, request, interface, error);
-    if (status == MR_OK)
-        status = collector_open(store, spec, request->base, NULL, &collector, error);
+    enum mr_status status = import_candump_check(file, request, interface, error)
+                              ?: collector_open(store, spec, request->base, NULL, &collector,
+                                                error);
     if (status != MR_OK)
         return status;
     result->session = collector_session(collector);

@@ -142,9 +142,7 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
     if (link->fd < 0)
         return error_set(error, MR_IO, "no CAN socket (%s): %s; check the limits of this system",
                          strerror(errno), link->spec);
-    enum mr_status status = check_interface(link, name, error);
-    if (status == MR_OK)
-        status = set_up(link, error);
+    enum mr_status status = check_interface(link, name, error) ?: set_up(link, error);
     if (status != MR_OK)
         return status;
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = (int)if_nametoindex(name)};

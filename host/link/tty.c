@@ -185,7 +185,7 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
                            tty->spec);
     if (status == MR_OK)
         status = take_alone(tty, error);
-    return status == MR_OK ? set_line(tty, baud, error) : status;
+    return status ?: set_line(tty, baud, error);
 }
 
 static void tty_close(struct tty *tty)
@@ -290,9 +290,8 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
 {
     char path[TTY_PATH_MAX];
     int baud;
-    enum mr_status status = tty_parse(text, link->form, path, &baud, error);
-    if (status == MR_OK)
-        status = tty_open(link->spec, path, baud, &link->tty, error);
+    enum mr_status status = tty_parse(text, link->form, path, &baud, error)
+                              ?: tty_open(link->spec, path, baud, &link->tty, error);
     if (status != MR_OK)
         return status;
     link_hear_anew(link, baud);

@@ -666,9 +666,8 @@ static enum mr_status journal(const struct report *report, FILE *out, struct err
         bool recalibrated = false;
         if (report->run && landing[i].id != report->run)
             continue;
-        status = journal_load(report->store, &landing[i], &said, error);
-        if (status == MR_OK)
-            status = store_is_recalibrated(report->store, landing[i].id, &recalibrated, error);
+        status = journal_load(report->store, &landing[i], &said, error)
+                   ?: store_is_recalibrated(report->store, landing[i].id, &recalibrated, error);
         series_row(&landing[i], &said, recalibrated, tables[0]);
         for (size_t k = 0; k < said.observations; k++) {
             if (said.observation[k].withdrawn)
@@ -744,9 +743,8 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
     figure_shape(figure, "mark", none, none, limit, limit, NULL);
     figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
     for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN && status == MR_OK;) {
-        status = survey_get(store, rows[i].id, survey, error);
-        if (status == MR_OK)
-            status = survey_find(store, survey, found, error);
+        status = survey_get(store, rows[i].id, survey, error)
+                   ?: survey_find(store, survey, found, error);
         if (status != MR_OK || !found->first)
             continue;
         for (unsigned k = 0; k < SURVEY_POINTS; k++)

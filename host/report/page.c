@@ -601,9 +601,8 @@ static enum mr_status write_landings(struct report *report, FILE *out, struct er
     struct report_landing *landing = xmalloc(sizeof *landing);
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
-        status = report_landing_load(report, i, landing, error);
-        if (status == MR_OK)
-            status = write_landing(report, landing, out, error);
+        status = report_landing_load(report, i, landing, error)
+                   ?: write_landing(report, landing, out, error);
         report_landing_free(landing);
     }
     free(landing);

@@ -224,22 +224,14 @@ static enum mr_status load_config(struct store *store, struct report_landing *la
 static enum mr_status load_landing(struct store *store, const struct store_landing *row,
                                    struct report_landing *landing, struct error *error)
 {
-    enum mr_status status = summary_load(store, row->id, &landing->summary, error);
-    if (status == MR_OK)
-        status = zones_load_survey(store, row->id, &landing->survey, error);
-    if (status == MR_OK)
-        status = store_series_of(store, row, &landing->series, error);
-    if (status == MR_OK)
-        status = store_motions(store, row->id, &landing->motion, &landing->motions, error);
-    if (status == MR_OK)
-        status = store_predictions(store, row->id, &landing->prediction, &landing->predictions,
-                                   error);
-    if (status == MR_OK)
-        status = store_simulations(store, row->id, &landing->simulation, &landing->simulations,
-                                   error);
-    if (status == MR_OK)
-        status = store_simulation_head(store, row->id, &landing->head, error);
-    return status == MR_OK ? load_config(store, landing, error) : status;
+    return summary_load(store, row->id, &landing->summary, error) ?:
+           zones_load_survey(store, row->id, &landing->survey, error) ?:
+           store_series_of(store, row, &landing->series, error) ?:
+           store_motions(store, row->id, &landing->motion, &landing->motions, error) ?:
+           store_predictions(store, row->id, &landing->prediction, &landing->predictions, error) ?:
+           store_simulations(store, row->id, &landing->simulation, &landing->simulations, error) ?:
+           store_simulation_head(store, row->id, &landing->head, error) ?:
+           load_config(store, landing, error);
 }
 
 /* What is computed from all of that: where the wheel was at each sample, and the newest
@@ -280,12 +272,10 @@ static enum mr_status load_facts(struct report *report, const struct report_land
     const struct record_given given = {measured, &landing->summary.zones};
     memset(facts, 0, sizeof *facts);
     take_facts(landing, facts);
-    enum mr_status status = load_weight(report->store, measured->landing.id, &facts->weight_lb,
-                                        error);
-    if (status == MR_OK)
-        status = store_is_recalibrated(report->store, measured->landing.id, &facts->recalibrated,
-                                       error);
-    return status == MR_OK ? record_judge(report->store, &report->record, &given, error) : status;
+    return load_weight(report->store, measured->landing.id, &facts->weight_lb, error) ?:
+           store_is_recalibrated(report->store, measured->landing.id, &facts->recalibrated,
+                                 error) ?:
+           record_judge(report->store, &report->record, &given, error);
 }
 
 /* The outcome of its warnings. */
@@ -345,9 +335,7 @@ enum mr_status report_begin(struct report *report, bool voided, struct error *er
             report->row[report->landings++] = report->row[i];
     }
     report->facts = xcalloc(report->landings + 1, sizeof *report->facts);
-    return status == MR_OK
-             ? store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error)
-             : status;
+    return status ?: store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error);
 }
 
 void report_landing_free(struct report_landing *landing)

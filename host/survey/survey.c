@@ -810,9 +810,8 @@ enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t
     for (size_t i = count; status == MR_OK && !*there && i-- > 0;) {
         if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
             continue;
-        status = survey_get(store, rows[i].id, &survey, error);
-        if (status == MR_OK)
-            status = survey_find(store, &survey, found, error);
+        status = survey_get(store, rows[i].id, &survey, error)
+                   ?: survey_find(store, &survey, found, error);
         *there = status == MR_OK && found->slack.surveyed > 0;
     }
     free(rows);
