@@ -51,5 +51,5 @@ for rig in full quiet bandless four switches; do
             ($7 - $3) / 5, 256 * ($8 - $4) / 5, ($13 - $9) / 4000, ($14 - $10) / 4, ($15 - $11) / 4, 256 * ($16 - $12) / 4 }'
 done
 build/tests/bench/sim_bench
-echo "matrig fit, 1,000 synthetic landings of a 30-mat runway, fitted by its own model, with known parameters (tests/fit/cheap.h; 0.003 in of noise, joints of their own; make fit-misfits has longer runways and other truths):"
+echo "matrig fit, 1,000 synthetic landings of a 30-mat runway, fitted by its own model, with known parameters (tests/fit/cheap.h; 0.003 in of noise, joints of their own; make fit-misfits has longer runways):"
 build/tests/fit/coverage 1000 160

@@ -31,9 +31,7 @@ bool bench_load(struct sim_scene *scene, const char *file, bool own_times);
 bool bench_run(const struct sim_scene *scene, const struct sim_options *options,
                struct sim_result *result, const char *what);
 
-void bench_accuracy(void); /* error against time of the solvers */
-void bench_kernel(void);   /* one mat, one evaluation */
-void bench_growth(void);   /* time against N */
+void bench_growth(void); /* time against N */
 void bench_pruning(void);
 void bench_landings(void);
 void bench_ensemble(void);

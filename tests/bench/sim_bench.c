@@ -77,8 +77,6 @@ int main(void)
         fprintf(stderr, "no scenes: host/scenes; run from the top of the sources\n");
         return 2;
     }
-    bench_accuracy();
-    bench_kernel();
     bench_growth();
     bench_pruning();
     bench_landings();
