@@ -56,7 +56,7 @@ coverage: $(B)/.coverage-packages coverage-build ## longer | branches of common/
 coverage-build: $(B)/.test-packages
 	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
 .PHONY: coverage-programs
-coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_matchain $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes
+coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes
 
 .PHONY: series
 series: in-build all $(B)/tests/runs/synthesise ## studies | landings 1 to 5 of the standard series on the emulated board, its runway kept: said | observed 1973 | true

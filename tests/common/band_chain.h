@@ -18,6 +18,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "common/splitmix.h"
+
 #define CHAIN_RIVETS    64
 #define CHAIN_AE_LB     (0.375 * 0.020 * 29e6) /* 3/8 by 0.020 in of steel */
 #define CHAIN_LENGTH_FT 120.0
@@ -170,18 +172,9 @@ static inline double chain_at(const struct chain *c, double station_ft)
     return c->tension_lb[segment < c->rivets ? segment : c->rivets];
 }
 
-/* Numbers of the tests' own: splitmix64. */
-static inline uint64_t chain_bits(uint64_t *state)
-{
-    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
 static inline double chain_uniform(uint64_t *state, double least, double most)
 {
-    return least + (most - least) * (double)(chain_bits(state) >> 11) / 9007199254740992.0;
+    return least + (most - least) * mr_splitmix64_uniform(state);
 }
 
 static inline double chain_normal(uint64_t *state)

@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/splitmix.h"
+
 #define SEEDED_SWITCHES     24
 #define SEEDED_TOUCHDOWN_FT 3.0
 #define SEEDED_TOUCHDOWN_S  1.0
@@ -26,10 +28,7 @@ struct seeded_landing {
 /* SplitMix64 */
 static inline double seeded_uniform(uint64_t *state)
 {
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return ((double)((z ^ z >> 31) >> 11) + 0.5) / 9007199254740992.0;
+    return ((double)(mr_splitmix64(state) >> 11) + 0.5) / 9007199254740992.0;
 }
 
 static inline double seeded_normal(uint64_t *state)

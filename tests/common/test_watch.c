@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/channels.h"
+#include "common/splitmix.h"
 #include "common/watch.h"
 #include "tests/cmocka_all.h"
 
@@ -23,10 +24,7 @@ static uint64_t seed;
 
 static double uniform(void)
 {
-    uint64_t z = seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (double)((z ^ z >> 31) >> 11) / 9007199254740992.0;
+    return mr_splitmix64_uniform(&seed);
 }
 
 static double normal(void)

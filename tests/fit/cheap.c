@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/splitmix.h"
+
 #define MATS            30
 #define LENGTH_FT       (2.0 / 7.0)
 #define WEIGHT_LB       0.466
@@ -21,10 +23,7 @@
 
 double cheap_uniform(struct cheap_random *random)
 {
-    uint64_t x = random->state += 0x9E3779B97F4A7C15u;
-    x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ x >> 27) * 0x94D049BB133111EBu;
-    return ((double)((x ^ x >> 31) >> 11) + 0.5) * 0x1p-53;
+    return ((double)(mr_splitmix64(&random->state) >> 11) + 0.5) * 0x1p-53;
 }
 
 double cheap_normal(struct cheap_random *random) /* Box and Muller */

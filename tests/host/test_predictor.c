@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/predictor.h"
+#include "common/splitmix.h"
 #include "host/sim/sim.h"
 #include "tests/cmocka_all.h"
 
@@ -80,10 +81,7 @@ static uint64_t random_state;
 
 static double uniform(void)
 {
-    uint64_t z = random_state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+    return mr_splitmix64_uniform(&random_state);
 }
 
 /* The host's chain in double precision, with gaps and resistances of its own. */

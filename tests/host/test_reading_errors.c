@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/splitmix.h"
 #include "common/watch.h"
 #include "host/analyse/measured.h"
 #include "host/analyse/summary.h"
@@ -32,10 +33,7 @@ static uint64_t seed;
 
 static uint64_t bits(void)
 {
-    uint64_t z = seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
+    return mr_splitmix64(&seed);
 }
 
 static double uniform(void)

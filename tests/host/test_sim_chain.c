@@ -45,31 +45,6 @@ TEST(below_its_friction_a_mat_stays)
     sim_result_free(&result);
 }
 
-TEST(above_its_friction_a_mat_slides_and_rests)
-{
-    struct sim_scene scene = plain(1);
-    const double times[] = {0.05, 0.1, 0.15, 0.1999, 0.201, 0.3};
-    const double a = 0.5 * G; /* both ways: (2 f W - f W)/m and f g */
-    scene.friction_law = SIM_STICK;
-    scene.force_lb = 160.0;
-    scene.force_stop_s = 0.1;
-    scene.t_end_s = 0.3;
-    sim_scene_set_list(&scene.t_out_s, times, 6);
-    struct sim_result result = run_at(&scene, 1e-4);
-    const double top = a * 0.1;
-    near(result.outputs[0].u_ft[1], 0.5 * a * 0.05 * 0.05, 1e-8);
-    near(result.outputs[1].u_ft[1], 0.5 * a * 0.01, 1e-7);
-    near(result.outputs[2].u_ft[1], 0.5 * a * 0.01 + top * 0.05 - 0.5 * a * 0.05 * 0.05, 1e-7);
-    near(result.outputs[4].u_ft[1], a * 0.01, 1e-7);
-    assert_true(result.outputs[3].u_ft[1] <
-                /* at 0.1999 s it still slides */
-                result.outputs[4].u_ft[1] - 1e-8);
-    assert_true(result.outputs[5].u_ft[1] == result.outputs[4].u_ft[1]); /* from 0.2 s on at rest */
-    assert_true(result.speed_end_ft_s == 0.0 && result.events == 1);
-    sim_result_free(&result);
-    sim_scene_free(&scene);
-}
-
 TEST(a_wave_runs_at_its_speed)
 {
     struct sim_scene scene = plain(100);
@@ -112,32 +87,6 @@ TEST(an_impulse_is_all_there)
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
-}
-
-TEST(two_mats_swing)
-{
-    struct sim_scene scene = plain(2);
-    const double times[] = {0.001, 0.0123, 0.04};
-    const double m = 160.0 / G, k = 2e5, v = 3.0;
-    scene.kl_lb_ft = k;
-    scene.v0_ft_s = v;
-    scene.t_end_s = 0.04;
-    sim_scene_set_list(&scene.t_out_s, times, 3);
-    for (int damped = 0; damped <= 1; damped++) {
-        double c = damped ? 150.0 : 0.0;
-        double d = c / m, w = sqrt(2.0 * k / m - d * d);
-        scene.cl_lb_s_ft = c;
-        struct sim_result result = run_at(&scene, 1e-6);
-        for (size_t i = 0; i < 3; i++) {
-            double t = times[i];
-            double apart = -v / w * exp(-d * t) * sin(w * t); /* u2 - u1 */
-            near(result.outputs[i].u_ft[1], 0.5 * (v * t - apart), damped ? 3e-7 : 1e-9);
-            near(result.outputs[i].u_ft[2], 0.5 * (v * t + apart), damped ? 3e-7 : 1e-9);
-        }
-        assert_true(result.error_u_ft > 0.0 && result.error_u_ft < 1e-6);
-        sim_result_free(&result);
-    }
-    sim_scene_free(&scene);
 }
 
 /* A mat crosses its gap, hits, stops; the other goes on, comes to the end of the slack, stops and
@@ -212,29 +161,6 @@ TEST(a_slow_push_closes_joints_one_by_one)
     }
 }
 
-/* The push turns a sliding mat round within one step: friction turns round with it, at the moment
- * of rest. */
-TEST(friction_turns_round_with_the_mat)
-{
-    const double m = 160.0 / G, v = 2.0, back = 400.0, fw = 0.5 * 160.0, end = 0.05;
-    const double slowing = (back + fw) / m, away = (back - fw) / m, rest = v / slowing;
-    const struct sim_path_row rows[] = {{0, 0.1, -back}, {1, 0.1, -back}};
-    for (int i = 0; i < 7; i++) {
-        const double dt = end / (100 + i); /* rest falls anywhere within a step */
-        struct sim_scene scene = plain(1);
-        scene.friction_law = SIM_STICK;
-        scene.v0_ft_s = v;
-        scene.t_end_s = end;
-        sim_scene_set_path(&scene, rows, 2);
-        struct sim_result result = run_at(&scene, dt);
-        near(result.u_ft[1], 0.5 * v * rest - 0.5 * away * (end - rest) * (end - rest),
-             0.25 * away * dt * dt);
-        assert_int_equal(result.events, 1);
-        sim_result_free(&result);
-        sim_scene_free(&scene);
-    }
-}
-
 TEST(grit_holds_an_open_joint)
 {
     const double fw = 0.5 * 0.466, gap = 0.0015, grit = 10.0;
@@ -251,59 +177,6 @@ TEST(grit_holds_an_open_joint)
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
-}
-
-TEST(grit_resists_a_closing_joint_with_its_threshold)
-{
-    const double m = 0.466 / G, k = 2.9e5, grit = 3.0, force = 5.0, excess = force - 0.5 * 0.466,
-                 t = 0.003;
-    /* it gives way as a spring up to grit/KL, gaining v1 on the way, then resists with grit and
-     * nothing more */
-    const double w = sqrt(k / m), t1 = acos(1.0 - grit / excess) / w,
-                 v1 = excess / k * w * sin(w * t1);
-    const double x1 = grit / k, a = (excess - grit) / m;
-    const struct sim_path_row rows[] = {{0, 0.1, force}, {0.004, 0.1, force}};
-    struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 2);
-    scene.cl_lb_s_ft = 0.0;
-    sim_scene_set_list(&scene.t_out_s, &t, 1);
-    struct sim_result result = run_at(&scene, 2e-7);
-    near(result.outputs[0].u_ft[1], x1 + v1 * (t - t1) + 0.5 * a * (t - t1) * (t - t1), 1e-8);
-    sim_result_free(&result);
-    sim_scene_free(&scene);
-}
-
-/* A mat thrown at an open joint with grit: spring up to the grit's strength, then that force until
- * it stops, then the spring's quarter swing back, then free flight. */
-TEST(grit_gives_way_and_springs_back)
-{
-    const double gap = 0.01, grit = 2000.0, kl = 4e6, v0 = 1.0, m = 160.0 / G, w = sqrt(kl / m);
-    const double bend = grit / kl, t1 = asin(bend * w / v0) / w, v1 = v0 * cos(w * t1);
-    const double t2 = t1 + v1 * m / grit, most = bend + 0.5 * v1 * v1 * m / grit,
-                 t3 = t2 + 0.5 * 3.14159265358979323846 / w;
-    double times[64];
-    struct sim_scene scene = plain(1);
-    scene.right = SIM_FIXED;
-    scene.kl_lb_ft = kl;
-    scene.slack_ft = 0.02;
-    scene.v0_ft_s = v0;
-    scene.t_end_s = 0.008;
-    assert_true(t1 < t2 && t3 < 0.8 * scene.t_end_s && most < gap);
-    for (int k = 0; k < 64; k++)
-        times[k] = scene.t_end_s * (k + 1) / 64.0;
-    sim_scene_set_list(&scene.t_out_s, times, 64);
-    sim_scene_set_list(&scene.gap0_ft, &gap, 1);
-    sim_scene_set_list(&scene.grit_lb, &grit, 1);
-    struct sim_result result = run_at(&scene, 1e-7);
-    for (int k = 0; k < 64; k++) {
-        double t = times[k], u = t < t1 ? v0 / w * sin(w * t)
-                               : t < t2
-                                   ? bend + v1 * (t - t1) - 0.5 * grit / m * (t - t1) * (t - t1)
-                               : t < t3 ? most - bend + bend * cos(w * (t - t2))
-                                        : most - bend - bend * w * (t - t3);
-        near(result.outputs[k].u_ft[1], u, 1e-8);
-    }
-    sim_result_free(&result);
-    sim_scene_free(&scene);
 }
 
 /* A joint that is run into: the damper alone would push with CL v = 5 lb and more, an open joint

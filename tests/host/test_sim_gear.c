@@ -104,25 +104,6 @@ TEST(beyond_its_load_it_slides)
     }
 }
 
-/* Let go from 0.04 ft it swings as a damped spring: period 2 pi/sqrt(k/m (1 - zeta^2)), falling by
- * exp(-zeta sqrt(k/m) T) a period. The step is implicit: of first order. */
-TEST(it_swings_as_a_damped_spring)
-{
-    const double zeta = 0.1, w = sqrt(1000.0), damped = w * sqrt(1.0 - zeta * zeta);
-    const double period_s = 2.0 * 3.14159265358979323846 / damped;
-    const struct sim_path_row rows[] = {
-        {0, 50, 0}, {2, 50, 40}, {3, 50, 40}, {3, 50, 0}, {4, 50, 0}};
-    const double at_s[] = {3.0 + period_s, 3.0 + 2.0 * period_s};
-    struct sim_scene scene = one_mat(SIM_CHAIN, rows, 5);
-    scene.gear.damping = zeta;
-    sim_scene_set_list(&scene.t_out_s, at_s, 2);
-    struct sim_result result = good(&scene, (struct sim_options){.dt_s = 1e-5});
-    for (int k = 0; k < 2; k++)
-        near(result.outputs[k].u_ft[1], 0.040 * exp(-zeta * w * period_s * (k + 1)), 0.040 * 2e-3);
-    sim_result_free(&result);
-    sim_scene_free(&scene);
-}
-
 static uint64_t dice = 7;
 static double throw(double low, double high)
 {
@@ -235,27 +216,6 @@ TEST(the_window_changes_nothing)
         sim_result_free(&all);
         sim_scene_free(&scene);
     }
-}
-
-/* Half the step: the difference is within what the run states, and falls. */
-TEST(half_the_step_is_near)
-{
-    struct sim_scene scene = rig(SIM_CHAIN, 1.0);
-    double apart[2], peak = 0.0;
-    for (int k = 0; k < 2; k++) {
-        double h = 8e-5 / (1 << (4 * k)), most = 0.0;
-        struct sim_result whole = good(&scene, (struct sim_options){.dt_s = h, .single = true}),
-                          half = good(&scene, (struct sim_options){.dt_s = h / 2, .single = true});
-        for (int n = 1; n <= MATS; n++)
-            most = fmax(most, fabs(whole.u_ft[n] - half.u_ft[n]));
-        apart[k] = most;
-        peak = half.peak_u_ft;
-        sim_result_free(&whole);
-        sim_result_free(&half);
-    }
-    assert_true(apart[0] < 0.02 * peak);
-    assert_true(apart[1] < 0.5 * apart[0]);
-    sim_scene_free(&scene);
 }
 
 /* A ratchet without plasticity: what the gear pushed ahead stays pushed, and no mat behind it is

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/splitmix.h"
 #include "host/link/timemap.h"
 #include "tests/cmocka_all.h"
 
@@ -17,10 +18,7 @@ static uint64_t state = 6;
 /* SplitMix64, 0 to 1 */
 static double even(void)
 {
-    uint64_t z = state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return ((double)((z ^ z >> 31) >> 11) + 0.5) / 9007199254740992.0;
+    return ((double)(mr_splitmix64(&state) >> 11) + 0.5) / 9007199254740992.0;
 }
 
 /* Delays in us, all from 0 on. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/splitmix.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/sim.h"
 
@@ -77,10 +78,7 @@ enum score_kind score_kind_find(const char *name)
 
 double score_uniform(uint64_t *state)
 {
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+    return mr_splitmix64_uniform(state);
 }
 
 double score_normal(uint64_t *state)
