@@ -206,6 +206,10 @@ double sim_scene_start_s(const struct sim_scene *scene);
 void sim_scene_from_start(struct sim_scene *counted, const struct sim_scene *scene);
 void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene *scene);
 
+/* The shortest time that a fixed step must not pass over: in which thrust is beyond what friction
+ * holds, or in which a mat that is thrown comes to rest. INFINITY without friction. */
+double sim_scene_shortest_s(const struct sim_scene *scene);
+
 /* Value of a per-joint list for joint 1..N+1. */
 double sim_scene_joint(const struct sim_list *list, int joint);
 

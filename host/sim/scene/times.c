@@ -91,3 +91,62 @@ void sim_scene_from_start_free(struct sim_scene *counted, const struct sim_scene
         free(counted->t_out_s.values);
     }
 }
+
+/* A time in which thrust is beyond what friction holds. */
+struct pulse {
+    bool on;
+    double from_s, impulse_lb_s;
+};
+
+#define PULSE_REACH 1e-7 /* of a mat's length: less far than that counts as nothing */
+
+static void pulse_end(struct pulse *pulse, const struct sim_scene *scene, double at_s,
+                      double *shortest_s)
+{
+    double length_s = fmin(at_s, scene->force_stop_s) - pulse->from_s,
+           speed_ft_s = pulse->impulse_lb_s * scene->g_ft_s2 / scene->weight_lb,
+           reach_ft = speed_ft_s *
+                      (length_s + 0.5 * speed_ft_s / (scene->friction * scene->g_ft_s2));
+    if (pulse->on && length_s > 0.0 && reach_ft > PULSE_REACH * scene->length_ft)
+        *shortest_s = fmin(*shortest_s, length_s);
+    *pulse = (struct pulse){0};
+}
+
+/* Over one row of the path, on which thrust beyond the hold goes from a to b. */
+static void pulse_over(struct pulse *pulse, const struct sim_scene *scene,
+                       const struct sim_path_row *row, double a_lb, double b_lb, double *shortest_s)
+{
+    double length_s = row[1].t_s - row[0].t_s,
+           zero_s = row[0].t_s + (a_lb * b_lb < 0.0 ? length_s * a_lb / (a_lb - b_lb) : 0.0);
+    if (!(length_s > 0.0))
+        return;
+    if (pulse->on && !(a_lb > 0.0))
+        pulse_end(pulse, scene, row[0].t_s, shortest_s);
+    if (!pulse->on && (a_lb > 0.0 || b_lb > 0.0))
+        *pulse = (struct pulse){.on = true, .from_s = a_lb > 0.0 ? row[0].t_s : zero_s};
+    pulse->impulse_lb_s += 0.5 * length_s * (fmax(a_lb, 0.0) + fmax(b_lb, 0.0));
+    if (pulse->on && !(b_lb > 0.0))
+        pulse_end(pulse, scene, a_lb * b_lb < 0.0 ? zero_s : row[1].t_s, shortest_s);
+}
+
+double sim_scene_shortest_s(const struct sim_scene *scene)
+{
+    double hold_lb = scene->friction * (scene->weight_lb + scene->wheel_load_lb),
+           shortest_s = HUGE_VAL, end_s = sim_scene_end_s(scene);
+    const struct sim_path_row steady[] = {{0.0, 0.0, scene->force_lb},
+                                          {end_s, 0.0, scene->force_lb}};
+    const struct sim_path_row *rows = scene->path_count > 0 ? scene->path : steady;
+    size_t count = scene->path_count > 0 ? scene->path_count : 2;
+    if (!(hold_lb > 0.0) || scene->friction_law == SIM_NONE)
+        return HUGE_VAL;
+    if (scene->v0_ft_s != 0.0)
+        shortest_s = fabs(scene->v0_ft_s) / (scene->friction * scene->g_ft_s2);
+    for (double way = -1.0; way < 2.0; way += 2.0) {
+        struct pulse pulse = {0};
+        for (size_t i = 0; i + 1 < count; i++)
+            pulse_over(&pulse, scene, rows + i, way * rows[i].force_lb - hold_lb,
+                       way * rows[i + 1].force_lb - hold_lb, &shortest_s);
+        pulse_end(&pulse, scene, rows[count - 1].t_s, &shortest_s);
+    }
+    return shortest_s;
+}

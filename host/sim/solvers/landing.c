@@ -10,8 +10,9 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE     0.25 /* of the stability limit, when the step is not given */
-#define HOP_SHARE      0.25 /* of a mat the aircraft may cross in a step */
+#define STEP_SHARE     0.25  /* of the stability limit, when the step is not given */
+#define HOP_SHARE      0.25  /* of a mat the aircraft may cross in a step */
+#define SHORTEST_SHARE 0.125 /* of the shortest time that is not to be passed over */
 /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
 #define STABLE         1.8
 #define LEAST_STEPS    1000.0
@@ -321,7 +322,8 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     double h = options->dt_s > 0.0
                  ? options->dt_s
                  : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
-                        fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+                        fmin(fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS),
+                             SHORTEST_SHARE * sim_scene_shortest_s(l->scene)));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
