@@ -86,7 +86,7 @@ int study_start(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct error_request
 static const struct command_part error_parts[] = {
-    HELP_ITEM("SCENE", "scene file, JSON, of model report or consistent; the chain has one solver"),
+    HELP_ITEM("SCENE", "scene file, JSON"),
     OPTION_TEXT("--plot", "F", plot,
                 "draw error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
     HELP_NOTE("\n"

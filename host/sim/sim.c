@@ -39,9 +39,9 @@ static enum mr_status check_options(const struct sim_scene *scene,
         return error_set(error, MR_USAGE, "limit out of range: %g s; give 0, for none, or more",
                          options->limit_s);
     if (options->rtol != 0.0 &&
-        !(options->rtol >= (chain ? 1e-9 : 1e-13) && options->rtol <= (chain ? 1.0 : 0.01)))
+        !(options->rtol >= 1e-13 && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
-                         chain ? "1e-9 to 1" : "1e-13 to 0.01");
+                         chain ? "1e-13 to 1" : "1e-13 to 0.01");
     if (!(options->sample_dt_s >= 0.0) ||
         (options->sample_dt_s > 0.0 && run_s / options->sample_dt_s > 1e7))
         return error_set(error, MR_USAGE,

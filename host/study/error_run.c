@@ -101,10 +101,12 @@ static void add_orders(struct answer *answer, const struct error_study *study)
         const char *law = order->of_step ? "error ~ dt^p" : "error ~ rtol^p";
         char u[120], lift[120];
         slope_text("u", &order->u, order, u, sizeof u);
-        slope_text("lift", &order->lift, order, lift, sizeof lift);
+        if (study->lifts)
+            slope_text("lift", &order->lift, order, lift, sizeof lift);
         answer_open(answer, NULL, "");
         answer_words(answer, NULL, order->solver, "%s, %s", law, u);
-        answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
+        if (study->lifts)
+            answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
         answer_words(answer, "solver", NULL, "%s", order->solver);
         answer_words(answer, "against", NULL, "%s", order->of_step ? "dt" : "rtol");
         answer_json_value(answer, "u", slope_json(&order->u));
@@ -119,8 +121,11 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     answer_table(answer, NULL,
-                 "least ms for an error of lift of at most (fixed steps: of the step and both its "
-                 "neighbours)");
+                 study->lifts
+                     ? "least ms for an error of lift of at most (fixed steps: of the step "
+                       "and both its neighbours)"
+                     : "least ms for an error of u of at most (fixed steps: of the step "
+                       "and both its neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
@@ -224,8 +229,9 @@ static void plot_panel_of(struct plot *plot, const struct error_study *study, bo
 static enum mr_status write_plot(const char *path, const char *name,
                                  const struct error_study *study, struct error *error)
 {
-    struct plot *plot = plot_new(name, 960, 480, 2);
-    plot_panel_of(plot, study, true);
+    struct plot *plot = plot_new(name, study->lifts ? 960 : 640, 480, study->lifts ? 2 : 1);
+    if (study->lifts)
+        plot_panel_of(plot, study, true);
     plot_panel_of(plot, study, false);
     return plot_write(plot, path, error);
 }

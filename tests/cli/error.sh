@@ -62,7 +62,16 @@ check "no reference: an old plot stays" fails_with 5 "no reference" $m error "$t
 check "it has stayed" grep -q keep "$tmp/old.svg"
 check "no reference: no new plot" fails_with 5 "no reference" $m error "$tmp/sign.json" --plot "$tmp/new.svg"
 check "there is none" test ! -e "$tmp/new.svg"
-check "a chain has one solver" fails_with 2 "one solver only" $m error "$tmp/chain.json"
+chain() { # of first order by steps; events come below it
+    $m --json error "$tmp/chain.json" --plot "$tmp/chain.svg" >"$tmp/chain.out" && python3 - "$tmp/chain.out" <<'P'
+import json, sys
+d = json.load(open(sys.argv[1]))
+by = {s: [r for r in d["runs"] if r["solver"] == s] for s in ("event", "staggered")}
+assert len(by["event"]) >= 7 and len(by["staggered"]) >= 10, by
+assert min(r["err_u"] for r in by["event"]) < 1e-9 < by["staggered"][-1]["err_u"] < by["staggered"][0]["err_u"]
+P
+}
+check "a chain: its two solvers over tolerances and steps" chain
 check "plot in no folder" fails_with 3 "cannot write.*none/x.svg" $m error "$tmp/short.json" --plot "$tmp/none/x.svg"
 check "unknown option" fails_with 2 "'--rtol' of error" $m error "$tmp/short.json" --rtol 1e-3
 check "no scene given" fails_with 2 "error needs SCENE" $m error

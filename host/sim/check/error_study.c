@@ -8,6 +8,7 @@
 
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
+#include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
 #define TARGET_FT           1e-10 /* agreement that needs no further tightening, */
@@ -310,28 +311,119 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
     return MR_OK;
 }
 
+/* ---- the chain ---- */
+
+#define CHAIN_TIMES  64
+#define CHAIN_LOOSER 10.0 /* a landing hangs on thousands of switches */
+#define CHAIN_RUNS   10   /* of event, a decade apart */
+#define CHAIN_RUNGS  16   /* of staggered, half an octave apart */
+
+/* A run, its u at even times in u_ft. Returns the longest stable step. */
+static double chain_pass(struct error_run *run, const struct sim_scene *scene,
+                         const struct sim_options *options, double *u_ft, struct error *error)
+{
+    struct sim_result result;
+    size_t row = (size_t)scene->mats + 1;
+    double begin_ms = processor_ms();
+    enum mr_status status = sim_run(scene, options, &result, error);
+    run->solver = options->solver;
+    run->rtol = options->rtol;
+    run->dt_s = options->dt_s;
+    run->ms = processor_ms() - begin_ms;
+    run->steps = result.steps;
+    run->rhs = result.rhs;
+    run->status = result.status;
+    run->mat = result.mat;
+    run->t_s = result.t_s;
+    if (status == MR_NUMERICS)
+        error->status = MR_OK; /* a row of the table */
+    for (size_t k = 0; status == MR_OK && k < CHAIN_TIMES; k++)
+        memcpy(u_ft + k * row, result.outputs[k].u_ft, row * sizeof *u_ft);
+    double limit_s = result.dt_limit_s;
+    sim_result_free(&result);
+    return limit_s;
+}
+
+static double chain_apart_ft(const struct sim_scene *scene, const double *a, const double *b)
+{
+    size_t row = (size_t)scene->mats + 1;
+    double most = 0.0;
+    for (size_t i = 0; i < CHAIN_TIMES * row; i++)
+        most = i % row == 0 ? most : fmax(most, fabs(a[i] - b[i]));
+    return most;
+}
+
+/* Its two solvers against `event` at the tightest tolerance, which two runs of it agree on; the
+ * independent method is tests/stability's. */
+static enum mr_status chain_study(struct error_study *study, const struct sim_scene *whole,
+                                  struct error *error)
+{
+    struct sim_scene timed = *whole, *scene = &timed;
+    size_t size = CHAIN_TIMES * ((size_t)scene->mats + 1);
+    double *reference = xcalloc(size, sizeof *reference), *u = xcalloc(size, sizeof *u);
+    struct error_run run = {0}, check = {0};
+    struct sim_options options = {.solver = "event", .single = true, .rtol = 1e-12};
+    double times_s[CHAIN_TIMES];
+    for (int k = 0; k < CHAIN_TIMES; k++)
+        times_s[k] = study->end_s * (k + 1) / CHAIN_TIMES;
+    timed.t_out_s = (struct sim_list){times_s, CHAIN_TIMES};
+    study->dt_limit_s = chain_pass(&check, scene, &options, u, error);
+    options.rtol = 1e-13;
+    chain_pass(&run, scene, &options, reference, error);
+    study->agreement_u_ft = chain_apart_ft(scene, u, reference);
+    for (size_t i = 0; i < size; i++)
+        study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
+    snprintf(study->method, sizeof study->method,
+             "event (every switch located) at rtol 1e-13; agrees with rtol 1e-12");
+    if (error->status == MR_OK && (run.status != SIM_OK || check.status != SIM_OK ||
+                                   study->agreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_LOOSER))
+        error_set(error, MR_NUMERICS,
+                  "no reference: %s: two runs of event differ by %.2g ft (u); give an earlier tend "
+                  "or another scene",
+                  sim_scene_name(scene), study->agreement_u_ft);
+    for (int i = 0; i < CHAIN_RUNS + CHAIN_RUNGS && error->status == MR_OK; i++) {
+        options =
+            i < CHAIN_RUNS
+                ? (struct sim_options){.solver = "event", .single = true, .rtol = pow(10, -3 - i)}
+                : (struct sim_options){.solver = "staggered",
+                                       .single = true,
+                                       .dt_s = study->dt_limit_s * FIRST *
+                                               pow(2.0, -0.5 * (i - CHAIN_RUNS))};
+        struct error_run *row = add_run(study);
+        if (!row)
+            break;
+        chain_pass(row, scene, &options, u, error);
+        row->u_ft = row->status == SIM_OK ? chain_apart_ft(scene, u, reference) : (double)NAN;
+        for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {
+            chain_pass(&run, scene, &options, u, error);
+            row->ms = fmin(row->ms, run.ms);
+        }
+    }
+    free(reference);
+    free(u);
+    return error->status;
+}
+
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
                                error_told *told, void *told_ctx, struct error *error)
 {
     static const struct stepper_kind *const kinds[] = {
         &stepper_event, &stepper_implicit, &stepper_cvode, &stepper_rkgs, &stepper_hamming};
-    struct reference reference;
+    struct reference reference = {0};
     double rate = 0.0;
     *study = (struct error_study){.told = told, .told_ctx = told_ctx};
     if (told)
         told(told_ctx, 0);
     if (sim_scene_check(scene, sim_scene_name(scene), error) != MR_OK)
         return error->status;
-    if (scene->model == SIM_CHAIN)
-        return error_set(error, MR_USAGE,
-                         "one solver only: %s: model chain; its error is in the answer of matrig "
-                         "sim, or give model report or consistent",
-                         sim_scene_name(scene));
     struct sim_scene counted;
     sim_scene_from_start(&counted, scene);
     study->end_s = sim_scene_end_s(&counted);
-    if (planar_reference(&reference, study, &counted, error) == MR_OK &&
-        fastest_rate(&counted, &rate, error) == MR_OK) {
+    study->lifts = scene->model != SIM_CHAIN;
+    if (!study->lifts) {
+        chain_study(study, &counted, error);
+    } else if (planar_reference(&reference, study, &counted, error) == MR_OK &&
+               fastest_rate(&counted, &rate, error) == MR_OK) {
         study->agreement_u_ft = reference.u_ft;
         study->agreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
@@ -417,22 +509,22 @@ void error_study_fit(struct error_study *study)
     }
 }
 
-static double own_ft(const struct error_run *run)
+static double own_ft(const struct error_study *study, const struct error_run *run)
 {
-    return usable(run) ? run->lift_ft : (double)NAN;
+    return !usable(run) ? (double)NAN : study->lifts ? run->lift_ft : run->u_ft;
 }
 
 double error_study_judged_ft(const struct error_study *study, size_t i)
 {
     const struct error_run *run = &study->runs[i];
-    double own = own_ft(run);
+    double own = own_ft(study, run);
     if (run->dt_s == 0.0 || isnan(own))
         return own;
     for (int side = 0; side < 2; side++) {
         if (side == 0 ? i == 0 : i + 1 == study->run_count)
             return (double)NAN;
         const struct error_run *next = &study->runs[side == 0 ? i - 1 : i + 1];
-        double error = own_ft(next);
+        double error = own_ft(study, next);
         if (strcmp(next->solver, run->solver) != 0 || isnan(error))
             return (double)NAN;
         own = fmax(own, error);
@@ -444,7 +536,7 @@ const struct error_run *error_study_cheapest(const struct error_study *study, co
                                              double level_ft)
 {
     const struct error_run *best = NULL;
-    if (level_ft < ERROR_FLOOR * study->agreement_lift_ft)
+    if (level_ft < ERROR_FLOOR * (study->lifts ? study->agreement_lift_ft : study->agreement_u_ft))
         return NULL;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];

@@ -28,7 +28,7 @@ struct sim_options {
     bool no_prune; /* integrate every mat all the time */
     /* solver staggered: one pass, no error estimate (0) and no check but that of stability. For
      * ensembles whose spread is far larger than a pass's error; the step is dt, or half the
-     * stability limit */
+     * stability limit. The chain's event, when asked for: one pass at tolerance rtol */
     bool single;
     /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
     double overrun_ft;

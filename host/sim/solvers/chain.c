@@ -883,9 +883,10 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
     chain_describe(&chain, scene, result);
 
-    bool given = options->dt_s > 0.0,
-         fixed = options->solver && strcmp(options->solver, "staggered") == 0;
-    if (!given && !fixed && !options->single && chain_event_can(scene)) {
+    bool given = options->dt_s > 0.0;
+    bool event = options->solver && strcmp(options->solver, "event") == 0;
+    bool fixed = options->solver && strcmp(options->solver, "staggered") == 0;
+    if (!given && !fixed && (event || !options->single) && chain_event_can(scene)) {
         chain_event_run(scene, options, result, error);
         chain_free(&chain);
         return error->status;

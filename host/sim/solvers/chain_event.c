@@ -230,19 +230,23 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
     result->t_end_s = sim_scene_end_s(scene);
     while (again) {
         struct run *run = &runs[count];
-        start_run(run, &m, tolerances[count++], options, result);
+        double tolerance = options->single && options->rtol > 0.0 ? options->rtol
+                                                                  : tolerances[count];
+        start_run(run, &m, tolerance, options, result);
+        count++;
         peak_ft = sim_record_peak(&run->record).u_ft;
         for (int i = 0; run->status == SIM_OK && i + 1 < count; i++)
             apart_ft = law_most(apart_ft,
                                 sim_record_difference(&runs[i].record, &run->record).u_ft);
-        again = run->status == SIM_OK &&
+        again = run->status == SIM_OK && !options->single &&
                 (count == 1 || (count == 2 && apart_ft > PARTS * COARSE * peak_ft));
     }
     struct run *last = &runs[count - 1];
     result->checked_dt_s = runs[0].longest_s;
     if (last->status != SIM_OK)
         sim_result_end(result, last->status, last->mat, m.t_s);
-    result->error_u_ft = SURE * apart_ft + FLOOR * peak_ft + FLOOR_LENGTH * scene->length_ft;
+    if (!options->single)
+        result->error_u_ft = SURE * apart_ft + FLOOR * peak_ft + FLOOR_LENGTH * scene->length_ft;
     double allowed_ft = (options->rtol > 0.0 ? options->rtol : DISAGREEMENT) * peak_ft;
     if (last->status == SIM_OK && SURE * apart_ft > allowed_ft) {
         struct sim_difference first = parts_first(runs, count, allowed_ft / SURE);
