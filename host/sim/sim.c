@@ -38,8 +38,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
     if (!(options->limit_s >= 0.0))
         return error_set(error, MR_USAGE, "limit out of range: %g s; give 0, for none, or more",
                          options->limit_s);
-    if (options->rtol != 0.0 &&
-        !(options->rtol >= 1e-13 && options->rtol <= (chain ? 1.0 : 0.01)))
+    if (options->rtol != 0.0 && !(options->rtol >= 1e-13 && options->rtol <= (chain ? 1.0 : 0.01)))
         return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
                          chain ? "1e-13 to 1" : "1e-13 to 0.01");
     if (!(options->sample_dt_s >= 0.0) ||

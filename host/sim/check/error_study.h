@@ -87,9 +87,9 @@ extern const size_t error_level_count;
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
                                error_told *told, void *told_ctx, struct error *error);
 
-/* Error of lift (chain: of u) by which run i is judged: its own; of a fixed step the worst of it and both
- * neighbours, because such an error can be small by luck. NaN: failed, beyond the limit, or no
- * neighbour. */
+/* Error of lift (chain: of u) by which run i is judged: its own; of a fixed step the worst of it
+ * and both neighbours, because such an error can be small by luck. NaN: failed, beyond the limit,
+ * or no neighbour. */
 double error_study_judged_ft(const struct error_study *study, size_t i);
 
 /* The cheapest run of `solver` (NULL: of any) that is judged to be within level_ft. NULL: none, or
