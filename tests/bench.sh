@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Timings as ratios within one run: virtual time over processor time on the emulated board (one thread: the same as wall
-# time when nothing else runs; three runs each, the median counts), then the simulation (tests/bench/). For information: a
+# time when nothing else runs; three runs each, the median counts), then how often the fit's intervals hold. For information: a
 # figure that is missed fails nothing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -50,6 +50,5 @@ for rig in full quiet bandless four switches; do
         awk -v rig=$rig '{ printf "  %-9s idle %5.0f %5.0f %6.0f %6.0f   recording %6.0f %5.0f %6.0f %6.0f\n", rig, ($5 - $1) / 5000, ($6 - $2) / 5,
             ($7 - $3) / 5, 256 * ($8 - $4) / 5, ($13 - $9) / 4000, ($14 - $10) / 4, ($15 - $11) / 4, 256 * ($16 - $12) / 4 }'
 done
-build/tests/bench/sim_bench
 echo "matrig fit, 1,000 synthetic landings of a 30-mat runway, fitted by its own model, with known parameters (tests/fit/cheap.h; 0.003 in of noise, joints of their own; make fit-misfits has longer runways):"
 build/tests/fit/coverage 1000 160

@@ -15,7 +15,7 @@ test: in-build $(B)/.test-packages all $(tests) $(test_images) $(variants) test-
 .PHONY: test-programs
 test-programs: # its needs are said where each is built
 
-bench_programs := $(patsubst %,$(B)/tests/%,bench/sim_bench fit/coverage)
+bench_programs := $(B)/tests/fit/coverage
 # What the targets need, built and not run: tests/house/targets.py finds a target of which something is forgotten here.
 needed := $(tests) $(test_images) $(variants) $(bench_programs) $(patsubst %,$(B)/tests/%,linux/bridge sim_reference/reference)
 .PHONY: build-all

@@ -53,7 +53,7 @@ tells_what_failed() {
 
 check "make help lists every target that says what it does" is_listed
 check "CI makes or builds each of them" is_built
-check "the programs of a study that nothing builds are found" forgets build-all '^bench: nothing in .* builds .*build/tests/bench/sim_bench'
+check "the programs of a study that nothing builds are found" forgets build-all '^bench: nothing in .* builds .*build/tests/fit/coverage'
 check "what another make builds is found too" forgets build-all '^fuzz: nothing in .* builds fuzz-programs$'
 check "a target that has to be run and is not is found" forgets test-aarch64 '^test-aarch64: nothing in '
 check "a new target is found" new_target

@@ -1,11 +1,11 @@
-/* The onboard predictor beside the solver that it is held against: error against run time on the
- * landings of the standard series, and what it costs on the board. */
+/* error-report FOLDER: the onboard predictor beside the solver that it is held against, error
+ * against run time on the landings of the standard series, and what it costs on the board. Markdown
+ * on stdout, FOLDER/predictor.svg. */
 #include <math.h>
 #include <stdio.h>
 
 #include "host/base/plot.h"
 #include "tests/error_report/predictor_study.h"
-#include "tests/error_report/report.h"
 
 #define CLOCK_KHZ 168e3
 
@@ -74,7 +74,7 @@ static void draw_panel(struct plot *plot, const struct predictor_study *study, b
     }
 }
 
-enum mr_status write_predictor(const char *folder, struct error *error)
+static enum mr_status write_predictor(const char *folder, struct error *error)
 {
     static struct predictor_study study;
     char path[400];
@@ -111,4 +111,17 @@ enum mr_status write_predictor(const char *folder, struct error *error)
     draw_panel(plot, &study, false);
     snprintf(path, sizeof path, "%s/predictor.svg", folder);
     return plot_write(plot, path, error);
+}
+
+int main(int argc, char **argv)
+{
+    struct error error = {0};
+    if (argc != 2) {
+        fputs("usage: error-report FOLDER\n", stderr);
+        return 2;
+    }
+    if (write_predictor(argv[1], &error) == MR_OK)
+        return 0;
+    fprintf(stderr, "error-report: %s\n", error.text);
+    return mr_status_exit_code(error.status);
 }

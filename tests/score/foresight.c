@@ -5,17 +5,78 @@
  *                                               100 to 249, kept in FOLDER
  *   foresight FOLDER play FROM COUNT [ROW]...   what is said of the landings of series FROM ..
  *                                               FROM + COUNT - 1, kept in FOLDER; all rows or some
- *   foresight FOLDER table FROM COUNT           tables on stdout, a diagram a row in FOLDER, of
- *                                               what was played
+ *   foresight FOLDER table FROM COUNT           tables on stdout, of what was played
  *   foresight FOLDER odds FROM COUNT OTHER COUNT ROW   the log odds that would have held for series
  *                                               FROM and on, and how they hold for OTHER and on
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
-#include "tests/score/foresight.h"
-
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "tests/score/advised.h"
+#include "tests/score/stats.h"
+
+/* Of a landing: before touchdown, and so long after it. */
+enum foresight_when { BEFORE, HALF, ONE, TWO, WHENS };
+
+/* What is known without a model of the runway, and the board's zone to come; about 1 in size. */
+enum foresight_fact {
+    FACT_ONE,
+    FACT_PLAN,      /* planned mean deceleration */
+    FACT_HARDEST,   /* the hardest that is planned */
+    FACT_BRAKING,   /* measured */
+    FACT_COUNT,     /* of landings */
+    FACT_KINEMATIC, /* zone closed by transducers and survey alone */
+    FACT_SPEED,     /* now; before touchdown planned */
+    FACT_FRICTION,  /* told */
+    FACT_COMING,    /* zone to come by the board's predictor */
+    FACT_SLACK,     /* surveyed, sum of the runway; 0: none */
+    FACTS
+};
+
+/* Who says how probable an event is. */
+enum foresight_by {
+    BY_ENSEMBLE, /* of `matrig advise`: before touchdown, and never changed */
+    BY_BOARD,    /* the board's risk, with plan and chart */
+    BY_COMBINED, /* logistic rule of all facts */
+    BY_PLANNED,  /* the board's risk with a plan alone, */
+    BY_NOTHING,  /* and with neither */
+    BY_FACT      /* and on: of one of them each */
+};
+
+struct foresight_said {
+    float fact[FACTS];
+    /* NaN: not said; share: of the members, as counted */
+    float ensemble, share, board, planned, nothing;
+    float until_s; /* to the event; NaN: none comes */
+    uint16_t series;
+    uint8_t landing, when;
+};
+
+/* A row of the score: what is perturbed. */
+struct foresight_row {
+    const char *name, *text;
+    enum score_kind kind;
+    struct advised_told told;
+};
+#define FORESIGHT_ROWS 15u
+
+struct foresight_list {
+    struct foresight_said *said;
+    size_t count;
+    uint32_t series; /* so many */
+};
+
+/* Landings of a row that are still at risk at a moment, as they are scored: the event is half a
+ * second away or more. */
+struct foresight_moment {
+    size_t count, events;
+    float *by[BY_FACT + FACTS]; /* probabilities; climatology stands in FACT_ONE's place */
+    bool *event;
+    uint16_t *series;
+};
 
 #define VERSION    1u
 #define LEARN_FROM 100u
@@ -30,7 +91,7 @@ static const double when_s[WHENS] = {-0.05, 0.5, 1.0, 2.0};
 #define SURVEYED SCORE_SURVEYED
 /* told: survey and transducers, friction over what is told otherwise, rms error of the plan, braked
  * so many times harder than planned, share of the thrust measured */
-const struct foresight_row foresight_rows[FORESIGHT_ROWS] = {
+static const struct foresight_row foresight_rows[FORESIGHT_ROWS] = {
     {"plain", "nothing perturbed; plan off by 10 %", SCORE_CHAIN, {SURVEYED, 1.0, 0.1, 1.0, false}},
     {"shut", "runway nearly closed", SCORE_SHUT, {SURVEYED, 1.0, 0.1, 1.0, false}},
     {"patchy", "gaps in patches", SCORE_PATCHY, {SURVEYED, 1.0, 0.1, 1.0, false}},
@@ -56,6 +117,219 @@ const struct foresight_row foresight_rows[FORESIGHT_ROWS] = {
      {SURVEYED | SCORE_HALF, 1.0, 0.1, 1.0, false}},
     {"blind", "all transducers lost", SCORE_CHAIN, {SURVEYED | SCORE_BLIND, 1.0, 0.1, 1.0, false}},
 };
+
+#define RIDGE     1.0
+#define FACT(f)   (BY_FACT + (unsigned)(f))
+#define MANY      50u /* a fifth of so many landings is to hold */
+#define HOLDS     0.05
+#define BRIER     0.12
+#define PERTURBED 0.80
+
+static const char *const when_names[WHENS] = {"before", "0.5 s", "1 s", "2 s"};
+static const double aims[WHENS] = {0.93, 0.0, 0.94, 0.0};
+
+/* Still at risk: the event is far enough away to act on, or none comes. */
+static bool counts(const struct foresight_said *s, enum foresight_when when)
+{
+    return s->when == when && !((double)s->until_s < SCORE_AHEAD_S);
+}
+
+/* --- the baselines --- */
+
+struct facts {
+    float *input; /* FACTS of each */
+    bool *event;
+    size_t count;
+};
+
+static bool gather_facts(const struct foresight_list *list, enum foresight_when when,
+                         struct facts *facts)
+{
+    *facts = (struct facts){.input = calloc(list->count * FACTS + 1, sizeof(float)),
+                            .event = calloc(list->count + 1, sizeof(bool))};
+    for (size_t i = 0; facts->input && facts->event && i < list->count; i++) {
+        if (!counts(&list->said[i], when))
+            continue;
+        memcpy(facts->input + facts->count * FACTS, list->said[i].fact, sizeof list->said[i].fact);
+        facts->event[facts->count++] = !isnan(list->said[i].until_s);
+    }
+    return facts->input && facts->event;
+}
+
+/* A fact alone, and one: a rule that has its sign, and its probability, from what is learned. */
+static void fit_alone(const struct facts *facts, unsigned fact, double *weight)
+{
+    float *input = calloc(2 * facts->count + 1, sizeof *input);
+    for (size_t i = 0; input && i < facts->count; i++) {
+        input[2 * i] = 1.0f;
+        input[2 * i + 1] = fact == FACT_ONE ? 0.0f : facts->input[i * FACTS + fact];
+    }
+    if (input)
+        stats_fit(input, facts->event, facts->count, 2, RIDGE, weight);
+    free(input);
+}
+
+/* Rules are of what `learned` tells; false: no memory. forget_moment in every case. */
+static bool recall_moment(const struct foresight_list *list, const struct foresight_list *learned,
+                          enum foresight_when when, struct foresight_moment *moment)
+{
+    struct facts facts;
+    double all[FACTS], alone[FACTS][2] = {{0.0}};
+    bool good = gather_facts(learned, when, &facts);
+    moment->event = calloc(list->count + 1, sizeof *moment->event);
+    moment->series = calloc(list->count + 1, sizeof *moment->series);
+    good = good && moment->event && moment->series;
+    for (unsigned b = 0; b < FACT(FACTS); b++) {
+        moment->by[b] = calloc(list->count + 1, sizeof(float));
+        good = good && moment->by[b];
+    }
+    if (good)
+        stats_fit(facts.input, facts.event, facts.count, FACTS, RIDGE, all);
+    for (unsigned f = 0; good && f < FACTS; f++)
+        fit_alone(&facts, f, alone[f]);
+    for (size_t i = 0; good && i < list->count; i++) {
+        const struct foresight_said *s = &list->said[i];
+        size_t n = moment->count;
+        if (!counts(s, when))
+            continue;
+        moment->by[BY_ENSEMBLE][n] = s->ensemble;
+        /* where the board says that it does not know, what was said before stands */
+        moment->by[BY_BOARD][n] = isnan(s->board) ? s->ensemble : s->board;
+        moment->by[BY_PLANNED][n] = isnan(s->planned) ? 0.5f : s->planned;
+        moment->by[BY_NOTHING][n] = isnan(s->nothing) ? 0.5f : s->nothing;
+        moment->by[BY_COMBINED][n] = (float)stats_rule(all, s->fact, FACTS);
+        for (unsigned f = 0; f < FACTS; f++) {
+            const float input[] = {1.0f, f == FACT_ONE ? 0.0f : s->fact[f]};
+            moment->by[FACT(f)][n] = (float)stats_rule(alone[f], input, 2);
+        }
+        moment->event[n] = !isnan(s->until_s);
+        moment->events += moment->event[n];
+        moment->series[n] = s->series;
+        moment->count++;
+    }
+    free(facts.input);
+    free(facts.event);
+    return good;
+}
+
+static void forget_moment(struct foresight_moment *moment)
+{
+    for (unsigned b = 0; b < FACT(FACTS); b++)
+        free(moment->by[b]);
+    free(moment->event);
+    free(moment->series);
+    *moment = (struct foresight_moment){0};
+}
+
+/* --- the tables --- */
+
+/* Whose word it is: before touchdown that of `matrig advise`, then the board's. */
+static enum foresight_by own(unsigned when)
+{
+    return when == BEFORE ? BY_ENSEMBLE : BY_BOARD;
+}
+
+static struct stats_lead lead_of(const struct foresight_moment *m, enum foresight_by by)
+{
+    return stats_lead(m->by[by], m->by[BY_COMBINED], m->event, m->series, m->count);
+}
+
+static void print_areas(const struct foresight_row *row, const struct foresight_moment *moment)
+{
+    static const unsigned alone[] = {BY_PLANNED,           BY_NOTHING,         FACT(FACT_PLAN),
+                                     FACT(FACT_HARDEST),   FACT(FACT_BRAKING), FACT(FACT_COUNT),
+                                     FACT(FACT_KINEMATIC), FACT(FACT_SPEED),   FACT(FACT_FRICTION),
+                                     FACT(FACT_COMING),    FACT(FACT_SLACK)};
+    if (!row) {
+        printf("Areas under the curve, of landings whose event is %.1f s away or more, or that "
+               "have none; in brackets what it leads the combined baseline by (95 %%, whole series "
+               "drawn again)\n\n",
+               SCORE_AHEAD_S);
+        printf("| row, when | landings, events | advise (ensemble) | board | combined | board: "
+               "plan alone | nothing given | plan, mean | plan, hardest | braking | count | "
+               "kinematic | speed | friction | zone to come | "
+               "slack |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        return;
+    }
+    for (unsigned w = 0; w < WHENS; w++) {
+        const struct foresight_moment *m = &moment[w];
+        struct stats_lead ensemble = lead_of(m, BY_ENSEMBLE), board = lead_of(m, BY_BOARD);
+        printf("| %s, %s | %zu, %zu | %.3f (%+.3f to %+.3f) | %.3f (%+.3f to %+.3f) | %.3f |",
+               row->name, when_names[w], m->count, m->events, ensemble.area, ensemble.low,
+               ensemble.high, board.area, board.low, board.high, ensemble.other);
+        for (size_t f = 0; f < sizeof alone / sizeof alone[0]; f++)
+            printf(" %.2f |", score_auc(m->by[alone[f]], m->event, m->count));
+        printf("\n");
+    }
+}
+
+static void print_bins(const struct stats_held *held)
+{
+    for (unsigned b = 0; b < STATS_BINS; b++) {
+        if (held->count[b])
+            printf(" %.2f %.2f %u |", held->said[b], held->seen[b], held->count[b]);
+        else
+            printf(" - |");
+    }
+    printf("\n");
+}
+
+static void print_held(const struct foresight_row *row, const struct foresight_moment *moment)
+{
+    static const char *const names[] = {"advise", "board", "combined"};
+    if (!row) {
+        printf("Brier score: reliability less resolution and with uncertainty, but for what "
+               "differs within a fifth. Climatology is the rate of the series that are learned "
+               "from. Fifths: said, seen, landings\n\n");
+        printf("| row, when, by | Brier; climatology | reliability | resolution | uncertainty | 0 "
+               "to .2 | .2 to .4 | .4 to .6 | .6 to .8 | .8 to 1 |\n"
+               "|---|---|---|---|---|---|---|---|---|---|\n");
+        return;
+    }
+    for (unsigned w = 0; w < WHENS; w++) {
+        for (unsigned by = BY_ENSEMBLE; by <= BY_COMBINED; by++) {
+            struct stats_held held, rate;
+            stats_held(moment[w].by[by], moment[w].event, moment[w].count, &held);
+            stats_held(moment[w].by[FACT(FACT_ONE)], moment[w].event, moment[w].count, &rate);
+            printf("| %s, %s, %s | %.3f; %.3f | %.3f | %.3f | %.3f |", row->name, when_names[w],
+                   names[by], held.brier, rate.brier, held.reliability, held.resolution,
+                   held.uncertainty);
+            print_bins(&held);
+        }
+    }
+}
+
+static void print_missed(const struct foresight_row *row, const struct foresight_moment *moment)
+{
+    if (!row) {
+        printf("Aims that are missed\n\n");
+        return;
+    }
+    bool plain = row == &foresight_rows[0];
+    for (unsigned w = 0; w < WHENS; w++) {
+        const struct foresight_moment *m = &moment[w];
+        struct stats_lead lead = lead_of(m, own(w));
+        struct stats_held held;
+        double aim = plain ? aims[w] : PERTURBED;
+        stats_held(m->by[own(w)], m->event, m->count, &held);
+        if (lead.area < aim)
+            printf("%s, %s: area %.3f, not %.2f\n", row->name, when_names[w], lead.area, aim);
+        if (plain && w == BEFORE && lead.low <= 0.0)
+            printf("%s, %s: its lead may be 0: %+.3f to %+.3f\n", row->name, when_names[w],
+                   lead.low, lead.high);
+        if (lead.high < 0.0)
+            printf("%s, %s: behind the combined baseline, %+.3f to %+.3f\n", row->name,
+                   when_names[w], lead.low, lead.high);
+        if (held.brier > BRIER)
+            printf("%s, %s: Brier score %.3f, not %.2f\n", row->name, when_names[w], held.brier,
+                   BRIER);
+        for (unsigned b = 0; b < STATS_BINS; b++) {
+            if (held.count[b] >= MANY && fabs(held.said[b] - held.seen[b]) > HOLDS)
+                printf("%s, %s: said %.2f, seen %.2f in %u landings\n", row->name, when_names[w],
+                       held.said[b], held.seen[b], held.count[b]);
+        }
+    }
+}
 
 /* --- playing --- */
 
@@ -271,19 +545,6 @@ static int learn(const char *folder)
     return code;
 }
 
-static bool draw(const char *folder, const struct foresight_row *row,
-                 const struct foresight_moment *moment)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/foresight-%s.svg", folder, row->name);
-    struct error error = {0};
-    if (foresight_draw(path, row, moment, &error) != MR_OK) {
-        fprintf(stderr, "foresight: %s\n", error.text);
-        return false;
-    }
-    return true;
-}
-
 /* The moments of a row, if it was played. */
 static int recall(const char *folder, const struct foresight_row *row, uint32_t from,
                   uint32_t series, struct foresight_moment *moment, bool *played)
@@ -297,11 +558,9 @@ static int recall(const char *folder, const struct foresight_row *row, uint32_t 
         code = 3;
     }
     for (unsigned w = 0; *played && !code && w < WHENS; w++)
-        code = foresight_recall(&list, &learned, (enum foresight_when)w, &moment[w]) ? 0 : 5;
-    if (*played && !code) {
+        code = recall_moment(&list, &learned, (enum foresight_when)w, &moment[w]) ? 0 : 5;
+    if (*played && !code)
         printf("%s: %s; %u series from %u on\n", row->name, row->text, list.series, from);
-        code = draw(folder, row, moment) ? 0 : 3;
-    }
     free(list.said);
     free(learned.said);
     return code;
@@ -316,7 +575,7 @@ static int print_tables(const char *folder, uint32_t from, uint32_t series)
     for (unsigned i = 0; i < FORESIGHT_ROWS && !code; i++)
         code = recall(folder, &foresight_rows[i], from, series, moment[i], &played[i]);
     static void (*const print[])(const struct foresight_row *, const struct foresight_moment *) = {
-        foresight_print_areas, foresight_print_held, foresight_print_missed};
+        print_areas, print_held, print_missed};
     for (unsigned p = 0; p < sizeof print / sizeof print[0] && !code; p++) {
         printf("\n");
         print[p](NULL, NULL);
@@ -326,7 +585,7 @@ static int print_tables(const char *folder, uint32_t from, uint32_t series)
         }
     }
     for (unsigned i = 0; i < FORESIGHT_ROWS * WHENS; i++)
-        foresight_forget(&moment[i / WHENS][i % WHENS]);
+        forget_moment(&moment[i / WHENS][i % WHENS]);
     return code;
 }
 

@@ -112,10 +112,8 @@ int main(int argc, char **argv)
         return 5;
     }
     score_print(all_looks, look_count, all_outcomes, outcome_count);
-    if (calibrates) {
-        score_print_limits(all_outcomes, outcome_count);
+    if (calibrates)
         score_calibrate(all_looks, look_count);
-    }
     free(all_looks);
     free(all_outcomes);
     return code;

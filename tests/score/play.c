@@ -167,11 +167,6 @@ static void look(struct player *player, const struct score_landing *landing, uns
     mr_closure_find(&kinematic, &closed, player->left_in);
     rank_waves(player, landing, t_s, &zone, &closed, outcome);
     if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
-        for (unsigned i = 0; i < SCORE_LIMITS; i++) {
-            if (isnan(outcome->reach_s[i]) &&
-                zone.coming_mats >= SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * i)
-                outcome->reach_s[i] = (float)t_s;
-        }
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
             outcome->warned_s[SCORE_PREDICTOR] = (float)t_s;
         if (isnan(outcome->warned_s[SCORE_KINEMATIC]) && closed.mats >= SCORE_EVENT_MATS &&
@@ -223,8 +218,6 @@ static void play_landing(struct player *player, const struct score_landing *land
     size_t gates = take_gates(landing, gate);
     struct known_gear gear = {0};
     struct mr_predictor_input input;
-    for (unsigned i = 0; i < SCORE_LIMITS; i++)
-        outcome.reach_s[i] = NAN;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
     if (player->view & SCORE_SURVEYED && (landing->number == 1 || !(player->view & SCORE_ONCE))) {
         read_survey(landing, player->slack_in, &player->noise);

@@ -43,14 +43,11 @@ enum score_wave_rank {
     SCORE_WAVE_RANKS
 };
 
-#define SCORE_EVENT_MATS  50  /* a zone of so many compressed mats with the wheel at it */
-#define SCORE_EVENT_FT    2.0 /* that near */
-#define SCORE_AHEAD_S     0.5 /* a warning so long before is in time; ranks are taken then */
-#define SCORE_ZONE_MATS   30  /* zones of so many mats have their ends compared */
-#define SCORE_SLOW_FT_S   2.0 /* slower wheels are not scored */
-#define SCORE_LIMITS      9   /* warning limits tried, mats: SCORE_LIMIT_FIRST and on */
-#define SCORE_LIMIT_FIRST 30
-#define SCORE_LIMIT_STEP  10
+#define SCORE_EVENT_MATS 50  /* a zone of so many compressed mats with the wheel at it */
+#define SCORE_EVENT_FT   2.0 /* that near */
+#define SCORE_AHEAD_S    0.5 /* a warning so long before is in time; ranks are taken then */
+#define SCORE_ZONE_MATS  30  /* zones of so many mats have their ends compared */
+#define SCORE_SLOW_FT_S  2.0 /* slower wheels are not scored */
 
 /* Joints first..last of a zone, from 0; empty: last <= first. */
 struct score_zone {
@@ -73,8 +70,6 @@ struct score_outcome {
     float warned_s[SCORE_METHODS];     /* first warning; NaN: none */
     float advised_s;                   /* first advisory or warning */
     float wave_rank[SCORE_WAVE_RANKS]; /* until SCORE_AHEAD_S before the wave, or the stop */
-    /* first time that the zone coming has so many mats, until the event; NaN: never */
-    float reach_s[SCORE_LIMITS];
     /* the third switch beyond touchdown: before, nobody knows the braking */
     float known_s;
     float updates;     /* of mats */
@@ -108,10 +103,6 @@ void score_play(const struct score_truth *truth, unsigned view, unsigned level,
 /* Prints the tables. */
 void score_print(const struct score_look *looks, size_t look_count,
                  const struct score_outcome *outcomes, size_t outcome_count);
-
-/* What a warning at another limit of the zone coming would hit, and say falsely: series below
- * SCORE_TRAINED and the others. */
-void score_print_limits(const struct score_outcome *outcomes, size_t count);
 
 /* 95 % points of the errors, and half a mat as they are whole, over 1.96, by class: what
  * common/predictor.c states, of series below SCORE_TRAINED; how they hold in the others; and by

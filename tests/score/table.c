@@ -265,42 +265,6 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
     free(lead);
 }
 
-static void print_limit(const struct score_outcome *outcomes, size_t count, unsigned view,
-                        unsigned limit, bool held_out)
-{
-    size_t events = 0, hits = 0, early = 0, quiet = 0, alarms = 0;
-    for (size_t i = 0; i < count; i++) {
-        const struct score_outcome *o = &outcomes[i];
-        if (o->view != view || (o->series >= SCORE_TRAINED) != held_out)
-            continue;
-        bool event = !isnan(o->event_s), said = !isnan(o->reach_s[limit]);
-        events += event;
-        quiet += !event;
-        hits += event && said;
-        alarms += !event && said;
-        early += event && said && (double)(o->event_s - o->reach_s[limit]) >= SCORE_AHEAD_S;
-    }
-    if (events && quiet)
-        printf(" | %4zu %5.1f%% %5.1f%% %5.1f%%", events + quiet,
-               100.0 * (double)hits / (double)events, 100.0 * (double)early / (double)events,
-               100.0 * (double)alarms / (double)quiet);
-}
-
-void score_print_limits(const struct score_outcome *outcomes, size_t count)
-{
-    printf("\nother limits of a warning: landings, hit, of them all %.1f s before, false; series "
-           "below %d, then the others\n",
-           SCORE_AHEAD_S, SCORE_TRAINED);
-    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
-        for (unsigned limit = 0; limit < SCORE_LIMITS; limit++) {
-            printf("%-20s %3u mats", view_name(view), SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * limit);
-            print_limit(outcomes, count, view, limit, false);
-            print_limit(outcomes, count, view, limit, true);
-            printf("\n");
-        }
-    }
-}
-
 /* Landings as they are ranked: `series` rises. */
 struct ranked {
     float *own, *other;
