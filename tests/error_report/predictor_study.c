@@ -8,7 +8,7 @@
 #include "common/splitmix.h"
 #include "host/base/monotonic_clock.h"
 #include "tests/error_report/predictor_cost.h"
-#include "host/sim/sim.h"
+#include "tests/host/predictor_case.h"
 
 #define MATS            420
 #define JOINTS          (MATS + 1)
@@ -166,21 +166,10 @@ static enum mr_status run_solver(struct predictor_solver *solver, const struct b
 
 static struct mr_predictor_config rig(const struct predictor_variant *variant, bool transducers)
 {
-    struct mr_predictor_config config = {.chain = {.mats = MATS,
-                                                   .mat_length_ft = (float)MAT_FT,
-                                                   .mass_slug = (float)(MAT_LB / G_FT_S2),
-                                                   .friction_lb = (float)(0.5 * MAT_LB),
-                                                   .kl_lb_ft = 2.9e5f,
-                                                   .cl_lb_s_ft = 5.0f,
-                                                   .slack_ft = (float)SLACK_FT,
-                                                   .step_s = (float)variant->step_s},
-                                         .grit_lb = 10.0f,
-                                         .thrust_lb_per_g = (float)THRUST_LB_PER_G,
-                                         .deceleration_ft_s2 = 5.0f,
-                                         .bump_ft = 0.0036f,
-                                         .mat_weight_lb = (float)MAT_LB,
-                                         .updates_per_block = 1u << 20,
-                                         .level = (enum mr_predictor_level)variant->level};
+    struct mr_predictor_config config = case_rig();
+    config.chain.step_s = (float)variant->step_s;
+    config.updates_per_block = 1u << 20;
+    config.level = (enum mr_predictor_level)variant->level;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         config.station_ft[i] = transducers ? 40.0f + 10.0f * (float)i : NAN;
     return config;

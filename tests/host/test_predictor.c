@@ -1,44 +1,28 @@
 /* The predictor against closed forms, the host's fine chain, and everything that can go wrong with
  * what it is given. */
 
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "common/predictor.h"
 #include "common/splitmix.h"
-#include "host/sim/sim.h"
+#include "tests/host/predictor_case.h"
 #include "tests/cmocka_all.h"
 
 #define MATS         420
-#define MAT_FT       (2.0 / 7.0)
+#define MAT_FT       CASE_MAT_FT
 #define ROW_S        0.01
 #define ROWS         800
-#define TOUCHDOWN_FT 3.0
-#define MAT_LB       0.466
-#define GEAR_LB      1300.0
-#define G_FT_S2      32.174
+#define TOUCHDOWN_FT CASE_TOUCHDOWN_FT
+#define MAT_LB       CASE_MAT_LB
+#define GEAR_LB      CASE_GEAR_LB
+#define G_FT_S2      CASE_G_FT_S2
 
 static struct mr_predictor predictor;
 static struct mr_predictor_zone zone;
 
 static struct mr_predictor_config rig(void)
 {
-    struct mr_predictor_config config = {.chain = {.mats = MATS,
-                                                   .mat_length_ft = (float)MAT_FT,
-                                                   .mass_slug = (float)(MAT_LB / G_FT_S2),
-                                                   .friction_lb = (float)(0.5 * MAT_LB),
-                                                   .kl_lb_ft = 2.9e5f,
-                                                   .cl_lb_s_ft = 5.0f,
-                                                   .slack_ft = 0.0025f,
-                                                   .step_s = 1e-3f / 6.0f},
-                                         .grit_lb = 10.0f,
-                                         .thrust_lb_per_g = (float)(GEAR_LB / 12.0),
-                                         .deceleration_ft_s2 = 5.0f,
-                                         .bump_ft = 0.0036f,
-                                         .mat_weight_lb = (float)MAT_LB,
-                                         .updates_per_block = 100000,
-                                         .level = MR_PREDICTOR_FULL};
+    struct mr_predictor_config config = case_rig();
+    config.updates_per_block = 100000;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         config.station_ft[i] = 40.0f + 10.0f * (float)i;
     return config;
@@ -77,13 +61,6 @@ static struct mr_predictor_input gear_at(const struct landing *landing, double t
     return input;
 }
 
-static uint64_t random_state;
-
-static double uniform(void)
-{
-    return mr_splitmix64_uniform(&random_state);
-}
-
 /* The host's chain in double precision, with gaps and resistances of its own. */
 static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MATS + 1])
 {
@@ -93,11 +70,10 @@ static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MAT
     struct sim_scene scene;
     struct sim_result result;
     size_t count = 0;
-    random_state = seed;
     for (int j = 0; j <= MATS; j++) {
-        gap_ft[j] = fmin(0.036 * uniform(), 0.030) / 12.0;
+        gap_ft[j] = fmin(0.036 * mr_splitmix64_uniform(&seed), 0.030) / 12.0;
         gap_in[j] = 12.0 * gap_ft[j];
-        grit_lb[j] = 20.0 * uniform();
+        grit_lb[j] = 20.0 * mr_splitmix64_uniform(&seed);
     }
     for (; (double)count * ROW_S < stop_s(landing); count++) {
         struct mr_predictor_input gear =

@@ -3,6 +3,7 @@
 
 #include "common/closure.h"
 #include "common/predictor.h"
+#include "tests/host/predictor_case.h"
 #include "tests/score/known_gear.h"
 #include "tests/score/score.h"
 
@@ -263,22 +264,9 @@ void score_play(const struct score_truth *truth, unsigned view, unsigned level,
     player.view = view;
     player.noise = 0xd15ea5e0000u + 8u * series->number + view;
     draw_rig(&player.rig, view, &player.noise);
-    struct mr_predictor_config config = {
-        .chain = {.mats = SCORE_MATS,
-                  .mat_length_ft = (float)SCORE_MAT_FT,
-                  .mass_slug = 0.466f / 32.174f,
-                  .friction_lb = 0.466f * (float)series->told_friction,
-                  .kl_lb_ft = 2.9e5f,
-                  .cl_lb_s_ft = 5.0f,
-                  .slack_ft = 0.0025f,
-                  .step_s = 1e-3f / 6.0f},
-        .grit_lb = 10.0f,
-        .thrust_lb_per_g = 1300.0f / 12.0f,
-        .deceleration_ft_s2 = 5.0f,
-        .bump_ft = 0.0036f,
-        .mat_weight_lb = 0.466f,
-        .updates_per_block = 1u << 30,
-        .level = (enum mr_predictor_level)level};
+    struct mr_predictor_config config = case_rig();
+    config.chain.friction_lb = (float)CASE_MAT_LB * (float)series->told_friction;
+    config.level = (enum mr_predictor_level)level;
     memcpy(config.station_ft, player.rig.station_ft, sizeof config.station_ft);
     if (mr_predictor_start(&player.predictor, &config) != MR_OK)
         return;
