@@ -1,6 +1,7 @@
 /* The planar models: Jacobians, conservation laws, closed forms. tests/sim_reference has their
  * accelerations a second time. Units ft, lb, s, slug, rad. */
 
+#include "host/sim/elements/element.h"
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/pass.h"
 #include "tests/host/sim_case.h"
@@ -55,6 +56,7 @@ TEST(the_linearisation_is_the_derivative)
             s.kt_lb_ft_rad = 2e3;
             s.kv_lb_ft = 4e4;
             s.cv_lb_s_ft = 90.0;
+            s.element[ELEMENT_ground_damping] = profile == SIM_LOW ? 50.0 : 0.0;
             if (kind == SIM_CONSISTENT)
                 s.friction_normal = SIM_SOIL;
             struct model model;
