@@ -420,10 +420,12 @@ VECTOR static void chain_drift(struct chain *chain, double h_s, int first, int l
 /* Keep the largest tensions of the last kick, of joints first..last + 1. */
 VECTOR static void chain_note(struct chain *chain, int first, int last)
 {
-    const double *tension = chain->tension_lb;
-    double *push = chain->push_lb, *pull_lb = chain->pull_lb;
+    int block = block_of(first);
+    size_t count = (size_t)(block_of(last + 1) + BLOCK - block);
+    const double *tension = chain->tension_lb + block;
+    double *push = chain->push_lb + block, *pull_lb = chain->pull_lb + block;
     VECTORS
-    for (int j = first; j <= last + 1; j++) {
+    for (size_t j = 0; j < count / BLOCK * BLOCK; j++) {
         push[j] = law_most(push[j], -tension[j]);
         pull_lb[j] = law_most(pull_lb[j], tension[j]);
     }
@@ -526,8 +528,6 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define ENERGY_STEPS         61   /* between energy checks; odd, so that what alternates shows */
 #define DISAGREEMENT         0.1
-/* between looks at the largest tensions: a wave takes about as long to cross a mat */
-#define NOTE_STEPS           4
 /* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
 #define QUIET_STEPS          3
 
@@ -674,8 +674,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        if (i % NOTE_STEPS == 0)
-            chain_note(chain, window.first, window.last);
+        chain_note(chain, window.first, window.last);
         chain_drift(chain, h, window.first, window.last);
 
         double t_s = (double)(i + 1) * h;
