@@ -2,7 +2,6 @@
  * each time. */
 
 #include "tests/score/advised.c"
-#include "tests/score/known_gear.c"
 #include "tests/score/play.c"
 #include "tests/score/stats.c"
 #include "tests/score/table.c"
