@@ -63,6 +63,12 @@ static void add_error(json_t *object)
     json_object_set_new(object, "exit", json_integer(mr_status_exit_code(failed.status)));
 }
 
+static void end(const struct error *error)
+{
+    exit(cli_end(cli_fail(error)));
+}
+struct error *const fatal = &(struct error){.end = end};
+
 int cli_end(int exit_code)
 {
     if (wants_json && !has_json && failed.status != MR_OK)

@@ -24,6 +24,10 @@ void cli_begin(const struct cli *cli);
 /* Print `matrig: <line>` on stderr and return the exit code of the error's status. With --json the
  * object on stdout says it, too: {"error": line, "kind": word (error_kind), "exit": code}. */
 int cli_fail(const struct error *error);
+/* The error of a command that runs once, in place of one of its own: when something is set in it,
+ * cli_fail tells it and the program ends, so that what follows needs no asking. Not while something
+ * is open that the end of the process does not put in order. */
+extern struct error *const fatal;
 /* At the end of the program: prints that object when there was an error and no other object.
  * Returns exit_code. */
 int cli_end(int exit_code);

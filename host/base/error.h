@@ -11,6 +11,8 @@
 struct error {
     enum mr_status status; /* MR_OK: none */
     char text[600];        /* without newline */
+    /* NULL, or what ends the program with it: then who set it does not go on */
+    void (*end)(const struct error *error);
 };
 
 /* Formats the line and returns `status`. Control characters from foreign input become '?'. */

@@ -36,8 +36,7 @@ static bool part(const char *text, size_t length, const char *bare, const char *
 }
 
 /* "0:4,2:8": braking of 4 at the touchdown that goes over to 8 at 2 s. */
-static enum mr_status read_profile(const char *text, bool si, struct advise_profile *profile,
-                                   struct error *error)
+static void read_profile(const char *text, bool si, struct advise_profile *profile)
 {
     double last_s = -1.0;
     bool more = true;
@@ -47,20 +46,19 @@ static enum mr_status read_profile(const char *text, bool si, struct advise_prof
         if (colon >= length || !part(at, colon, "s", "s", &t_s) ||
             !part(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2", "ft/s2", &a) ||
             !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
-            return error_set(error, MR_USAGE,
-                             "not a profile: '%s' for --profile; give times and decelerations, "
-                             "such as 0s:4ft/s2,2s:8ft/s2, times ascending from 0 to 60 s, "
-                             "decelerations of 0 to 60 ft/s2",
-                             text);
+            error_set(fatal, MR_USAGE,
+                      "not a profile: '%s' for --profile; give times and decelerations, "
+                      "such as 0s:4ft/s2,2s:8ft/s2, times ascending from 0 to 60 s, "
+                      "decelerations of 0 to 60 ft/s2",
+                      text);
         if (profile->count == ADVISE_PROFILE)
-            return error_set(error, MR_USAGE, "more than %u points: --profile; leave some out",
-                             ADVISE_PROFILE);
+            error_set(fatal, MR_USAGE, "more than %u points: --profile; leave some out",
+                      ADVISE_PROFILE);
         profile->t_s[profile->count] = last_s = t_s;
         profile->factor[profile->count++] = a;
         more = at[length] == ',';
         at += length + more;
     }
-    return MR_OK;
 }
 
 /* Landings that the runway of the advice has had: the last one's, and itself. A chart is worth
@@ -149,32 +147,31 @@ static int run(const struct request *r, const struct cli *cli)
 static int advise_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {0};
-    struct error error = {0};
-    enum mr_status status = command_parse(&command_advise, argc, argv, cli, &r, &r.db, &error);
+    command_parse(&command_advise, argc, argv, cli, &r, &r.db, fatal);
     r.advise.limit = r.limit_percent / 100.0;
-    if (status == MR_OK && r.keep && r.advise.before)
-        status = error_set(&error, MR_USAGE,
-                           "--keep with --before: matrig advise; a landing that has been made has "
-                           "no plan any more");
-    if (status == MR_OK && r.load != (r.serial != NULL))
-        status = error_set(&error, MR_USAGE,
-                           "--load and --serial belong together: matrig advise; --load --serial "
-                           "LINK");
-    if (status == MR_OK && r.load && r.advise.before)
-        status = error_set(&error, MR_USAGE,
-                           "--load with --before: matrig advise; a chart is for the landing to "
-                           "come");
-    if (status == MR_OK && r.profile && isfinite(r.advise.deceleration_ft_s2))
-        status = error_set(&error, MR_USAGE,
-                           "both --profile and --deceleration: matrig advise; the profile has its "
-                           "own mean, leave one out");
-    if (status == MR_OK && r.profile)
-        status = read_profile(r.profile, cli->si, &r.advise.profile, &error);
-    if (status == MR_OK && r.load && r.advise.profile.count > MR_RISK_KNOTS)
-        status = error_set(&error, MR_USAGE,
-                           "%zu points: --profile; a board takes %u with --load, leave some out",
-                           r.advise.profile.count, MR_RISK_KNOTS);
-    return status == MR_OK ? run(&r, cli) : cli_fail(&error);
+    if (r.keep && r.advise.before)
+        error_set(fatal, MR_USAGE,
+                  "--keep with --before: matrig advise; a landing that has been made has "
+                  "no plan any more");
+    if (r.load != (r.serial != NULL))
+        error_set(fatal, MR_USAGE,
+                  "--load and --serial belong together: matrig advise; --load --serial "
+                  "LINK");
+    if (r.load && r.advise.before)
+        error_set(fatal, MR_USAGE,
+                  "--load with --before: matrig advise; a chart is for the landing to "
+                  "come");
+    if (r.profile && isfinite(r.advise.deceleration_ft_s2))
+        error_set(fatal, MR_USAGE,
+                  "both --profile and --deceleration: matrig advise; the profile has its "
+                  "own mean, leave one out");
+    if (r.profile)
+        read_profile(r.profile, cli->si, &r.advise.profile);
+    if (r.load && r.advise.profile.count > MR_RISK_KNOTS)
+        error_set(fatal, MR_USAGE,
+                  "%zu points: --profile; a board takes %u with --load, leave some out",
+                  r.advise.profile.count, MR_RISK_KNOTS);
+    return run(&r, cli);
 }
 
 #define VALUES struct request

@@ -19,6 +19,7 @@
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
@@ -329,105 +330,93 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
 /* ---- certificates ---- */
 
 /* Enters a certificate for the channel of the board that was logged or checked last. */
-static enum mr_status enter_certificate(const struct request *r, struct error *error)
+static void enter_certificate(const struct request *r)
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
-    struct store *store = NULL;
-    enum mr_status status = certificates_parse(r->certificate, &row, error) ?:
-                            store_open(r->db, STORE_OPEN, &store, error) ?:
-                            store_board_newest(store, row.board_uid, error);
-    if (status == MR_OK && !row.board_uid[0])
-        status = error_set(error, MR_UNKNOWN,
-                           "the campaign has no board yet: %s; run matrig ready DB first", r->db);
+    certificates_parse(r->certificate, &row, fatal);
+    struct store *store = program_campaign(r->db, STORE_OPEN);
+    store_board_newest(store, row.board_uid, fatal);
+    if (!row.board_uid[0])
+        error_set(fatal, MR_UNKNOWN, "the campaign has no board yet: %s; run matrig ready DB first",
+                  r->db);
     snprintf(row.sensor, sizeof row.sensor, "%s", r->sensor ? r->sensor : "");
-    if (status == MR_OK)
-        status = store_certificate_add(store, &row, error);
-    store_close(store);
-    if (status == MR_OK)
-        cli_note(r->cli, "%s: certificate %s entered, of sensor %s", r->word, row.number,
-                 text_or_dash(row.sensor));
-    return status;
+    store_certificate_add(store, &row, fatal);
+    cli_note(r->cli, "%s: certificate %s entered, of sensor %s", r->word, row.number,
+             text_or_dash(row.sensor));
 }
 
 /* ---- recorded landings ---- */
 
 /* All measuring channels of one landing that the configuration has as well. */
-static enum mr_status recompute_landing(const struct request *r, struct store *store,
-                                        const struct store_landing *landing,
-                                        const struct mr_config *config,
-                                        const struct store_recalibration *how, unsigned *values,
-                                        struct error *error)
+static unsigned recompute_landing(const struct request *r, struct store *store,
+                                  const struct store_landing *landing,
+                                  const struct mr_config *config,
+                                  const struct store_recalibration *how)
 {
     struct mr_channel_config old[MR_CHANNELS];
     size_t found;
-    *values = 0;
-    enum mr_status status = store_channels(store, landing->id, old, &found, error);
-    for (unsigned c = 0; c < MR_CHANNELS && status == MR_OK; c++) {
+    unsigned values = 0;
+    store_channels(store, landing->id, old, &found, fatal);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct mr_channel_config *new = &config->channel[c];
         unsigned changed = 0;
         if (!mr_channel_measures(&old[c]))
             continue;
         if (new->kind != old[c].kind || new->number != old[c].number)
-            return error_set(error, MR_LIMIT,
-                             "input %u is another channel in %s than in RUN %lld; correct the "
-                             "configuration of that landing",
-                             c + 1, r->recompute, (long long)landing->id);
+            error_set(fatal, MR_LIMIT,
+                      "input %u is another channel in %s than in RUN %lld; correct the "
+                      "configuration of that landing",
+                      c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT];
         if (jump_find(&old[c], new, what)) { /* its reason is kept with it */
             jump_channel(c, name);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
-        status = store_recalibrate(store, landing->id, c, &old[c], new, how, &changed, error);
-        *values += changed;
+        store_recalibrate(store, landing->id, c, &old[c], new, how, &changed, fatal);
+        values += changed;
     }
-    return status;
+    return values;
 }
 
-static enum mr_status recompute(const struct request *r, struct error *error)
+static void recompute(const struct request *r)
 {
     static struct mr_config config;
-    struct store *store = NULL;
     struct store_landing *rows = NULL;
     size_t count = 0, landings = 0;
     json_t *list = json_array();
     const struct store_recalibration how = {(int64_t)link_now_us(),
                                             r->who ? r->who : getenv("USER"), r->reason, r->zeros};
-    enum mr_status status = config_text_load(r->recompute, &config, error) ?:
-                            store_open(r->word, STORE_OPEN, &store, error) ?:
-                            store_begin(store, error) ?:
-                            store_landings(store, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
+    config_text_load(r->recompute, &config, fatal);
+    /* all landings or none: what is not committed is taken back */
+    struct store *store = program_campaign(r->word, STORE_OPEN);
+    store_begin(store, fatal);
+    store_landings(store, &rows, &count, fatal);
+    for (size_t i = 0; i < count; i++) {
         struct store_series series;
-        unsigned values = 0;
-        status = store_series_of(store, &rows[i], &series, error);
-        if (status != MR_OK || (r->run && rows[i].id != r->run) ||
-            (r->series && strcmp(series.name, r->series) != 0))
+        store_series_of(store, &rows[i], &series, fatal);
+        if ((r->run && rows[i].id != r->run) || (r->series && strcmp(series.name, r->series) != 0))
             continue;
-        status = recompute_landing(r, store, &rows[i], &config, &how, &values, error);
+        unsigned values = recompute_landing(r, store, &rows[i], &config, &how);
         landings++;
         json_array_append_new(
             list, json_pack("{sIsi}", "run", (json_int_t)rows[i].id, "values", (int)values));
-        if (status == MR_OK && !r->cli->json)
+        if (!r->cli->json)
             printf(
                 "RUN %lld: %u values of its calibration are different now; the old ones are kept\n",
                 (long long)rows[i].id, values);
     }
-    if (status == MR_OK && landings == 0)
-        status = error_set(error, MR_UNKNOWN, "no such landings: %s; matrig show DB lists them",
-                           r->word);
-    if (status == MR_OK)
-        status = store_commit(store, error);
-    store_close(store); /* takes back what was not committed: all landings or none */
+    if (landings == 0)
+        error_set(fatal, MR_UNKNOWN, "no such landings: %s; matrig show DB lists them", r->word);
+    store_commit(store, fatal);
     free(rows);
-    if (status == MR_OK && r->cli->json)
+    if (r->cli->json)
         cli_print_json(json_pack("{sO}", "landings", list), 0);
     json_decref(list);
-    return status;
 }
 
 /* ---- the command line ---- */
 
-static enum mr_status parse_channel(const char *text, unsigned *channel, struct error *error)
+static unsigned parse_channel(const char *text)
 {
     char *end;
     bool transducer = text[0] == 'd';
@@ -435,93 +424,88 @@ static enum mr_status parse_channel(const char *text, unsigned *channel, struct 
     unsigned most = transducer ? MR_TRANSDUCERS : MR_GAGES;
     if ((!transducer && text[0] != 't') || text[1] < '1' || text[1] > '9' || *end != '\0' ||
         number > most)
-        return error_set(error, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", text,
-                         MR_TRANSDUCERS, MR_GAGES);
-    *channel = (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
-    return MR_OK;
+        error_set(fatal, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", text,
+                  MR_TRANSDUCERS, MR_GAGES);
+    return (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
 }
 
 /* In in or lb, or with its unit: 0.05mm. */
-static enum mr_status read_known(struct request *r, struct error *error)
+static void read_known(struct request *r)
 {
     struct quantity_wrong wrong = {"", ""};
     if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known,
                         &wrong) &&
         r->known >= 0.0 && r->known <= 100.0)
-        return MR_OK;
+        return;
     if (wrong.what[0])
-        return error_set(error, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
-                         wrong.advice);
-    return error_set(
-        error, MR_USAGE,
-        "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit",
-        unit_text(r), r->known_text, unit_text(r));
+        error_set(fatal, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
+                  wrong.advice);
+    error_set(fatal, MR_USAGE,
+              "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit",
+              unit_text(r), r->known_text, unit_text(r));
 }
 
-static enum mr_status check(struct request *r, struct error *error)
+static void check(struct request *r)
 {
-    enum mr_status status = MR_OK;
     struct mr_channel_config room;
     if (r->recompute) {
         if (r->db || r->certificate || r->serial || r->points || r->config || r->output ||
             r->sensor || !isnan(r->days) || r->known_text || r->table)
-            return error_set(error, MR_USAGE,
-                             "--recompute goes with --series, --run, --zeros, --reason and --who "
-                             "alone; see matrig calibrate --help");
+            error_set(fatal, MR_USAGE,
+                      "--recompute goes with --series, --run, --zeros, --reason and --who "
+                      "alone; see matrig calibrate --help");
         if (!r->reason || !r->reason[0])
-            return error_set(error, MR_USAGE,
-                             "why? matrig calibrate DB --recompute needs --reason TEXT; who reads "
-                             "it later will ask");
-        return MR_OK;
+            error_set(fatal, MR_USAGE,
+                      "why? matrig calibrate DB --recompute needs --reason TEXT; who reads "
+                      "it later will ask");
+        return;
     }
     if (r->series || r->run || r->zeros || r->reason || r->who)
-        return error_set(error, MR_USAGE,
-                         "--series, --run, --zeros, --reason and --who go with --recompute; see "
-                         "matrig calibrate --help");
+        error_set(fatal, MR_USAGE,
+                  "--series, --run, --zeros, --reason and --who go with --recompute; see "
+                  "matrig calibrate --help");
     if ((r->certificate != NULL) != (r->db != NULL))
-        return error_set(error, MR_USAGE,
-                         "--certificate goes with --db DB, and --db with it: matrig calibrate; see "
-                         "matrig calibrate "
-                         "--help");
+        error_set(fatal, MR_USAGE,
+                  "--certificate goes with --db DB, and --db with it: matrig calibrate; see "
+                  "matrig calibrate "
+                  "--help");
     bool measures = r->serial || r->points || !r->certificate;
     if (measures && (r->serial != NULL) == (r->points != NULL))
-        return error_set(error, MR_USAGE,
-                         "--serial LINK or --points F, one of them: matrig calibrate; see matrig "
-                         "calibrate --help");
+        error_set(fatal, MR_USAGE,
+                  "--serial LINK or --points F, one of them: matrig calibrate; see matrig "
+                  "calibrate --help");
     if ((r->config != NULL) != (r->points != NULL))
-        return error_set(error, MR_USAGE,
-                         "--config F goes with --points; with --serial the board tells its own: "
-                         "matrig calibrate");
+        error_set(fatal, MR_USAGE,
+                  "--config F goes with --points; with --serial the board tells its own: "
+                  "matrig calibrate");
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
-        return error_set(error, MR_USAGE, "serial number too long: '%s'; %zu characters at most",
-                         r->sensor, sizeof room.serial);
-    status = parse_channel(r->word, &r->channel, error);
-    if (status == MR_OK && r->certificate)
-        status = certificates_parse(r->certificate,
-                                    &(struct store_certificate){.index = r->channel}, error);
+        error_set(fatal, MR_USAGE, "serial number too long: '%s'; %zu characters at most",
+                  r->sensor, sizeof room.serial);
+    r->channel = parse_channel(r->word);
+    if (r->certificate)
+        certificates_parse(r->certificate, &(struct store_certificate){.index = r->channel}, fatal);
     if (isnan(r->days))
         r->days = VALID_DAYS;
-    return status == MR_OK && r->known_text ? read_known(r, error) : status;
+    if (r->known_text)
+        read_known(r);
 }
 
 static int calibrate_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
     struct error error = {0};
-    enum mr_status status = command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, &error)
-                              ?: check(&r, &error);
-    if (status == MR_OK)
-        /* before somebody turns a screw for half an hour */
-        status = output_keep(r.output, r.force, &error);
-    if (status == MR_OK)
-        status = output_check(r.output, r.points, &error);
-    if (status == MR_OK)
-        status = r.recompute          ? recompute(&r, &error)
-               : r.serial || r.points ? calibrate(&r, &error)
-                                      : MR_OK;
-    if (status == MR_OK && r.certificate)
-        status = enter_certificate(&r, &error);
-    return status == MR_OK ? 0 : cli_fail(&error);
+    command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
+    check(&r);
+    /* before somebody turns a screw for half an hour */
+    output_keep(r.output, r.force, fatal);
+    output_check(r.output, r.points, fatal);
+    if (r.recompute)
+        recompute(&r);
+    else if ((r.serial || r.points) && calibrate(&r, &error) != MR_OK)
+        return cli_fail(&error);
+    if (r.certificate)
+        enter_certificate(&r);
+    return 0;
 }
 
 #define VALUES struct request

@@ -7,6 +7,7 @@
 #include "host/analyse/track.h"
 #include "host/analyse/measured_load.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/exchange/export.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
@@ -194,8 +195,8 @@ struct request {
 
 /* Made in memory first: what cannot be exported leaves the file as it was. `store`: NULL for the
  * message catalogue, which is of no landing. */
-static enum mr_status write_out(struct store *store, int64_t run, const struct request *r,
-                                const struct cli *cli, long *rows, struct error *error)
+static void write_out(struct store *store, int64_t run, const struct request *r,
+                      const struct cli *cli, long *rows)
 {
     char *text = NULL;
     size_t length = 0;
@@ -203,71 +204,63 @@ static enum mr_status write_out(struct store *store, int64_t run, const struct r
     if (!store)
         *rows = (long)dbc_write(made, r->can_base);
     else if (strcmp(r->format, "candump") == 0)
-        export_candump(store, run, made, cli, rows, error);
+        export_candump(store, run, made, cli, rows, fatal);
     else if (strcmp(r->format, "frames") == 0)
-        export_frames(store, run, made, cli, rows, error);
+        export_frames(store, run, made, cli, rows, fatal);
     else if (strcmp(r->format, "mdf4") == 0)
-        export_mdf4(store, run, made, cli->si, rows, error);
+        export_mdf4(store, run, made, cli->si, rows, fatal);
     else
-        export_csv(store, run, made, cli, rows, error);
+        export_csv(store, run, made, cli, rows, fatal);
     fclose(made);
-    if (error->status == MR_OK)
-        output_bytes(r->path, text, length, error);
+    output_bytes(r->path, text, length, fatal);
     free(text);
-    return error->status;
 }
 
 /* DB RUN for every format but dbc. */
-static enum mr_status check_operands(const struct request *r, bool dbc, const char *const words[2],
-                                     struct error *error)
+static void check_operands(const struct request *r, bool dbc, const char *const words[2])
 {
     if (!r->format)
-        return error_set(error, MR_USAGE,
-                         "no format: matrig export needs --format csv, candump, dbc, frames or "
-                         "mdf4; see matrig export --help");
+        error_set(fatal, MR_USAGE,
+                  "no format: matrig export needs --format csv, candump, dbc, frames or "
+                  "mdf4; see matrig export --help");
     if (dbc && words[0])
-        return error_set(error, MR_USAGE,
-                         "one word too many: '%s'; --format dbc is of all boards, of no landing",
-                         words[0]);
+        error_set(fatal, MR_USAGE,
+                  "one word too many: '%s'; --format dbc is of all boards, of no landing",
+                  words[0]);
     if (!dbc && r->base)
-        return error_set(error, MR_USAGE, "--base is for --format dbc");
+        error_set(fatal, MR_USAGE, "--base is for --format dbc");
     if (!dbc && !words[1])
-        return error_set(error, MR_USAGE,
-                         "something is missing: export needs DB RUN; see matrig export --help");
-    return MR_OK;
+        error_set(fatal, MR_USAGE,
+                  "something is missing: export needs DB RUN; see matrig export --help");
 }
 
 static int export_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2];
     struct request r = {0};
-    struct error error = {0};
     struct store *store = NULL;
     int64_t run = 0;
     long rows = 0;
     struct store_landing landing;
-    command_parse(&command_export, argc, argv, cli, &r, words, &error);
+    command_parse(&command_export, argc, argv, cli, &r, words, fatal);
     bool dbc = r.format && strcmp(r.format, "dbc") == 0;
-    if (error.status == MR_OK)
-        check_operands(&r, dbc, words, &error);
+    check_operands(&r, dbc, words);
     if (cli->json && !r.path)
         error_set(
-            &error, MR_USAGE,
+            fatal, MR_USAGE,
             "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
-    if (r.format && !r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
-        error_set(&error, MR_USAGE,
+    if (!r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
+        error_set(fatal, MR_USAGE,
                   "binary data on a terminal: matrig export --format mdf4; give -o F, or a pipe");
-    if (error.status == MR_OK && r.base)
-        link_read_base(r.base, "--base", &r.can_base, &error);
-    if (error.status == MR_OK &&
-        (dbc || (run_parse(words[1], &run, &error) == MR_OK &&
-                 output_check(r.path, words[0], &error) == MR_OK &&
-                 store_open(words[0], STORE_READ, &store, &error) == MR_OK &&
-                 store_landing_get(store, run, &landing, &error) == MR_OK)))
-        write_out(store, run, &r, cli, &rows, &error);
-    store_close(store);
-    if (error.status != MR_OK)
-        return cli_fail(&error);
+    if (r.base)
+        link_read_base(r.base, "--base", &r.can_base, fatal);
+    if (!dbc) {
+        run_parse(words[1], &run, fatal);
+        output_check(r.path, words[0], fatal);
+        store = program_campaign(words[0], STORE_READ);
+        store_landing_get(store, run, &landing, fatal);
+    }
+    write_out(store, run, &r, cli, &rows);
     if (cli->json)
         return cli_print_json(json_pack("{sssssosI}", "file", r.path, "format", r.format, "run",
                                         dbc ? json_null() : json_integer(run), "rows",

@@ -8,6 +8,7 @@
 #include "host/analyse/journal.h"
 #include "host/commands/commands.h"
 #include "host/commands/annotation.h"
+#include "host/commands/program.h"
 #include "host/link/link.h"
 #include "host/base/spell_suggest.h"
 #include "host/base/quantity.h"
@@ -39,20 +40,20 @@ struct request {
 
 /* ---- series ---- */
 
-static enum mr_status list_series(struct store *store, struct answer *answer, struct error *error)
+static void list_series(struct store *store, struct answer *answer)
 {
     struct store_series *rows = NULL;
     struct store_landing *landings = NULL;
     size_t count = 0, landed = 0;
-    enum mr_status status = store_series_all(store, &rows, &count, error)
-                              ?: store_landings(store, &landings, &landed, error);
+    store_series_all(store, &rows, &count, fatal);
+    store_landings(store, &landings, &landed, fatal);
     answer_table(answer, "series", "");
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
+    for (size_t i = 0; i < count; i++) {
         char when[40];
         int64_t its = 0;
-        for (size_t k = 0; k < landed && status == MR_OK; k++) {
+        for (size_t k = 0; k < landed; k++) {
             struct store_series of;
-            status = store_series_of(store, &landings[k], &of, error);
+            store_series_of(store, &landings[k], &of, fatal);
             its += of.id == rows[i].id;
         }
         survey_time_text(rows[i].made_us, when, sizeof when);
@@ -70,52 +71,49 @@ static enum mr_status list_series(struct store *store, struct answer *answer, st
     answer_close(answer);
     free(rows);
     free(landings);
-    return status;
 }
 
-static enum mr_status begin_series(const struct request *r, struct store *store,
-                                   struct error *error)
+static void begin_series(const struct request *r, struct store *store)
 {
     struct store_series series = {.made_us = (int64_t)link_now_us()};
     struct store_series *rows = NULL;
     size_t count = 0;
     if (!r->series[0] || strlen(r->series) >= sizeof series.name)
-        return error_set(error, MR_USAGE, "not a name: '%s'; 1 to %zu characters", r->series,
-                         sizeof series.name - 1);
+        error_set(fatal, MR_USAGE, "not a name: '%s'; 1 to %zu characters", r->series,
+                  sizeof series.name - 1);
     annotation_copy(series.name, sizeof series.name, r->series);
     annotation_copy(series.who, sizeof series.who, annotation_who(r->who));
     annotation_copy(series.runway, sizeof series.runway, r->runway);
     annotation_copy(series.pattern, sizeof series.pattern, r->pattern);
     annotation_copy(series.modification, sizeof series.modification, r->modification);
     annotation_copy(series.notes, sizeof series.notes, r->note);
-    enum mr_status status = store_series_all(store, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
+    store_series_all(store, &rows, &count, fatal);
+    for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].name, series.name) == 0)
-            status = error_set(error, MR_USAGE,
-                               "there is a series '%s' already: %s; give another name", series.name,
-                               r->words[0]);
+            error_set(fatal, MR_USAGE, "there is a series '%s' already: %s; give another name",
+                      series.name, r->words[0]);
     }
     free(rows);
-    return status ?: store_series_add(store, &series, error);
+    store_series_add(store, &series, fatal);
 }
 
 /* ---- adding ---- */
 
-static enum mr_status change(const struct request *r, struct store *store, const char *field,
-                             const char *value, struct error *error)
+static void change(const struct request *r, struct store *store, const char *field,
+                   const char *value)
 {
     struct store_change row = {.run = r->run, .made_us = (int64_t)link_now_us()};
     if (strlen(value) >= sizeof row.value || (r->reason && strlen(r->reason) >= sizeof row.reason))
-        return error_set(error, MR_TOO_LONG, "text too long: %s of RUN %lld; %d characters at most",
-                         field, (long long)r->run, STORE_JOURNAL_TEXT - 1);
+        error_set(fatal, MR_TOO_LONG, "text too long: %s of RUN %lld; %d characters at most", field,
+                  (long long)r->run, STORE_JOURNAL_TEXT - 1);
     annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
     annotation_copy(row.field, sizeof row.field, field);
     annotation_copy(row.value, sizeof row.value, value);
     annotation_copy(row.reason, sizeof row.reason, r->reason);
-    return store_change_add(store, &row, error);
+    store_change_add(store, &row, fatal);
 }
 
-static enum mr_status refuse_field(const char *said, struct error *error)
+static void refuse_field(const char *said)
 {
     char word[40], text[SPELL_SUGGEST_TEXT];
     struct spell_suggest near;
@@ -124,25 +122,23 @@ static enum mr_status refuse_field(const char *said, struct error *error)
     for (size_t i = 0; i < FIELDS; i++)
         spell_suggest_try(&near, fields[i].name);
     spell_suggest_text(&near, text);
-    return error_set(error, MR_USAGE,
-                     "nothing to correct: '%s'%s%s FIELD=VALUE with touchdown_ft, weight_lb, "
-                     "pattern, modification, runway or series",
-                     said, text, text[0] ? "" : ";");
+    error_set(fatal, MR_USAGE,
+              "nothing to correct: '%s'%s%s FIELD=VALUE with touchdown_ft, weight_lb, "
+              "pattern, modification, runway or series",
+              said, text, text[0] ? "" : ";");
 }
 
 /* The campaign keeps it in the field's own unit: as typed, or converted in as many digits as say
  * the same again. */
-static enum mr_status correct_number(const struct field *field, const char *text, char kept[40],
-                                     struct error *error)
+static void correct_number(const struct field *field, const char *text, char kept[40])
 {
     double number, alone;
     struct quantity_wrong wrong;
     const char *unit = quantity_unit_of_name(field->name);
-    if (quantity_read(text, field->name, unit, NULL, &number, error) != MR_OK)
-        return error->status;
+    quantity_read(text, field->name, unit, NULL, &number, fatal);
     if (!(number >= field->low && number <= field->high))
-        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
-                         field->name, field->low, field->high, unit);
+        error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
+                  field->name, field->low, field->high, unit);
     if (strlen(text) < 40 && quantity_parse(text, "", NULL, &alone, &wrong))
         snprintf(kept, 40, "%s", text);
     for (int digits = 15; digits <= 17 && *kept == '\0'; digits++) {
@@ -150,12 +146,11 @@ static enum mr_status correct_number(const struct field *field, const char *text
         if (digits < 17 && strtod(kept, NULL) != number)
             kept[0] = '\0';
     }
-    return MR_OK;
 }
 
-static enum mr_status correct(const struct request *r, struct store *store, struct error *error)
+static void correct(const struct request *r, struct store *store)
 {
-    char name[24], number[40] = "";
+    char number[40] = "";
     const char *value = strchr(r->correct, '=');
     size_t length = value ? (size_t)(value - r->correct) : 0;
     const struct field *field = NULL;
@@ -163,28 +158,28 @@ static enum mr_status correct(const struct request *r, struct store *store, stru
         if (strlen(fields[i].name) == length && strncmp(fields[i].name, r->correct, length) == 0)
             field = &fields[i];
     }
-    if (!field || !value[1])
-        return refuse_field(r->correct, error);
-    snprintf(name, sizeof name, "%s", field->name);
-    enum mr_status status = field->number ? correct_number(field, value + 1, number, error) : MR_OK;
-    if (status == MR_OK && strcmp(name, "series") == 0) {
+    if (!field || !value[1]) {
+        refuse_field(r->correct);
+        return;
+    }
+    if (field->number)
+        correct_number(field, value + 1, number);
+    if (strcmp(field->name, "series") == 0) {
         struct store_series *rows;
         size_t count;
         bool there = false;
-        status = store_series_all(store, &rows, &count, error);
+        store_series_all(store, &rows, &count, fatal);
         for (size_t i = 0; i < count; i++)
             there |= strcmp(rows[i].name, value + 1) == 0;
         free(rows);
-        if (status == MR_OK && !there)
-            status = error_set(error, MR_UNKNOWN,
-                               "no series '%s': %s; matrig landing DB lists them", value + 1,
-                               r->words[0]);
+        if (!there)
+            error_set(fatal, MR_UNKNOWN, "no series '%s': %s; matrig landing DB lists them",
+                      value + 1, r->words[0]);
     }
-    return status == MR_OK ? change(r, store, name, field->number ? number : value + 1, error)
-                           : status;
+    change(r, store, field->name, field->number ? number : value + 1);
 }
 
-static enum mr_status observe(const struct request *r, struct store *store, struct error *error)
+static void observe(const struct request *r, struct store *store)
 {
     struct store_observation row = {.run = r->run,
                                     .made_us = (int64_t)link_now_us(),
@@ -193,43 +188,39 @@ static enum mr_status observe(const struct request *r, struct store *store, stru
                                     .time_s = r->at_s,
                                     .panels = r->panels ? r->panels : STORE_NONE};
     if (isnan(r->station_ft) && !r->note)
-        return error_set(
-            error, MR_USAGE,
-            "where was it? --observe needs --station or --note; see matrig landing --help");
+        error_set(fatal, MR_USAGE,
+                  "where was it? --observe needs --station or --note; see matrig landing --help");
     if (r->note && strlen(r->note) >= sizeof row.note)
-        return error_set(error, MR_TOO_LONG,
-                         "text too long: the note of RUN %lld; %d characters at most",
-                         (long long)r->run, STORE_JOURNAL_TEXT - 1);
+        error_set(fatal, MR_TOO_LONG, "text too long: the note of RUN %lld; %d characters at most",
+                  (long long)r->run, STORE_JOURNAL_TEXT - 1);
     annotation_copy(row.kind, sizeof row.kind, r->observe);
     annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
     annotation_copy(row.side, sizeof row.side, r->side);
     annotation_copy(row.form, sizeof row.form, r->form);
     annotation_copy(row.note, sizeof row.note, r->note);
-    return store_observation_add(store, &row, error);
+    store_observation_add(store, &row, fatal);
 }
 
-static enum mr_status add(const struct request *r, struct store *store, struct error *error)
+static void add(const struct request *r, struct store *store)
 {
     struct store_landing landing;
     bool is_void;
-    enum mr_status status = store_landing_get(store, r->run, &landing, error);
-    if (status == MR_OK && (r->make_void || r->unvoid)) {
-        status = store_is_void(store, r->run, &is_void, NULL, error);
-        if (status == MR_OK && is_void == r->make_void)
-            status = error_set(error, MR_NOT_NOW, "RUN %lld is %s already: %s; nothing changed",
-                               (long long)r->run, is_void ? "void" : "not void", r->words[0]);
-        return status == MR_OK ? change(r, store, "void", r->make_void ? "yes" : "no", error)
-                               : status;
-    }
-    if (status == MR_OK && r->correct)
-        return correct(r, store, error);
-    if (status == MR_OK && r->observe)
-        return observe(r, store, error);
-    if (status == MR_OK && r->withdraw)
-        return store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(),
-                                          annotation_who(r->who), r->reason ? r->reason : "",
-                                          error);
-    return status ?: change(r, store, "note", r->note, error);
+    store_landing_get(store, r->run, &landing, fatal);
+    if (r->make_void || r->unvoid) {
+        store_is_void(store, r->run, &is_void, NULL, fatal);
+        if (is_void == r->make_void)
+            error_set(fatal, MR_NOT_NOW, "RUN %lld is %s already: %s; nothing changed",
+                      (long long)r->run, is_void ? "void" : "not void", r->words[0]);
+        change(r, store, "void", r->make_void ? "yes" : "no");
+    } else if (r->correct)
+        correct(r, store);
+    else if (r->observe)
+        observe(r, store);
+    else if (r->withdraw)
+        store_observation_withdraw(store, r->run, r->withdraw, (int64_t)link_now_us(),
+                                   annotation_who(r->who), r->reason ? r->reason : "", fatal);
+    else
+        change(r, store, "note", r->note);
 }
 
 /* ---- showing ---- */
@@ -256,99 +247,83 @@ static void journal_answer(const struct store_landing *landing, const struct jou
     answer_close(answer);
 }
 
-static enum mr_status show(const struct request *r, struct store *store, struct answer *answer,
-                           struct error *error)
+static void show(const struct request *r, struct store *store, struct answer *answer)
 {
-    struct store_landing *rows = NULL;
+    struct store_landing *rows = NULL, landing;
     struct journal j;
     size_t count = 0;
-    enum mr_status status = store_landings(store, &rows, &count, error);
-    if (status == MR_OK && count == 0 && !r->run)
+    store_landings(store, &rows, &count, fatal);
+    if (count == 0 && !r->run)
         cli_note(r->cli, "no landing yet: %s; matrig log --db %s collects them", r->words[0],
                  r->words[0]);
-    if (status == MR_OK && r->run) {
-        struct store_landing landing;
-        status = store_landing_get(store, r->run, &landing, error);
-    }
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
+    if (r->run)
+        store_landing_get(store, r->run, &landing, fatal);
+    for (size_t i = 0; i < count; i++) {
         if (r->run && rows[i].id != r->run)
             continue;
-        status = journal_load(store, &rows[i], &j, error);
-        if (status == MR_OK)
-            journal_answer(&rows[i], &j, answer);
+        journal_load(store, &rows[i], &j, fatal);
+        journal_answer(&rows[i], &j, answer);
         journal_free(&j);
     }
     free(rows);
-    return status;
 }
 
-static enum mr_status check(struct request *r, struct error *error)
+static void check(struct request *r)
 {
     int acts = r->make_void + r->unvoid + (r->correct != NULL) + (r->observe != NULL) +
                (r->withdraw != 0) + (r->note && !r->observe);
     bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
                    !isnan(r->at_s) || r->form;
-    bool about = r->runway || r->pattern || r->modification;
-    enum mr_status status = r->words[1] ? run_parse(r->words[1], &r->run, error) : MR_OK;
-    if (status == MR_OK && about && !r->series)
-        status = error_set(error, MR_USAGE,
-                           "which series? --runway, --pattern and --modification go with --series "
-                           "NAME; see matrig landing --help");
-    if (status == MR_OK && r->series && (r->run || acts > (r->note != NULL)))
-        status =
-            error_set(error, MR_USAGE,
-                      "--series begins a series, of no landing yet: matrig landing DB --series "
-                      "NAME; see matrig landing --help");
+    if (r->words[1])
+        run_parse(r->words[1], &r->run, fatal);
+    if ((r->runway || r->pattern || r->modification) && !r->series)
+        error_set(fatal, MR_USAGE,
+                  "which series? --runway, --pattern and --modification go with --series "
+                  "NAME; see matrig landing --help");
+    if (r->series && (r->run || acts > (r->note != NULL)))
+        error_set(fatal, MR_USAGE,
+                  "--series begins a series, of no landing yet: matrig landing DB --series "
+                  "NAME; see matrig landing --help");
     if (r->series)
-        return status;
-    if (status == MR_OK && acts && !r->run)
-        status = error_set(error, MR_USAGE,
-                           "which landing? matrig landing DB RUN; see matrig landing --help");
-    if (status == MR_OK && acts > 1)
-        status = error_set(error, MR_USAGE,
-                           "one thing at a time: --note, --correct, --observe, --withdraw, --void "
-                           "or --unvoid; see matrig landing --help");
-    if (status == MR_OK && (r->make_void || r->unvoid || r->correct || r->withdraw) &&
-        !(r->reason && r->reason[0]))
-        status = error_set(
-            error, MR_USAGE,
-            "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
-    if (status == MR_OK && r->note && !r->note[0])
-        status = error_set(error, MR_USAGE,
-                           "an empty note: matrig landing; write what there is to say");
-    if (status == MR_OK && details && !r->observe)
-        status = error_set(error, MR_USAGE,
-                           "--station, --panels, --height, --side, --at and --form go with "
-                           "--observe; see matrig landing --help");
-    return status;
+        return;
+    if (acts && !r->run)
+        error_set(fatal, MR_USAGE,
+                  "which landing? matrig landing DB RUN; see matrig landing --help");
+    if (acts > 1)
+        error_set(fatal, MR_USAGE,
+                  "one thing at a time: --note, --correct, --observe, --withdraw, --void "
+                  "or --unvoid; see matrig landing --help");
+    if ((r->make_void || r->unvoid || r->correct || r->withdraw) && !(r->reason && r->reason[0]))
+        error_set(fatal, MR_USAGE,
+                  "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
+    if (r->note && !r->note[0])
+        error_set(fatal, MR_USAGE, "an empty note: matrig landing; write what there is to say");
+    if (details && !r->observe)
+        error_set(fatal, MR_USAGE,
+                  "--station, --panels, --height, --side, --at and --form go with "
+                  "--observe; see matrig landing --help");
 }
 
 static int landing_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
-    struct error error = {0};
-    struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
-    enum mr_status status = command_parse(&command_landing, argc, argv, cli, &r, r.words, &error);
-    answer_list(answer, "landings", "");
-    if (status == MR_OK)
-        status = check(&r, &error);
+    command_parse(&command_landing, argc, argv, cli, &r, r.words, fatal);
+    check(&r);
     bool acts = r.note || r.correct || r.observe || r.withdraw || r.make_void || r.unvoid;
-    if (status == MR_OK)
-        status = store_open(r.words[0],
-                            r.series ? STORE_CREATE
-                            : acts   ? STORE_OPEN
-                                     : STORE_READ,
-                            &store, &error);
-    if (status == MR_OK && (r.series || acts))
-        status = r.series ? begin_series(&r, store, &error) : add(&r, store, &error);
-    if (status == MR_OK)
-        status = show(&r, store, answer, &error);
+    struct store *store = program_campaign(r.words[0], r.series ? STORE_CREATE
+                                                       : acts   ? STORE_OPEN
+                                                                : STORE_READ);
+    if (r.series)
+        begin_series(&r, store);
+    else if (acts)
+        add(&r, store);
+    answer_list(answer, "landings", "");
+    show(&r, store, answer);
     answer_close(answer);
-    if (status == MR_OK && !r.run)
-        status = list_series(store, answer, &error);
-    store_close(store);
-    return answer_end(cli, answer, 0, &error);
+    if (!r.run)
+        list_series(store, answer);
+    return answer_show(cli, answer, 0);
 }
 
 #define VALUES struct request

@@ -1,6 +1,7 @@
 #include "host/commands/program.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "host/base/command.h"
 #include "host/base/output.h"
@@ -19,6 +20,20 @@ int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int ar
                 const struct cli *cli)
 {
     return program_end(run(argc, argv, cli));
+}
+
+static struct store *campaign;
+
+static void close_campaign(void)
+{
+    store_close(campaign);
+}
+
+struct store *program_campaign(const char *db, enum store_mode mode)
+{
+    store_open(db, mode, &campaign, fatal);
+    atexit(close_campaign);
+    return campaign;
 }
 
 size_t program_options(const char *words[], const struct cli *cli)

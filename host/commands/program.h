@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "host/base/cli.h"
+#include "host/store/store.h"
 
 /* What was printed must have arrived: returns exit_code, or when exit_code is 0 and standard output
  * failed, the code of that error, which is then told on standard error. */
@@ -13,6 +14,10 @@ int program_end(int exit_code);
 /* Runs a command: argv[0] is the command's name. */
 int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
                 const struct cli *cli);
+
+/* Opens the campaign of a command. It is closed when the program ends, and what was not committed is
+ * taken back. One that cannot be opened ends the program. */
+struct store *program_campaign(const char *db, enum store_mode mode);
 
 /* matrig's own options (--json, --quiet, --si), as they were given, into `words`, which has room
  * for command_matrig.count: for a program that is started with them. Returns how many. The rows

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/base/output.h"
 #include "host/report/report.h"
 
@@ -14,16 +15,6 @@ static void default_path(const char *db, char *out, size_t size)
     const char *dot = strrchr(db, '.');
     int stem = dot && (!slash || dot > slash + 1) ? (int)(dot - db) : (int)strlen(db);
     snprintf(out, size, "%.*s.html", stem, db);
-}
-
-/* Nothing is written unless all of it could be made. */
-static enum mr_status write_page(struct report *report, const char *path, struct error *error)
-{
-    struct output output;
-    if (output_begin(&output, path, error) != MR_OK)
-        return error->status;
-    page_write(report, output.file, error);
-    return output_end(&output, error);
 }
 
 struct request {
@@ -37,36 +28,31 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     const char *words[1];
     struct request r = {0};
     char made_path[1000];
-    struct error error = {0};
     struct report report = {.si = cli->si};
-    int exit_code = 0;
-    enum mr_status status = command_parse(&command_report, argc, argv, cli, &r, words, &error);
+    struct output output;
+    command_parse(&command_report, argc, argv, cli, &r, words, fatal);
     report.path = words[0];
     report.run = r.run;
-    if (status == MR_OK && !r.path) {
+    if (!r.path) {
         default_path(words[0], made_path, sizeof made_path);
         r.path = made_path;
     }
-    if (status == MR_OK)
-        status = output_check(r.path, words[0], &error);
-    if (status == MR_OK)
-        status = store_open(words[0], STORE_READ, &report.store, &error);
-    if (status == MR_OK && report.run)
-        status = store_refuse_void(report.store, report.run, r.voided, &error);
-    if (status == MR_OK)
-        status = report_begin(&report, r.voided, &error);
-    if (status == MR_OK)
-        write_page(&report, r.path, &error);
-    status = error.status;
-    if (status == MR_OK && cli->json)
-        exit_code = cli_print_json(
-            json_pack("{sssI}", "file", r.path, "landings", (json_int_t)report.landings), 0);
-    else if (status == MR_OK)
-        cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s",
-                 r.path);
+    output_check(r.path, words[0], fatal);
+    report.store = program_campaign(words[0], STORE_READ);
+    if (report.run)
+        store_refuse_void(report.store, report.run, r.voided, fatal);
+    report_begin(&report, r.voided, fatal);
+    /* nothing is written unless all of it could be made */
+    output_begin(&output, r.path, fatal);
+    page_write(&report, output.file, fatal);
+    output_end(&output, fatal);
+    size_t landings = report.landings;
     report_free(&report);
-    store_close(report.store);
-    return status != MR_OK ? cli_fail(&error) : exit_code;
+    if (cli->json)
+        return cli_print_json(json_pack("{sssI}", "file", r.path, "landings", (json_int_t)landings),
+                              0);
+    cli_note(cli, "%zu landing%s in %s", landings, landings == 1 ? "" : "s", r.path);
+    return 0;
 }
 
 #define VALUES struct request

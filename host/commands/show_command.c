@@ -10,6 +10,7 @@
 #include "host/analyse/summary.h"
 #include "host/base/command.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/store/store_journal.h"
 #include "host/survey/survey.h"
 
@@ -30,36 +31,30 @@ struct preview {
     int64_t same;      /* the earlier RUN that is the same landing, 0: none */
 };
 
-static enum mr_status load_links(struct store *store, int64_t run, struct preview *glance,
-                                 struct error *error)
+static void load_links(struct store *store, int64_t run, struct preview *glance)
 {
     struct store_gap *gap = NULL;
     size_t gaps = 0;
-    enum mr_status status = store_gaps(store, run, &gap, &gaps, error);
-    if (status == MR_OK)
-        summary_count_gaps(gap, gaps, glance->link);
+    store_gaps(store, run, &gap, &gaps, fatal);
+    summary_count_gaps(gap, gaps, glance->link);
     free(gap);
-    return status;
 }
 
-static enum mr_status preview_load(struct store *store, int64_t run, struct preview *glance,
-                                   struct error *error)
+static void preview_load(struct store *store, int64_t run, struct preview *glance)
 {
     const struct store_landing *landing = &glance->measured.landing;
     struct store_import import = {0};
     memset(glance, 0, sizeof *glance);
-    enum mr_status status = measured_load_gear(store, run, &glance->measured, error) ?:
-                            zones_load(store, &glance->measured, &glance->zones, error) ?:
-                            load_links(store, run, glance, error) ?:
-                            journal_load(store, landing, &glance->journal, error);
+    measured_load_gear(store, run, &glance->measured, fatal);
+    zones_load(store, &glance->measured, &glance->zones, fatal);
+    load_links(store, run, glance);
+    journal_load(store, landing, &glance->journal, fatal);
     for (size_t i = 0; i < glance->journal.observations; i++)
         glance->seen += !glance->journal.observation[i].withdrawn;
-    if (status == MR_OK)
-        status = store_frames_base(store, run, &glance->can_base, error);
-    if (status == MR_OK)
-        status = store_import_get(store, landing->session, &import, &glance->imported, error);
+    store_frames_base(store, run, &glance->can_base, fatal);
+    store_import_get(store, landing->session, &import, &glance->imported, fatal);
     free(import.mapping);
-    return status ?: store_find_twin(store, run, &glance->same, error);
+    store_find_twin(store, run, &glance->same, fatal);
 }
 
 static void preview_free(struct preview *glance)
@@ -208,28 +203,21 @@ static void preview_answer(const struct preview *glance, bool bases, struct answ
     notes_answer(glance, answer);
 }
 
-static enum mr_status landings_answer(struct store *store, const struct store_landing *row,
-                                      size_t count, struct answer *answer, struct error *error)
+static void landings_answer(struct store *store, const struct store_landing *row, size_t count,
+                            struct answer *answer)
 {
     static struct preview glance; /* some ten kilobytes */
-    uint16_t base;
-    bool bases = false;
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; i < count && status == MR_OK && !bases; i++) {
-        status = store_frames_base(store, row[i].id, &base, error);
-        bases = base != 0;
-    }
+    uint16_t base = 0;
+    for (size_t i = 0; i < count && !base; i++)
+        store_frames_base(store, row[i].id, &base, fatal);
     answer_table(answer, "landings", "");
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        status = preview_load(store, row[i].id, &glance, error);
-        if (status == MR_OK) {
-            answer_row(answer);
-            preview_answer(&glance, bases, answer);
-        }
+    for (size_t i = 0; i < count; i++) {
+        preview_load(store, row[i].id, &glance);
+        answer_row(answer);
+        preview_answer(&glance, base != 0, answer);
         preview_free(&glance);
     }
     answer_close(answer);
-    return status;
 }
 
 /* What is there besides, in a line; and what is next where nothing is. */
@@ -258,57 +246,50 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
  * report alone adds them up. */
 #define RECORD_MOST 30
 
-static enum mr_status came_of_it_answer(struct store *store, size_t landings, struct answer *answer,
-                                        struct error *error)
+static void came_of_it_answer(struct store *store, size_t landings, struct answer *answer)
 {
     struct record record;
     if (landings == 0)
-        return MR_OK;
+        return;
     if (landings > RECORD_MOST) {
         answer_none(answer, "record", NULL, NULL);
         answer_sentence(answer, NULL,
                         "more than %d landings: matrig report adds up their warnings and what came "
                         "of them",
                         RECORD_MOST);
-        return MR_OK;
+        return;
     }
-    enum mr_status status = record_load(store, &record, error);
-    if (status == MR_OK)
-        record_answer(&record, true, answer);
+    record_load(store, &record, fatal);
+    record_answer(&record, true, answer);
     record_free(&record);
-    return status;
 }
 
-static enum mr_status list(struct store *store, const char *db, struct answer *answer,
-                           struct error *error)
+static void list(struct store *store, const char *db, struct answer *answer)
 {
     struct store_landing *row = NULL;
     struct store_series *series = NULL;
     struct store_gage_survey *survey = NULL;
     size_t count = 0, series_count = 0, surveys = 0;
-    enum mr_status status = store_landings(store, &row, &count, error) ?:
-                            store_series_all(store, &series, &series_count, error) ?:
-                            store_gage_surveys(store, &survey, &surveys, error) ?:
-                            landings_answer(store, row, count, answer, error);
-    if (status == MR_OK) {
-        holds_answer(db, count, series_count, surveys, answer);
-        status = came_of_it_answer(store, count, answer, error);
-    }
+    store_landings(store, &row, &count, fatal);
+    store_series_all(store, &series, &series_count, fatal);
+    store_gage_surveys(store, &survey, &surveys, fatal);
+    landings_answer(store, row, count, answer);
+    holds_answer(db, count, series_count, surveys, answer);
+    came_of_it_answer(store, count, answer);
     free(row);
     free(series);
     free(survey);
-    return status;
 }
 
 /* ---- one ---- */
 
-static enum mr_status said_answer(struct store *store, const struct store_landing *landing,
-                                  struct answer *answer, struct error *error)
+static void said_answer(struct store *store, const struct store_landing *landing,
+                        struct answer *answer)
 {
     struct journal journal;
     int64_t twin = 0;
-    enum mr_status status = journal_load(store, landing, &journal, error)
-                              ?: store_find_twin(store, landing->id, &twin, error);
+    journal_load(store, landing, &journal, fatal);
+    store_find_twin(store, landing->id, &twin, fatal);
     answer_words_or_none(answer, "series", journal.series.name[0] ? "series" : NULL,
                          journal.series.name, NULL);
     answer_flag(answer, "void", NULL, journal.is_void);
@@ -319,40 +300,31 @@ static enum mr_status said_answer(struct store *store, const struct store_landin
         answer_sentence(answer, NULL, "the same landing as RUN %lld", (long long)twin);
     journal_tables_answer(&journal, answer);
     journal_free(&journal);
-    return status;
 }
 
-static enum mr_status show(struct store *store, int64_t run, struct answer *answer,
-                           struct error *error)
+static void show(struct store *store, int64_t run, struct answer *answer)
 {
     static struct summary summary;
-    enum mr_status status = summary_load(store, run, &summary, error);
-    if (status == MR_OK) {
-        summary_answer(&summary, answer);
-        status = said_answer(store, &summary.measured.landing, answer, error);
-    }
+    summary_load(store, run, &summary, fatal);
+    summary_answer(&summary, answer);
+    said_answer(store, &summary.measured.landing, answer);
     summary_free(&summary);
-    return status;
 }
 
 static int show_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2];
-    struct error error = {0};
-    struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
     int64_t run = 0;
-    enum mr_status status = command_parse(&command_show, argc, argv, cli, NULL, words, &error);
-    if (status == MR_OK && words[1])
-        status = run_parse(words[1], &run, &error);
-    if (status == MR_OK)
-        status = store_open(words[0], STORE_READ, &store, &error);
-    if (status == MR_OK && run)
-        status = show(store, run, answer, &error);
-    else if (status == MR_OK)
-        status = list(store, words[0], answer, &error);
-    store_close(store);
-    return answer_end(cli, answer, 0, &error);
+    command_parse(&command_show, argc, argv, cli, NULL, words, fatal);
+    if (words[1])
+        run_parse(words[1], &run, fatal);
+    struct store *store = program_campaign(words[0], STORE_READ);
+    if (run)
+        show(store, run, answer);
+    else
+        list(store, words[0], answer);
+    return answer_show(cli, answer, 0);
 }
 
 static const struct command_part parts[] = {

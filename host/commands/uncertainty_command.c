@@ -14,6 +14,7 @@
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_journal.h"
 
@@ -52,54 +53,42 @@ static enum unit_kind kind_of(const struct one *one)
 
 /* ---- from the campaign ---- */
 
-static enum mr_status load_landing(struct store *store, const struct request *r, struct subject *s,
-                                   struct error *error)
+static void load_landing(struct store *store, const struct request *r, struct subject *s)
 {
     struct store_landing *rows = NULL;
     struct error unread = {0};
     char *text = NULL;
     bool corrected = false;
     size_t count = 0;
-    enum mr_status status = store_landings(store, &rows, &count, error);
+    store_landings(store, &rows, &count, fatal);
     s->run = r->run ? r->run : count ? rows[count - 1].id : 0;
     free(rows);
-    if (status == MR_OK && !s->run)
-        status = error_set(error, MR_UNKNOWN,
-                           "no landing yet: %s; matrig board config get -o rig.cfg, then "
-                           "--config rig.cfg",
-                           r->words[0]);
-    if (status == MR_OK)
-        status = measured_load(store, s->run, &s->measured, error);
-    if (status == MR_OK && s->measured.landing.config_crc != STORE_NONE)
-        status = store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text,
-                                         error);
-    if (status == MR_OK)
-        status = store_is_recalibrated(store, s->run, &corrected, error);
+    if (!s->run)
+        error_set(fatal, MR_UNKNOWN,
+                  "no landing yet: %s; matrig board config get -o rig.cfg, then "
+                  "--config rig.cfg",
+                  r->words[0]);
+    measured_load(store, s->run, &s->measured, fatal);
+    if (s->measured.landing.config_crc != STORE_NONE)
+        store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text, fatal);
+    store_is_recalibrated(store, s->run, &corrected, fatal);
     s->config_known = text && config_text_read(text, "", &s->config, &unread) == MR_OK;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES && corrected; i++)
         s->config.channel[i].calibrated_day += s->config.channel[i].calibrated_day == 0;
     free(text);
-    return status;
 }
 
-static enum mr_status load(const struct request *r, struct subject *s, struct error *error)
+static void load(const struct request *r, struct subject *s)
 {
-    struct store *store = NULL;
+    struct store *store = program_campaign(r->words[0], STORE_READ);
     char uid[25] = "";
-    enum mr_status status = store_open(r->words[0], STORE_READ, &store, error);
-    if (status == MR_OK && r->config) {
-        status = config_text_load(r->config, &s->config, error);
-        s->config_known = true;
-    } else if (status == MR_OK) {
-        status = load_landing(store, r, s, error);
-    }
-    if (status == MR_OK)
-        status = store_board_newest(store, uid, error);
-    if (status == MR_OK)
-        status = certificates_read(store, s->run ? s->measured.landing.board_uid : uid,
-                                   &s->certificates, error);
-    store_close(store);
-    return status;
+    s->config_known = r->config != NULL;
+    if (r->config)
+        config_text_load(r->config, &s->config, fatal);
+    else
+        load_landing(store, r, s);
+    store_board_newest(store, uid, fatal);
+    certificates_read(store, s->run ? s->measured.landing.board_uid : uid, &s->certificates, fatal);
 }
 
 /* ---- one channel ---- */
@@ -266,43 +255,39 @@ static void tables_answer(const struct request *r, const struct subject *s, stru
 
 /* ---- the command line ---- */
 
-static enum mr_status check(struct request *r, struct error *error)
+static void check(struct request *r)
 {
     unsigned index = 0;
-    enum unit_kind kind;
     r->channel = -1;
     r->at_value = (double)NAN;
     if (r->words[1] && !jump_channel_read(r->words[1], strlen(r->words[1]), &index))
-        return error_set(error, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u",
-                         r->words[1], MR_TRANSDUCERS, MR_GAGES);
+        error_set(fatal, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", r->words[1],
+                  MR_TRANSDUCERS, MR_GAGES);
     if (r->words[1])
         r->channel = (int)index;
     if (r->at && !r->words[1])
-        return error_set(error, MR_USAGE,
-                         "--at goes with a CHANNEL: matrig uncertainty; see matrig uncertainty "
-                         "--help");
+        error_set(fatal, MR_USAGE,
+                  "--at goes with a CHANNEL: matrig uncertainty; see matrig uncertainty "
+                  "--help");
     if (r->config && r->run)
-        return error_set(error, MR_USAGE,
-                         "--config or --run, one of them: matrig uncertainty; see matrig "
-                         "uncertainty --help");
-    kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
+        error_set(fatal, MR_USAGE,
+                  "--config or --run, one of them: matrig uncertainty; see matrig "
+                  "uncertainty --help");
+    enum unit_kind kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
     struct quantity_wrong wrong = {"", ""};
     if (r->at && (!calibrate_value(r->at, kind, unit_read(unit, 2), &r->at_value, &wrong) ||
                   fabs(r->at_value) > 10000.0))
-        return error_set(error, MR_USAGE,
-                         "no reading: '%s' for --at; a number in %s, or with its unit", r->at,
-                         unit);
-    return MR_OK;
+        error_set(fatal, MR_USAGE, "no reading: '%s' for --at; a number in %s, or with its unit",
+                  r->at, unit);
 }
 
-static enum mr_status tell(const struct request *r, const struct subject *s, struct answer *answer,
-                           struct error *error)
+static void tell(const struct request *r, const struct subject *s, struct answer *answer)
 {
     struct one one;
     if (r->channel >= 0 && !make_one(r, s, (unsigned)r->channel, &one))
-        return error_set(error, MR_UNKNOWN, "%s is not fitted: %s; see matrig show", r->words[1],
-                         r->config ? r->config : r->words[0]);
+        error_set(fatal, MR_UNKNOWN, "%s is not fitted: %s; see matrig show", r->words[1],
+                  r->config ? r->config : r->words[0]);
     if (s->run)
         answer_count(answer, "run", "RUN", s->run);
     answer_value(answer, "kelvin", NULL, UNIT_NUMBER, r->kelvin, 3);
@@ -311,22 +296,19 @@ static enum mr_status tell(const struct request *r, const struct subject *s, str
     else
         tables_answer(r, s, answer);
     legend_answer(answer);
-    return MR_OK;
 }
 
 static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 {
     static struct subject s;
     struct request r = {.cli = cli};
-    struct error error = {0};
     struct answer *answer = answer_new(cli->si);
-    enum mr_status status = command_parse(&command_uncertainty, argc, argv, cli, &r, r.words,
-                                          &error) ?:
-                            check(&r, &error) ?: load(&r, &s, &error);
-    if (status == MR_OK)
-        (void)tell(&r, &s, answer, &error);
+    command_parse(&command_uncertainty, argc, argv, cli, &r, r.words, fatal);
+    check(&r);
+    load(&r, &s);
+    tell(&r, &s, answer);
     measured_free(&s.measured);
-    return answer_end(cli, answer, 0, &error);
+    return answer_show(cli, answer, 0);
 }
 
 #define VALUES struct request
