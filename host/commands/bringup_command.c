@@ -197,23 +197,19 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2];
     struct request r = {.cli = cli};
-    struct error error = {0};
-    enum mr_status status = command_parse(&command_board_bringup, argc, argv, cli, &r, words,
-                                          &error);
-    const char *section = status == MR_OK && words[1] ? words[1] : "report";
-    if (status == MR_OK && strcmp(words[0], "bringup") != 0)
-        status = error_set(&error, MR_USAGE, "not bringup: '%s'; see matrig board --help",
-                           words[0]);
-    if (status == MR_OK && !is_section(section))
-        status = error_set(&error, MR_USAGE,
-                           "not report, brown-out or rom: '%s'; see matrig board --help", section);
-    if (status == MR_OK && !r.serial)
-        status = error_set(&error, MR_USAGE,
-                           "no link: matrig board needs --serial LINK; see matrig board --help");
-    if (status == MR_OK && strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
-        status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one",
-                           r.serial);
-    return status == MR_OK ? talk(&r, section) : cli_fail(&error);
+    command_parse(&command_board_bringup, argc, argv, cli, &r, words, fatal);
+    const char *section = words[1] ? words[1] : "report";
+    if (strcmp(words[0], "bringup") != 0)
+        error_set(fatal, MR_USAGE, "not bringup: '%s'; see matrig board --help", words[0]);
+    if (!is_section(section))
+        error_set(fatal, MR_USAGE, "not report, brown-out or rom: '%s'; see matrig board --help",
+                  section);
+    if (!r.serial)
+        error_set(fatal, MR_USAGE,
+                  "no link: matrig board needs --serial LINK; see matrig board --help");
+    if (strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
+        error_set(fatal, MR_USAGE, "a file is no board: %s; give the link of one", r.serial);
+    return talk(&r, section);
 }
 
 #define VALUES struct request

@@ -90,15 +90,12 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     struct error error = {0};
     size_t image = 0;
-    enum mr_status status = command_parse(&command_bundle, argc, argv, cli, &r, r.words, &error);
-    if (status == MR_OK && (!r.path || strcmp(r.path, "-") == 0))
-        status = error_set(&error, MR_USAGE,
-                           "no file to write: matrig bundle needs -o F; see matrig bundle --help");
-    if (status == MR_OK)
-        status = run_parse(r.words[1], &r.run, &error);
-    if (status == MR_OK)
-        status = make(&r, cli, &image, &error);
-    if (status != MR_OK)
+    command_parse(&command_bundle, argc, argv, cli, &r, r.words, fatal);
+    if ((!r.path || strcmp(r.path, "-") == 0))
+        error_set(fatal, MR_USAGE,
+                  "no file to write: matrig bundle needs -o F; see matrig bundle --help");
+    run_parse(r.words[1], &r.run, fatal);
+    if (make(&r, cli, &image, &error) != MR_OK)
         return cli_fail(&error);
     if (cli->json)
         return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "db", r.words[0], "run",

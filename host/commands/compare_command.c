@@ -7,6 +7,7 @@
 
 #include "host/analyse/measured.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/compare/show.h"
 #include "host/compare/landing.h"
 #include "host/base/output.h"
@@ -33,52 +34,46 @@ static bool is_file(const char *word)
 }
 
 /* DB RUN [FILE], DB FILE, or DB with --series; FILE may stand behind --scene. */
-static enum mr_status read_words(const char *const words[3], struct request *request,
-                                 struct error *error)
+static void read_words(const char *const words[3], struct request *request)
 {
     request->db = words[0];
     const char *file = words[1] && is_file(words[1]) ? words[1] : words[2];
     if (!words[1] && !request->series && !request->scene)
-        return error_set(error, MR_USAGE,
-                         "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB "
-                         "--series NAME; see matrig compare --help");
-    if (words[1] && file != words[1] && run_parse(words[1], &request->run, error) != MR_OK)
-        return error->status;
+        error_set(fatal, MR_USAGE,
+                  "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB "
+                  "--series NAME; see matrig compare --help");
+    if (words[1] && file != words[1])
+        run_parse(words[1], &request->run, fatal);
     if (file == words[1] && words[2])
-        return error_set(error, MR_USAGE,
-                         "one word too many: '%s' of compare; see matrig compare --help", words[2]);
+        error_set(fatal, MR_USAGE, "one word too many: '%s' of compare; see matrig compare --help",
+                  words[2]);
     if (request->run && request->series)
-        return error_set(error, MR_USAGE, "RUN or series: %s and --series %s; give one of them",
-                         words[1], request->series);
+        error_set(fatal, MR_USAGE, "RUN or series: %s and --series %s; give one of them", words[1],
+                  request->series);
     if (!request->run && (request->output || request->voided))
-        return error_set(error, MR_USAGE, "for one landing: %s; give its RUN",
-                         request->output ? "-o" : "--void");
+        error_set(fatal, MR_USAGE, "for one landing: %s; give its RUN",
+                  request->output ? "-o" : "--void");
     if (file && request->scene)
-        return error_set(error, MR_USAGE, "two scenes: %s and --scene %s; give one", file,
-                         request->scene);
+        error_set(fatal, MR_USAGE, "two scenes: %s and --scene %s; give one", file, request->scene);
     request->scene = file ? file : request->scene;
     if (!request->scene) {
         data_dir_find(DATA_RUNWAY, request->runway, sizeof request->runway);
         request->scene = request->runway;
     }
-    return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct request *request, struct error *error)
+static void read_request(int argc, char **argv, const struct cli *cli, struct request *request)
 {
     const char *words[3];
     memset(request, 0, sizeof *request);
-    if (command_parse(&command_compare, argc, argv, cli, request, words, error) != MR_OK ||
-        read_words(words, request, error) != MR_OK)
-        return error->status;
+    command_parse(&command_compare, argc, argv, cli, request, words, fatal);
+    read_words(words, request);
     if (!isnan(request->limit_in))
         compare_limits_add(&request->limits, "channels.*.rms_in", request->limit_in);
-    if (output_check(request->output, request->scene, error) == MR_OK)
-        output_not_input(request->output, request->limits_path, error);
-    if (error->status == MR_OK && request->limits_path)
-        compare_limits_load(&request->limits, request->limits_path, error);
-    return error->status;
+    output_check(request->output, request->scene, fatal);
+    output_not_input(request->output, request->limits_path, fatal);
+    if (request->limits_path)
+        compare_limits_load(&request->limits, request->limits_path, fatal);
 }
 
 static enum mr_status write_csv(const struct request *request,
@@ -149,21 +144,14 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request;
     struct error error = {0};
-    struct store *store = NULL;
     struct compare_model model;
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        store_open(request.db, STORE_OPEN, &store, &error) != MR_OK)
-        return cli_fail(&error);
-    int exit_code;
-    if (compare_model_load(&model, request.scene, (size_t)request.seeds, &error) != MR_OK) {
-        exit_code = cli_fail(&error);
-    } else {
-        exit_code = request.run ? compare_one(store, &request, &model, cli, &error)
+    read_request(argc, argv, cli, &request);
+    struct store *store = program_campaign(request.db, STORE_OPEN);
+    compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
+    int exit_code = request.run ? compare_one(store, &request, &model, cli, &error)
                                 : compare_many(store, &request, &model, cli, &error);
-        compare_model_free(&model);
-    }
+    compare_model_free(&model);
     compare_limits_free(&request.limits);
-    store_close(store);
     return exit_code;
 }
 

@@ -263,13 +263,11 @@ static int set(const struct request *request, struct error *error)
     return exit_code;
 }
 
-static int check(const struct request *request, struct error *error)
+static int check(const struct request *request)
 {
     static struct mr_config config;
     static uint8_t image[MR_CONFIG_IMAGE];
-    enum mr_status status = config_text_load(request->file, &config, error);
-    if (status != MR_OK)
-        return cli_fail(error);
+    config_text_load(request->file, &config, fatal);
     uint32_t crc = mr_config_encode(&config, image);
     if (request->cli->json)
         return cli_print_json(json_pack("{sIsI}", "revision", (json_int_t)config.site[0].revision,
@@ -284,36 +282,28 @@ static int config_command(int argc, char **argv, const struct cli *cli)
     struct request request = {.cli = cli};
     const char *words[3];
     struct error error = {0};
-    enum mr_status status = command_parse(&command_board_config, argc, argv, cli, &request, words,
-                                          &error);
-    const char *verb = status == MR_OK ? words[1] : "";
+    command_parse(&command_board_config, argc, argv, cli, &request, words, fatal);
+    const char *verb = words[1];
     bool is_get = strcmp(verb, "get") == 0, is_set = strcmp(verb, "set") == 0,
          is_check = strcmp(verb, "check") == 0;
     request.file = words[2];
-    if (status == MR_OK && !is_get && !is_set && !is_check)
-        status = error_set(&error, MR_USAGE, "not get, set or check: '%s'; see matrig board --help",
-                           verb);
-    if (status == MR_OK && is_get == (request.file != NULL))
-        status = error_set(
-            &error, MR_USAGE,
-            is_get ? "config get takes no word, but -o FILE: '%s'; see matrig board --help"
-                   : "which file? matrig board config %s needs one; see matrig board --help",
-            is_get ? request.file : verb);
-    if (status == MR_OK && request.output && !is_get)
-        status = error_set(&error, MR_USAGE, "-o is config get's: matrig board config %s", verb);
-    if (status == MR_OK && !is_check && !request.can == !request.serial && !(is_set && request.can))
-        status = error_set(&error, MR_USAGE,
-                           "which link? matrig board config %s needs --serial LINK or --can LINK; "
-                           "see matrig board --help",
-                           verb);
-    if (status == MR_OK && is_check && (request.can || request.serial))
-        status = error_set(&error, MR_USAGE,
-                           "config check needs no board: leave --can and --serial away");
-    if (status != MR_OK)
-        return cli_fail(&error);
-    return is_get ? get(&request, &error)
-         : is_set ? set(&request, &error)
-                  : check(&request, &error);
+    if (!is_get && !is_set && !is_check)
+        error_set(fatal, MR_USAGE, "not get, set or check: '%s'; see matrig board --help", verb);
+    if (is_get == (request.file != NULL))
+        error_set(fatal, MR_USAGE,
+                  is_get ? "config get takes no word, but -o FILE: '%s'; see matrig board --help"
+                         : "which file? matrig board config %s needs one; see matrig board --help",
+                  is_get ? request.file : verb);
+    if (request.output && !is_get)
+        error_set(fatal, MR_USAGE, "-o is config get's: matrig board config %s", verb);
+    if (!is_check && !request.can == !request.serial && !(is_set && request.can))
+        error_set(fatal, MR_USAGE,
+                  "which link? matrig board config %s needs --serial LINK or --can LINK; "
+                  "see matrig board --help",
+                  verb);
+    if (is_check && (request.can || request.serial))
+        error_set(fatal, MR_USAGE, "config check needs no board: leave --can and --serial away");
+    return is_get ? get(&request, &error) : is_set ? set(&request, &error) : check(&request);
 }
 
 #define VALUES struct request

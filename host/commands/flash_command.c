@@ -426,16 +426,15 @@ static int flash(struct session *session, struct error *error)
 }
 
 /* Which chip the image is for. */
-static enum mr_status take_board(struct session *session, struct error *error)
+static unsigned chip_of(const struct imagefile *image)
 {
-    const struct mr_board *board = mr_board_of(session->image.header.board);
+    const struct mr_board *board = mr_board_of(image->header.board);
     if (!board)
-        return error_set(error, MR_VERSION,
-                         "an image for board %u, which this matrig does not know: %s; use the "
-                         "matrig that came with it",
-                         session->image.header.board, session->image.path);
-    session->chip = board->chip;
-    return MR_OK;
+        error_set(fatal, MR_VERSION,
+                  "an image for board %u, which this matrig does not know: %s; use the "
+                  "matrig that came with it",
+                  image->header.board, image->path);
+    return board->chip;
 }
 
 static int flash_command(int argc, char **argv, const struct cli *cli)
@@ -444,21 +443,17 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     const char *words[2];
     struct error error = {0};
     session.cli = cli;
-    session.chip = mr_board_of(MR_BOARD_ZG)->chip;
-    enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error)
-                              ?: link_check(words[0], &error);
+    command_parse(&command_flash, argc, argv, cli, &session, words, fatal);
+    link_check(words[0], fatal);
     session.spec = words[0];
-    if (status == MR_OK)
-        status = imagefile_read(words[1], &session.image, &error);
-    if (status == MR_OK && !session.image.stamped && !session.force)
-        status = error_set(&error, MR_UNKNOWN,
-                           "an image without matrig's header: %s; --force flashes it all the same",
-                           words[1]);
-    if (status == MR_OK && session.image.stamped)
-        status = take_board(&session, &error);
-    int exit_code = status == MR_OK ? flash(&session, &error) : cli_fail(&error);
-    if (session.image.bytes)
-        imagefile_free(&session.image);
+    imagefile_read(words[1], &session.image, fatal);
+    if (!session.image.stamped && !session.force)
+        error_set(fatal, MR_UNKNOWN,
+                  "an image without matrig's header: %s; --force flashes it all the same",
+                  words[1]);
+    session.chip = session.image.stamped ? chip_of(&session.image) : mr_board_of(MR_BOARD_ZG)->chip;
+    int exit_code = flash(&session, &error);
+    imagefile_free(&session.image);
     return exit_code;
 }
 

@@ -327,21 +327,17 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {0};
     struct error error = {0};
-    enum mr_status status = command_parse(&command_log, argc, argv, cli, &r, NULL, &error);
-    if (status == MR_OK && !r.can && !r.serial)
-        status = error_set(
-            &error, MR_USAGE,
+    command_parse(&command_log, argc, argv, cli, &r, NULL, fatal);
+    if (!r.can && !r.serial)
+        error_set(
+            fatal, MR_USAGE,
             "no link: matrig log needs --can LINK or --serial LINK or both; see matrig log --help");
-    if (status == MR_OK && !r.db)
-        status = error_set(&error, MR_USAGE,
-                           "no database: matrig log needs --db DB; see matrig log --help");
-    if (status == MR_OK && r.listen && r.commands)
-        status = error_set(&error, MR_USAGE,
-                           "--listen and --commands: nothing is sent, or commands are; give one");
-    if (status == MR_OK)
-        status = output_check(r.page, r.db, &error);
-    if (status != MR_OK)
-        return cli_fail(&error);
+    if (!r.db)
+        error_set(fatal, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
+    if (r.listen && r.commands)
+        error_set(fatal, MR_USAGE,
+                  "--listen and --commands: nothing is sent, or commands are; give one");
+    output_check(r.page, r.db, fatal);
 
     /* Signals come by a descriptor of their own, so none can slip in between a check and a wait. */
     sigset_t set;
@@ -359,7 +355,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
         logger.mute[link] = r.listen;
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
-    status = open_all(&logger, r.can, r.serial, r.db, r.live, &error);
+    enum mr_status status = open_all(&logger, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
     if (status == MR_OK)

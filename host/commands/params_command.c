@@ -453,22 +453,19 @@ static struct answer *answer_of(const struct reader *r, json_t *scene, const str
 }
 
 /* Before anything is read: files that would be written over. */
-static enum mr_status check_outputs(const struct params_request *r, const char *path,
-                                    struct error *error)
+static void check_outputs(const struct params_request *r, const char *path)
 {
     if ((r->plot_path || r->mats > 0) && !r->push_path)
-        return error_set(error, MR_USAGE,
-                         "%s without a push test: add --push F.csv, or leave it out",
-                         r->plot_path ? "--plot" : "--mats");
+        error_set(fatal, MR_USAGE, "%s without a push test: add --push F.csv, or leave it out",
+                  r->plot_path ? "--plot" : "--mats");
     if (!path && !r->push_path)
-        return error_set(error, MR_USAGE,
-                         "nothing to read: give READINGS, --push F.csv or both; see matrig params "
-                         "--help");
-    if (output_check(r->output_path, path, error) == MR_OK &&
-        output_keep(r->output_path, r->force, error) == MR_OK &&
-        output_not_input(r->output_path, r->push_path, error) == MR_OK)
-        plot_check(r->plot_path, path, error);
-    return error->status;
+        error_set(fatal, MR_USAGE,
+                  "nothing to read: give READINGS, --push F.csv or both; see matrig params "
+                  "--help");
+    output_check(r->output_path, path, fatal);
+    output_keep(r->output_path, r->force, fatal);
+    output_not_input(r->output_path, r->push_path, fatal);
+    plot_check(r->plot_path, path, fatal);
 }
 
 static int params_command(int argc, char **argv, const struct cli *cli)
@@ -477,9 +474,8 @@ static int params_command(int argc, char **argv, const struct cli *cli)
     struct params_request r = {0};
     struct push push = {0};
     struct error error = {0};
-    if (command_parse(&command_params, argc, argv, cli, &r, words, &error) != MR_OK ||
-        check_outputs(&r, words[0], &error) != MR_OK)
-        return cli_fail(&error);
+    command_parse(&command_params, argc, argv, cli, &r, words, fatal);
+    check_outputs(&r, words[0]);
     struct reader reader = {.path = words[0], .error = &error};
     if (words[0])
         read_file(&reader);

@@ -297,7 +297,7 @@ static int walk(const struct request *request, struct ready_facts *f)
 /* ---- the command line ---- */
 
 /* Eight hexadecimal digits, or a file of `matrig board config get`. */
-static enum mr_status expected(const char *text, struct ready_facts *facts, struct error *error)
+static void expected(const char *text, struct ready_facts *facts)
 {
     static struct mr_config config;
     char *end;
@@ -305,21 +305,20 @@ static enum mr_status expected(const char *text, struct ready_facts *facts, stru
     facts->crc_expected = true;
     facts->expected_crc = (uint32_t)value;
     if (strlen(text) == 8 && *end == '\0')
-        return MR_OK;
+        return;
     facts->expected_config = &config;
-    return config_text_load(text, &config, error);
+    config_text_load(text, &config, fatal);
 }
 
-static enum mr_status check_request(const struct request *r, struct error *error)
+static void check_request(const struct request *r)
 {
     if (!r->serial)
-        return error_set(error, MR_USAGE,
-                         "no link: matrig ready needs --serial LINK; see matrig ready --help");
+        error_set(fatal, MR_USAGE,
+                  "no link: matrig ready needs --serial LINK; see matrig ready --help");
     if (r->walk && (r->image || r->expected))
-        return error_set(error, MR_USAGE,
-                         "--walk goes without --image and --expect-config: matrig ready; "
-                         "see matrig ready --help");
-    return MR_OK;
+        error_set(fatal, MR_USAGE,
+                  "--walk goes without --image and --expect-config: matrig ready; "
+                  "see matrig ready --help");
 }
 
 static int ready_command(int argc, char **argv, const struct cli *cli)
@@ -327,18 +326,15 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     struct request request = {.cli = cli};
     struct ready_facts *facts = xcalloc(1, sizeof *facts);
     struct imagefile image = {0};
-    struct error error = {0};
-    enum mr_status status = command_parse(&command_ready, argc, argv, cli, &request, &request.db,
-                                          &error)
-                              ?: check_request(&request, &error);
-    if (status == MR_OK && request.expected)
-        status = expected(request.expected, facts, &error);
-    if (status == MR_OK && request.image)
-        status = imagefile_read(request.image, &image, &error);
-    if (status == MR_OK && request.image && !image.stamped)
-        status = error_set(&error, MR_UNKNOWN,
-                           "an image without matrig's header: %s; nothing to compare with",
-                           request.image);
+    command_parse(&command_ready, argc, argv, cli, &request, &request.db, fatal);
+    check_request(&request);
+    if (request.expected)
+        expected(request.expected, facts);
+    if (request.image)
+        imagefile_read(request.image, &image, fatal);
+    if (request.image && !image.stamped)
+        error_set(fatal, MR_UNKNOWN,
+                  "an image without matrig's header: %s; nothing to compare with", request.image);
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
     facts->can_used = request.can != NULL;
@@ -346,9 +342,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->now_s = (int64_t)time(NULL);
     facts->today_day = (uint32_t)(facts->now_s / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);
-    int exit_code = status != MR_OK ? cli_fail(&error)
-                  : request.walk    ? walk(&request, facts)
-                                    : ready(&request, facts);
+    int exit_code = request.walk ? walk(&request, facts) : ready(&request, facts);
     if (request.image)
         imagefile_free(&image);
     free(facts);

@@ -23,16 +23,13 @@ struct request {
     size_t count;
 };
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct request *request, struct error *error)
+static void read_request(int argc, char **argv, const struct cli *cli, struct request *request)
 {
-    if (command_parse(&command_scale, argc, argv, cli, request, request->words, error) != MR_OK)
-        return error->status;
+    command_parse(&command_scale, argc, argv, cli, request, request->words, fatal);
     while (request->count < WORDS_MAX && request->words[request->count])
         request->count++;
     request->to_model = request->to && strcmp(request->to, "model") == 0;
     request->modulus = request->keep && strcmp(request->keep, "modulus") == 0;
-    return MR_OK;
 }
 
 /* Similitude: by what power of the length scale n, in halves, prototype / model, a value in this
@@ -413,17 +410,13 @@ static int scale_file(const struct request *request, const struct cli *cli)
 static int scale_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
-    struct error error = {0};
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK)
-        return cli_fail(&error);
+    read_request(argc, argv, cli, &request);
     bool file = request.count == 1 && !strchr(request.words[0], '=');
     if (request.output_path && request.count > 0 && !file)
-        error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
+        error_set(fatal, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
                   request.output_path);
-    else if (output_check(request.output_path, file ? request.words[0] : NULL, &error) == MR_OK)
-        output_keep(request.output_path, request.force, &error);
-    if (error.status != MR_OK)
-        return cli_fail(&error);
+    output_check(request.output_path, file ? request.words[0] : NULL, fatal);
+    output_keep(request.output_path, request.force, fatal);
     if (request.count == 0)
         return show_ratios(&request, cli);
     return file ? scale_file(&request, cli) : scale_values(&request, cli);

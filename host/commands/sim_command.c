@@ -22,19 +22,16 @@ struct request {
     struct sim_options options;
 };
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct request *request, struct error *error)
+static void read_request(int argc, char **argv, const struct cli *cli, struct request *request)
 {
-    if (command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, error) != MR_OK)
-        return error->status;
+    command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, fatal);
     if (request->keys && argc > 2)
-        return error_set(
-            error, MR_USAGE,
-            "nothing goes with --keys: the keys are those of any scene; give --keys alone");
+        error_set(fatal, MR_USAGE,
+                  "nothing goes with --keys: the keys are those of any scene; give --keys alone");
     if (!request->keys && !request->scene_path)
-        return error_set(error, MR_USAGE,
-                         "something is missing: matrig sim needs SCENE; see matrig sim --help");
-    return output_check(request->csv_path, request->scene_path, error);
+        error_set(fatal, MR_USAGE,
+                  "something is missing: matrig sim needs SCENE; see matrig sim --help");
+    output_check(request->csv_path, request->scene_path, fatal);
 }
 
 static volatile sig_atomic_t interrupted;
@@ -128,14 +125,12 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     double *stations = NULL;
     int code = 0;
 
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK)
-        return cli_fail(&error);
+    read_request(argc, argv, cli, &request);
     if (request.keys)
         return show_keys(cli);
     if (request.options.solver && sim_solver_elsewhere(request.options.solver))
         return study_start(argc, argv, cli);
-    if (sim_scene_load(&scene, request.scene_path, &error) != MR_OK)
-        return cli_fail(&error);
+    sim_scene_load(&scene, request.scene_path, fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);
     if (request.csv_path)

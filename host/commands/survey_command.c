@@ -11,6 +11,7 @@
 #include "host/board/dialogue.h"
 #include "host/commands/annotation.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
 #include "host/survey/survey.h"
@@ -648,13 +649,14 @@ static int tell_load(const struct request *request, const struct survey *survey,
     return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-static enum mr_status write_sheet(const struct request *request, struct store *store,
-                                  struct survey *survey, size_t *places, struct error *error)
+static size_t write_sheet(const struct request *request, struct store *store, struct survey *survey)
 {
-    bool found = false;
-    enum mr_status status = request->number ? survey_get(store, request->number, survey, error)
-                                            : survey_get_open(store, survey, &found, error);
-    if (status == MR_OK && !request->number && !found) {
+    bool found = request->number != 0;
+    if (found)
+        survey_get(store, request->number, survey, fatal);
+    else
+        survey_get_open(store, survey, &found, fatal);
+    if (!found) {
         /* an empty one, beside the last readings */
         static struct survey newest;
         struct error none = {0};
@@ -671,12 +673,11 @@ static enum mr_status write_sheet(const struct request *request, struct store *s
     }
     struct output output;
     const char *sheet = strcmp(request->sheet, "-") == 0 ? NULL : request->sheet;
-    if (status != MR_OK || output_keep(sheet, request->force, error) != MR_OK ||
-        output_begin(&output, sheet, error) != MR_OK)
-        return error->status;
+    output_keep(sheet, request->force, fatal);
+    output_begin(&output, sheet, fatal);
     survey_sheet_write(output.file, &survey->desk, request->cli->si);
-    *places = survey->desk.plan.count;
-    return output_end(&output, error);
+    output_end(&output, fatal);
+    return survey->desk.plan.count;
 }
 
 static int run(const struct request *request)
@@ -684,77 +685,65 @@ static int run(const struct request *request)
     static struct survey survey;
     static struct survey_found found;
     struct loaded loaded = {.sent = 0};
-    struct store *store = NULL;
     struct error error = {0};
     /* the first survey may begin with its sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
-    size_t places = 0;
-    enum mr_status status = store_open(request->db,
-                                       reading         ? STORE_READ
-                                       : request->load ? STORE_OPEN
-                                                       : STORE_CREATE,
-                                       &store, &error);
-    if (status == MR_OK && request->sheet)
-        status = write_sheet(request, store, &survey, &places, &error);
-    else if (status == MR_OK && (request->show || request->load))
-        status = survey_get(store, request->number, &survey, &error);
-    else if (status == MR_OK)
-        status = take(request, store, &survey, &error);
-    bool results = status == MR_OK && !request->sheet;
-    if (results)
-        status = survey_find(store, &survey, &found, &error);
-    if (status == MR_OK && request->load)
-        status = load(request, store, &survey, &found, &loaded, &error);
-    store_close(store);
-    if (status != MR_OK)
-        return cli_fail(&error);
-    if (request->sheet && request->cli->json)
-        return cli_print_json(
-            json_pack("{sssI}", "file", request->sheet, "places", (json_int_t)places), 0);
-    if (!results)
-        return 0;
+    struct store *store = program_campaign(request->db, reading         ? STORE_READ
+                                                        : request->load ? STORE_OPEN
+                                                                        : STORE_CREATE);
+    if (request->sheet) {
+        size_t places = write_sheet(request, store, &survey);
+        return request->cli->json
+                 ? cli_print_json(
+                       json_pack("{sssI}", "file", request->sheet, "places", (json_int_t)places), 0)
+                 : 0;
+    }
+    if (request->show || request->load)
+        survey_get(store, request->number, &survey, fatal);
+    else
+        take(request, store, &survey, fatal);
+    survey_find(store, &survey, &found, fatal);
     if (request->load)
-        return tell_load(request, &survey, &loaded);
+        return load(request, store, &survey, &found, &loaded, &error) == MR_OK
+                 ? tell_load(request, &survey, &loaded)
+                 : cli_fail(&error);
     struct answer *answer = answer_new(request->cli->si);
     survey_answer(&survey, &found, answer);
     return answer_show(request->cli, answer, 0);
 }
 
-static enum mr_status check(struct request *r, struct error *error)
+static void check(struct request *r)
 {
-    enum mr_status status = MR_OK;
     if (r->edges_text)
         (void)survey_edges_parse(r->edges_text, &r->edges);
-    if (status == MR_OK && r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
-        status = error_set(error, MR_USAGE,
-                           "nowhere to write: matrig --json survey --sheet needs a file; standard "
-                           "output is the JSON's");
+    if (r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
+        error_set(fatal, MR_USAGE,
+                  "nowhere to write: matrig --json survey --sheet needs a file; standard "
+                  "output is the JSON's");
     int modes = r->show + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end;
-    if (status == MR_OK && modes > 1)
-        status = error_set(error, MR_USAGE,
-                           "more than one of --show, --sheet, --load, --from, --end: matrig "
-                           "survey; one at a time");
-    if (status == MR_OK && r->number && !r->show && !r->load && !r->sheet)
-        status = error_set(error, MR_USAGE,
-                           "--survey goes with --show, --sheet or --load: matrig survey; see "
-                           "matrig survey --help");
-    if (status == MR_OK && r->doubtful && !r->from)
-        status = error_set(error, MR_USAGE,
-                           "--doubtful goes with --from: matrig survey; see matrig survey --help");
-    if (status == MR_OK && r->can && !r->load)
-        status = error_set(error, MR_USAGE,
-                           "--can goes with --load: matrig survey; see matrig survey --help");
-    return status;
+    if (modes > 1)
+        error_set(fatal, MR_USAGE,
+                  "more than one of --show, --sheet, --load, --from, --end: matrig "
+                  "survey; one at a time");
+    if (r->number && !r->show && !r->load && !r->sheet)
+        error_set(fatal, MR_USAGE,
+                  "--survey goes with --show, --sheet or --load: matrig survey; see "
+                  "matrig survey --help");
+    if (r->doubtful && !r->from)
+        error_set(fatal, MR_USAGE,
+                  "--doubtful goes with --from: matrig survey; see matrig survey --help");
+    if (r->can && !r->load)
+        error_set(fatal, MR_USAGE,
+                  "--can goes with --load: matrig survey; see matrig survey --help");
 }
 
 static int survey_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
-    struct error error = {0};
-    enum mr_status status = command_parse(&command_survey, argc, argv, cli, &r, &r.db, &error)
-                              ?: check(&r, &error);
-    return status == MR_OK ? run(&r) : cli_fail(&error);
+    command_parse(&command_survey, argc, argv, cli, &r, &r.db, fatal);
+    check(&r);
+    return run(&r);
 }
 
 #define VALUES struct request
