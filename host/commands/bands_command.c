@@ -146,49 +146,44 @@ static const struct input inputs[] = {
     {"tension", "lb", "lb", 0, 1e9, IN_DESIGN(tension_lb)},
 };
 
-static enum mr_status find_input(const char *word, const struct input **input, const char **value,
-                                 struct error *error)
+static const struct input *find_input(const char *word, const char **value)
 {
     const char *equals = strchr(word, '=');
     size_t length = equals ? (size_t)(equals - word) : 0;
     *value = equals ? equals + 1 : NULL;
     for (size_t i = 0; equals && i < sizeof inputs / sizeof inputs[0]; i++) {
-        *input = &inputs[i];
         if (strlen(inputs[i].name) == length && strncmp(inputs[i].name, word, length) == 0)
-            return MR_OK;
+            return &inputs[i];
     }
     if (!equals || length == 0)
-        return error_set(error, MR_USAGE,
-                         "not an input: '%s'; give NAME=VALUE[UNIT], as in weight=480kip", word);
-    return error_set(error, MR_USAGE, "unknown input: '%.*s'; matrig bands --help lists the names",
-                     (int)length, word);
+        error_set(fatal, MR_USAGE, "not an input: '%s'; give NAME=VALUE[UNIT], as in weight=480kip",
+                  word);
+    error_set(fatal, MR_USAGE, "unknown input: '%.*s'; matrig bands --help lists the names",
+              (int)length, word);
+    return NULL;
 }
 
 /* "480kip", "0.5 g", "6in", "4": a bare number is in the input's own unit. */
-static enum mr_status read_value(const struct input *input, const char *text, double *value,
-                                 struct error *error)
+static double read_value(const struct input *input, const char *text)
 {
-    if (quantity_read(text, input->name, input->own, input->unit, value, error) != MR_OK)
-        return error->status;
-    if (!(*value >= quantity_convert(input->low, input->unit, input->own) &&
-          *value <= quantity_convert(input->high, input->unit, input->own)))
-        return error_set(error, MR_USAGE, "value out of range: %s is %s; give %g to %g %s",
-                         input->name, text, input->low, input->high, input->unit);
-    return MR_OK;
+    double value = 0.0;
+    quantity_read(text, input->name, input->own, input->unit, &value, fatal);
+    if (!(value >= quantity_convert(input->low, input->unit, input->own) &&
+          value <= quantity_convert(input->high, input->unit, input->own)))
+        error_set(fatal, MR_USAGE, "value out of range: %s is %s; give %g to %g %s", input->name,
+                  text, input->low, input->high, input->unit);
+    return value;
 }
 
-static enum mr_status read_words(const char **words, struct request *request, struct error *error)
+static void read_words(const char **words, struct request *request)
 {
     bool given[sizeof inputs / sizeof inputs[0]] = {false};
     for (size_t i = 0; i < WORDS_MAX && words[i]; i++) {
-        const struct input *input = NULL;
         const char *text;
-        double value = 0.0;
-        if (find_input(words[i], &input, &text, error) != MR_OK ||
-            read_value(input, text, &value, error) != MR_OK)
-            return error->status;
+        const struct input *input = find_input(words[i], &text);
+        double value = read_value(input, text);
         if (given[input - inputs])
-            return error_set(error, MR_USAGE, "given twice: %s; leave one out", input->name);
+            error_set(fatal, MR_USAGE, "given twice: %s; leave one out", input->name);
         given[input - inputs] = true;
         memcpy((char *)request + input->offset, &value, sizeof value);
         request->area_given = request->area_given || strcmp(input->name, "area") == 0;
@@ -196,25 +191,12 @@ static enum mr_status read_words(const char **words, struct request *request, st
     struct band_design *d = &request->design;
     bool drawn = request->width_ft > 0.0 || request->thickness_ft > 0.0;
     if (drawn && (request->area_given || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
-        return error_set(error, MR_USAGE, "band's section: %s; give width and thickness, or area",
-                         request->area_given ? "area and width or thickness"
-                                             : "width or thickness alone");
+        error_set(fatal, MR_USAGE, "band's section: %s; give width and thickness, or area",
+                  request->area_given ? "area and width or thickness" : "width or thickness alone");
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
     if (d->every != floor(d->every))
-        return error_set(error, MR_USAGE, "rows are whole: every is %g; give a whole number",
-                         d->every);
-    return MR_OK;
-}
-
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct request *request, struct error *error)
-{
-    const char *words[WORDS_MAX];
-    band_design_defaults(&request->design);
-    if (command_parse(&command_bands, argc, argv, cli, request, words, error) != MR_OK)
-        return error->status;
-    return read_words(words, request, error);
+        error_set(fatal, MR_USAGE, "rows are whole: every is %g; give a whole number", d->every);
 }
 
 /* --- what theory says --- */
@@ -327,10 +309,11 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
     struct findings findings = {.si = cli->si};
-    struct error error = {0};
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        band_design(&request.design, &error) != MR_OK)
-        return cli_fail(&error);
+    const char *words[WORDS_MAX];
+    band_design_defaults(&request.design);
+    command_parse(&command_bands, argc, argv, cli, &request, words, fatal);
+    read_words(words, &request);
+    band_design(&request.design, fatal);
     judge(&request.design, &findings);
     return answer_show(cli, answer_of(&request.design, &findings), findings.count ? 1 : 0);
 }

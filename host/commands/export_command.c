@@ -102,35 +102,31 @@ static void csv_row(const struct measured *measured, const struct measured_chann
     fprintf(out, ",%s,%s\n", validity, source);
 }
 
-static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, const struct cli *cli,
-                                 long *rows, struct error *error)
+static void export_csv(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                       long *rows)
 {
     struct measured measured;
     const struct measured_channel *channels[MR_CHANNELS];
-    enum mr_status status = measured_load(store, run, &measured, error);
-    if (status == MR_OK && measured.source == MEASURED_NOTHING)
-        status = error_set(
-            error, MR_USAGE,
-            "no readings: RUN %lld of %s; the landing was given up before its first reading",
-            (long long)run, store_path(store));
-    if (status == MR_OK) {
-        size_t count = measured_in_order(&measured, channels);
-        csv_provenance(&measured, cli->si, out);
-        csv_errors(&measured, channels, count, cli->si, out);
-        fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
-                unit_of(UNIT_SPEED, cli->si)->suffix);
-        for (size_t c = 0; c < count; c++) {
-            bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
-            fprintf(out, ",%c%u_%s", moves ? 'd' : 't', channels[c]->config.number,
-                    unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, cli->si)->suffix);
-        }
-        fputs(",validity,source\n", out);
-        for (size_t i = 0; i < measured.samples; i++)
-            csv_row(&measured, channels, count, i, cli->si, out);
-        *rows = (long)measured.samples;
+    measured_load(store, run, &measured, fatal);
+    if (measured.source == MEASURED_NOTHING)
+        error_set(fatal, MR_USAGE,
+                  "no readings: RUN %lld of %s; the landing was given up before its first reading",
+                  (long long)run, store_path(store));
+    size_t count = measured_in_order(&measured, channels);
+    csv_provenance(&measured, cli->si, out);
+    csv_errors(&measured, channels, count, cli->si, out);
+    fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
+            unit_of(UNIT_SPEED, cli->si)->suffix);
+    for (size_t c = 0; c < count; c++) {
+        bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
+        fprintf(out, ",%c%u_%s", moves ? 'd' : 't', channels[c]->config.number,
+                unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, cli->si)->suffix);
     }
+    fputs(",validity,source\n", out);
+    for (size_t i = 0; i < measured.samples; i++)
+        csv_row(&measured, channels, count, i, cli->si, out);
+    *rows = (long)measured.samples;
     measured_free(&measured);
-    return error->status;
 }
 
 /* ---- film frames ---- */
@@ -167,25 +163,23 @@ static void export_film(const struct measured *measured, const struct film *film
     }
 }
 
-static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
-                                    const struct cli *cli, long *rows, struct error *error)
+static void export_frames(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                          long *rows)
 {
     struct measured measured;
     struct film film = {0};
-    enum mr_status status = measured_load(store, run, &measured, error)
-                              ?: film_load(store, &measured, &film, error);
-    if (status == MR_OK && film.frames == 0)
-        status = error_set(error, MR_USAGE,
-                           "no film: RUN %lld of %s has no frame pulses; configure the board with "
-                           "site.camera 1 and wire the "
-                           "camera to PE2 and PB3",
-                           (long long)run, store_path(store));
+    measured_load(store, run, &measured, fatal);
+    film_load(store, &measured, &film, fatal);
+    if (film.frames == 0)
+        error_set(fatal, MR_USAGE,
+                  "no film: RUN %lld of %s has no frame pulses; configure the board with "
+                  "site.camera 1 and wire the "
+                  "camera to PE2 and PB3",
+                  (long long)run, store_path(store));
     *rows = (long)film.frames;
-    if (status == MR_OK)
-        export_film(&measured, &film, cli->si, out);
+    export_film(&measured, &film, cli->si, out);
     film_free(&film);
     measured_free(&measured);
-    return status;
 }
 
 struct request {
@@ -206,11 +200,11 @@ static void write_out(struct store *store, int64_t run, const struct request *r,
     else if (strcmp(r->format, "candump") == 0)
         export_candump(store, run, made, cli, rows, fatal);
     else if (strcmp(r->format, "frames") == 0)
-        export_frames(store, run, made, cli, rows, fatal);
+        export_frames(store, run, made, cli, rows);
     else if (strcmp(r->format, "mdf4") == 0)
         export_mdf4(store, run, made, cli->si, rows, fatal);
     else
-        export_csv(store, run, made, cli, rows, fatal);
+        export_csv(store, run, made, cli, rows);
     fclose(made);
     output_bytes(r->path, text, length, fatal);
     free(text);

@@ -144,54 +144,40 @@ struct value {
     double from, to;
 };
 
-/* "108", or with a unit: "24.5kN", "24.5 kN"; in the quantity's own unit. */
-static enum mr_status read_number(const char *text, const char *name, struct value *value,
-                                  struct error *error)
-{
-    const char *own = value->quantity->unit;
-    enum mr_status status = quantity_read(text, name, own, NULL, &value->from, error);
-    if (status == MR_OK && fabs(value->from) > 1e30)
-        status = error_set(error, MR_USAGE, "out of range: %s for %s; allowed is -1e30 to 1e30 %s",
-                           text, name, own);
-    return status;
-}
-
-static enum mr_status read_value(const char *word, struct value *value, struct error *error)
+static void read_value(const char *word, struct value *value)
 {
     const char *equals = strchr(word, '=');
     char name[40];
     if (!equals || equals == word || (size_t)(equals - word) >= sizeof name)
-        return error_set(error, MR_USAGE,
-                         "not a quantity: '%s'; give NAME=VALUE (matrig scale lists the names)",
-                         word);
-    memcpy(name, word, (size_t)(equals - word));
-    name[equals - word] = '\0';
+        error_set(fatal, MR_USAGE,
+                  "not a quantity: '%s'; give NAME=VALUE (matrig scale lists the names)", word);
+    snprintf(name, sizeof name, "%.*s", (int)(equals - word), word);
     value->quantity = quantity_find(name, strcmp);
     const struct quantity *meant = quantity_find(name, strcasecmp);
     if (!value->quantity && meant)
-        return error_set(error, MR_USAGE,
-                         "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names", name,
-                         meant->symbol, meant->name);
+        error_set(fatal, MR_USAGE,
+                  "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names", name,
+                  meant->symbol, meant->name);
     if (!value->quantity)
-        return error_set(error, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names",
-                         name);
-    return read_number(equals + 1, name, value, error);
+        error_set(fatal, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
+    /* "108", or with a unit: "24.5kN", "24.5 kN"; in the quantity's own unit */
+    const char *own = value->quantity->unit;
+    quantity_read(equals + 1, name, own, NULL, &value->from, fatal);
+    if (fabs(value->from) > 1e30)
+        error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed is -1e30 to 1e30 %s",
+                  equals + 1, name, own);
 }
 
 static int scale_values(const struct request *request, const struct cli *cli)
 {
     struct value values[WORDS_MAX];
-    struct error error = {0};
     for (size_t i = 0; i < request->count; i++) {
-        if (read_value(request->words[i], &values[i], &error) != MR_OK)
-            return cli_fail(&error);
+        read_value(request->words[i], &values[i]);
         for (size_t k = 0; k < i; k++) {
             if (values[k].quantity == values[i].quantity)
-                error_set(&error, MR_USAGE, "given twice: %s; leave one out",
+                error_set(fatal, MR_USAGE, "given twice: %s; leave one out",
                           values[i].quantity->name);
         }
-        if (error.status != MR_OK)
-            return cli_fail(&error);
         values[i].to = values[i].from * factor_of(request, values[i].quantity->unit);
     }
     struct answer *answer = scale_answer(request);

@@ -279,8 +279,7 @@ static void prompt(const struct typist *typist)
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
-static enum mr_status keep(struct typist *typist, size_t item, enum survey_outcome outcome,
-                           const char *note, struct error *error)
+static void keep(struct typist *typist, size_t item, enum survey_outcome outcome, const char *note)
 {
     const struct survey_desk *desk = &typist->survey->desk;
     const struct survey_item *place = &desk->plan.item[item];
@@ -293,7 +292,7 @@ static enum mr_status keep(struct typist *typist, size_t item, enum survey_outco
     snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text[place->kind]);
     snprintf(reading.source, sizeof reading.source, "%s", typist->source);
     snprintf(reading.note, sizeof reading.note, "%s", note ? note : "");
-    return store_gage_reading_add(typist->store, typist->survey->row.id, &reading, error);
+    store_gage_reading_add(typist->store, typist->survey->row.id, &reading, fatal);
 }
 
 static void tell(const struct typist *typist, enum survey_outcome outcome, size_t item,
@@ -335,32 +334,26 @@ static void tell(const struct typist *typist, enum survey_outcome outcome, size_
 }
 
 /* One typed line. */
-static enum mr_status take_line(struct typist *typist, const char *line, struct error *error)
+static void take_line(struct typist *typist, const char *line)
 {
     struct survey_entry entry;
     size_t item = 0;
     survey_entry_parse(line, typist->request->cli->si, &entry);
-    if (entry.word == SURVEY_NOTHING)
-        return MR_OK;
-    if (entry.word == SURVEY_QUIT) {
-        typist->quit = true;
-        return MR_OK;
-    }
+    typist->quit |= entry.word == SURVEY_QUIT;
+    if (entry.word == SURVEY_NOTHING || entry.word == SURVEY_QUIT)
+        return;
     if (entry.word == SURVEY_HELP) {
         fputs("  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   "
               "b  back\n"
               "  n TEXT    note on the last reading               q  quit, to go on another time\n",
               stderr);
-        return MR_OK;
+        return;
     }
     enum survey_outcome outcome = survey_desk_take(&typist->survey->desk, &entry, &item);
-    enum mr_status status = MR_OK;
     if (outcome == SURVEY_KEPT || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
         outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
-        status = keep(typist, item, outcome, entry.note, error);
-    if (status == MR_OK)
-        tell(typist, outcome, item, &entry);
-    return status;
+        keep(typist, item, outcome, entry.note);
+    tell(typist, outcome, item, &entry);
 }
 
 /* Bytes until Enter make a line; of one too long nothing is taken. */
@@ -370,11 +363,9 @@ struct line {
     bool too_long;
 };
 
-static enum mr_status take_bytes(struct typist *typist, struct line *line, const char *bytes,
-                                 size_t count, struct error *error)
+static void take_bytes(struct typist *typist, struct line *line, const char *bytes, size_t count)
 {
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; i < count && status == MR_OK && !typist->quit; i++) {
+    for (size_t i = 0; i < count && !typist->quit; i++) {
         bool end = bytes[i] == '\n' || bytes[i] == '\r';
         if (!end && line->length + 1 < sizeof line->text && bytes[i] != '\0') {
             line->text[line->length++] = bytes[i];
@@ -384,52 +375,48 @@ static enum mr_status take_bytes(struct typist *typist, struct line *line, const
         if (!end)
             continue;
         line->text[line->length] = '\0';
-        status = take_line(typist, line->too_long ? "too long" : line->text, error);
+        take_line(typist, line->too_long ? "too long" : line->text);
         bool empty = line->length == 0;
         line->length = 0;
         line->too_long = false;
         if (typist->survey->desk.at == typist->survey->desk.plan.count)
             typist->quit = true;
-        if (status == MR_OK && !typist->quit && !empty)
+        if (!typist->quit && !empty)
             prompt(typist);
     }
-    return status;
 }
 
 /* Until all are there, q, or the end of the input. */
-static enum mr_status type_in(struct typist *typist, struct error *error)
+static void type_in(struct typist *typist)
 {
     struct line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
-    enum mr_status status = MR_OK;
     typist->quit = typist->survey->desk.at == typist->survey->desk.plan.count;
     if (!typist->quit)
         prompt(typist);
-    while (status == MR_OK && !typist->quit && count > 0) {
+    while (!typist->quit && count > 0) {
         count = read(STDIN_FILENO, bytes, sizeof bytes);
         if (count < 0 && errno == EINTR)
             continue;
-        status = take_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1,
-                            error);
+        take_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
     }
     if (!typist->request->cli->quiet)
         fputc('\n', stderr);
-    return status;
 }
 
 /* ---- a sheet ---- */
 
 /* Readings that a person would have been asked about are only taken with --doubtful. */
-static enum mr_status take_sheet(struct typist *typist, struct error *error)
+static void take_sheet(struct typist *typist)
 {
     static struct survey_sheet sheet;
     struct survey_desk *desk = &typist->survey->desk;
     const struct request *request = typist->request;
     size_t doubted = 0, item;
-    enum mr_status status = survey_sheet_read(request->from, &desk->plan, &sheet, error)
-                              ?: store_begin(typist->store, error);
-    for (size_t i = 0; i < desk->plan.count && status == MR_OK; i++) {
+    survey_sheet_read(request->from, &desk->plan, &sheet, fatal);
+    store_begin(typist->store, fatal);
+    for (size_t i = 0; i < desk->plan.count; i++) {
         struct survey_entry entry = {.word = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
         if (isnan(sheet.value_in[i]))
             continue;
@@ -449,39 +436,34 @@ static enum mr_status take_sheet(struct typist *typist, struct error *error)
             doubted++;
             continue;
         }
-        status = keep(typist, i, outcome, sheet.note[i], error);
+        keep(typist, i, outcome, sheet.note[i]);
     }
-    if (status == MR_OK)
-        status = store_commit(typist->store, error);
+    store_commit(typist->store, fatal);
     survey_desk_next(desk, 0);
-    if (status == MR_OK && doubted)
-        status = error_set(
-            error, MR_LIMIT,
+    if (doubted)
+        error_set(
+            fatal, MR_LIMIT,
             "%zu reading%s not taken: %s; read again, or take them as they are with --doubtful",
             doubted, doubted == 1 ? "" : "s", request->from);
-    return status;
 }
 
 /* ---- one run of the command ---- */
 
-static enum mr_status begin(const struct request *request, struct store *store,
-                            struct survey *survey, struct error *error)
+static void begin(const struct request *request, struct store *store, struct survey *survey)
 {
     bool found = false;
-    enum mr_status status = MR_OK;
     if (!request->begin_new)
-        status = survey_get_open(store, survey, &found, error);
-    if (status == MR_OK && found)
+        survey_get_open(store, survey, &found, fatal);
+    if (found) {
         cli_note(request->cli, "survey %lld goes on, %zu of %zu read (--new begins another)",
                  (long long)survey->row.id, survey_desk_read(&survey->desk),
                  survey->desk.plan.count);
-    if (status != MR_OK || found)
-        return status;
+        return;
+    }
     if (request->from) { /* a sheet that cannot be read begins no survey */
         static struct survey_sheet sheet;
         survey_desk_init(&survey->desk, request->edges);
-        if (survey_sheet_read(request->from, &survey->desk.plan, &sheet, error) != MR_OK)
-            return error->status;
+        survey_sheet_read(request->from, &survey->desk.plan, &sheet, fatal);
     }
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
                                     .error_in = request->error_in,
@@ -489,25 +471,26 @@ static enum mr_status begin(const struct request *request, struct store *store,
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text[request->edges]);
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
-    return store_gage_survey_add(store, &row, error) ?: survey_get(store, row.id, survey, error);
+    store_gage_survey_add(store, &row, fatal);
+    survey_get(store, row.id, survey, fatal);
 }
 
-static enum mr_status take(const struct request *request, struct store *store,
-                           struct survey *survey, struct error *error)
+static void take(const struct request *request, struct store *store, struct survey *survey)
 {
     struct typist typist = {.request = request,
                             .store = store,
                             .survey = survey,
                             .source = request->from ? request->from : "keyboard"};
-    enum mr_status status = store_durable(store, error) ?: begin(request, store, survey, error);
+    store_durable(store, fatal);
+    begin(request, store, survey);
     int64_t id = survey->row.id;
-    if (status == MR_OK && request->from)
-        status = take_sheet(&typist, error);
-    else if (status == MR_OK && !request->end)
-        status = type_in(&typist, error);
-    if (status == MR_OK && (request->end || survey->desk.at == survey->desk.plan.count))
-        status = store_gage_survey_end(store, id, (int64_t)link_now_us(), error);
-    return status ?: survey_get(store, id, survey, error);
+    if (request->from)
+        take_sheet(&typist);
+    else if (!request->end)
+        type_in(&typist);
+    if (request->end || survey->desk.at == survey->desk.plan.count)
+        store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
+    survey_get(store, id, survey, fatal);
 }
 
 /* ---- loading ---- */
@@ -702,7 +685,7 @@ static int run(const struct request *request)
     if (request->show || request->load)
         survey_get(store, request->number, &survey, fatal);
     else
-        take(request, store, &survey, fatal);
+        take(request, store, &survey);
     survey_find(store, &survey, &found, fatal);
     if (request->load)
         return load(request, store, &survey, &found, &loaded, &error) == MR_OK

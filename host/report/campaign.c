@@ -83,12 +83,10 @@ static void landings_table(const struct report *report, FILE *out, const char *n
     report_answer(answer, out);
 }
 
-static enum mr_status summary(const struct report *report, FILE *out, struct error *error)
+static void summary(const struct report *report, FILE *out)
 {
-    (void)error;
     if (report->landings)
         landings_table(report, out, "\xc2\xb1 is one standard error.", summary_row);
-    return MR_OK;
 }
 
 /* ---- cumulative displacement (report figs. 4.5, 4.6, 5.2) ---- */
@@ -182,13 +180,12 @@ static size_t in_series(const struct report *report, size_t first)
     return count;
 }
 
-static enum mr_status cumulative(const struct report *report, FILE *out, struct error *error)
+static void cumulative(const struct report *report, FILE *out)
 {
     const bool si = report->si;
     struct profile *profile = xcalloc(report->landings + 1, sizeof *profile),
                    *last = xcalloc(report->landings + 1, sizeof *last);
     size_t series = 0;
-    (void)error;
     for (size_t first = 0, count; first < report->landings; first += count, series++) {
         count = in_series(report, first);
         for (size_t i = 0; i < count; i++)
@@ -223,7 +220,6 @@ static enum mr_status cumulative(const struct report *report, FILE *out, struct 
                   "Largest movement within each landing, by station.", si);
     free(profile);
     free(last);
-    return MR_OK;
 }
 
 /* ---- zones over the landings ---- */
@@ -253,8 +249,7 @@ static void bar(const struct zone_rows *rows, double top, unsigned third, const 
     figure_shape(rows->figure, kind, from_ft, to_ft, y - 0.23, y, NULL);
 }
 
-static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct store *store,
-                               struct error *error)
+static void zone_row(const struct zone_rows *rows, size_t row, const struct report *report)
 {
     const struct report_facts *facts = &rows->facts[row];
     const double top = (double)(rows->count - row);
@@ -274,7 +269,7 @@ static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct 
     if (facts->fitted)
         figure_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value, top - 0.95,
                      top - 0.05, NULL);
-    enum mr_status status = store_observations(store, facts->landing.id, &seen, &count, error);
+    store_observations(report->store, facts->landing.id, &seen, &count, report->error);
     for (size_t i = 0; i < count; i++) {
         char panels[30] = "";
         if (seen[i].withdrawn || isnan(seen[i].station_ft))
@@ -285,10 +280,9 @@ static enum mr_status zone_row(const struct zone_rows *rows, size_t row, struct 
         figure_shape(rows->figure, "seen", x, x, top - 0.5, top - 0.5, panels);
     }
     free(seen);
-    return status;
 }
 
-static enum mr_status zones(const struct report *report, FILE *out, struct error *error)
+static void zones(const struct report *report, FILE *out)
 {
     static const char *const keys[] = {"warned",   "longest zone while it warned",
                                        "reported", "longest zone reported, no warning",
@@ -297,8 +291,7 @@ static enum mr_status zones(const struct report *report, FILE *out, struct error
                                        "stop",     "the stop",
                                        "seen",     "wave or break seen, with its panels",
                                        NULL};
-    enum mr_status status = MR_OK;
-    for (size_t first = 0; first < report->landings && status == MR_OK; first += ZONE_ROWS) {
+    for (size_t first = 0; first < report->landings; first += ZONE_ROWS) {
         size_t left = report->landings - first;
         struct figure figure =
             figure_begin(out, report->si, "zones of each landing against station", 1, FIGURE_EACH);
@@ -313,14 +306,13 @@ static enum mr_status zones(const struct report *report, FILE *out, struct error
                                                   .tick = zone_row_name,
                                                   .context = &rows,
                                                   .ticks = rows.count});
-        for (size_t i = 0; i < rows.count && status == MR_OK; i++)
-            status = zone_row(&rows, i, report->store, error);
+        for (size_t i = 0; i < rows.count; i++)
+            zone_row(&rows, i, report);
         figure_end(&figure, keys, "%s",
                    left > ZONE_ROWS ? ""
                                     : "Reported: by the board's predictor. Found: from survey and "
                                       "transducers (no bar: not surveyed, or open).");
     }
-    return status;
 }
 
 /* ---- band tension against deceleration (report fig. 5.3) ---- */
@@ -388,15 +380,13 @@ static void tension_row(const struct report_facts *facts, struct answer *answer)
     }
 }
 
-static enum mr_status tension(const struct report *report, FILE *out, struct error *error)
+static void tension(const struct report *report, FILE *out)
 {
     unsigned bands = bands_of(report);
-    (void)error;
     if (bands == 0)
-        return MR_OK;
+        return;
     draw_tension(report, bands, out);
     landings_table(report, out, "\xc2\xb1 is one standard error.", tension_row);
-    return MR_OK;
 }
 
 /* ---- measured against simulated: the newest comparison of each landing ---- */
@@ -429,12 +419,11 @@ static void compared_row(const struct report_facts *facts, struct answer *answer
     answer_value(answer, NULL, "own error", UNIT_DISPLACEMENT, compared->error_in, 4);
 }
 
-static enum mr_status compared(const struct report *report, FILE *out, struct error *error)
+static void compared(const struct report *report, FILE *out)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t rows = 0;
     struct answer *answer = answer_new(report->si);
-    (void)error;
     answer_table(answer, NULL, "");
     for (size_t i = 0; i < report->landings; i++) {
         const struct compare_mean *mean = &report->facts[i].compared.mean;
@@ -461,7 +450,6 @@ static enum mr_status compared(const struct report *report, FILE *out, struct er
                         "have, of those that either has. Own error: the simulation's own "
                         "estimate.");
     report_answer(answer, out);
-    return MR_OK;
 }
 
 /* ---- predictions and their outcome ---- */
@@ -495,10 +483,9 @@ static void predictor_row(const struct report_facts *facts, struct answer *answe
     span(answer, "last reported", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
 }
 
-static enum mr_status predictor(const struct report *report, FILE *out, struct error *error)
+static void predictor(const struct report *report, FILE *out)
 {
     size_t statements = 0;
-    (void)error;
     for (size_t i = 0; i < report->landings; i++)
         statements += report->facts[i].statements;
     if (statements)
@@ -507,7 +494,6 @@ static enum mr_status predictor(const struct report *report, FILE *out, struct e
                        "that decided. A dash: none was given, or the wheel did not reach it in the "
                        "record. No warning is no clearance.",
                        predictor_row);
-    return MR_OK;
 }
 
 /* Advice, warnings and outcomes. */
@@ -543,12 +529,11 @@ static void record_row(const struct record_row *row, struct answer *answer)
                  row->verdict == RECORD_NOT_KNOWN ? row->why : outcome_basis_text(outcome->basis));
 }
 
-static enum mr_status warnings(const struct report *report, FILE *out, struct error *error)
+static void warnings(const struct report *report, FILE *out)
 {
     const struct record *record = &report->record;
-    (void)error;
     if (report->run || record->landings == 0)
-        return MR_OK;
+        return;
     struct answer *answer = answer_new(report->si);
     record_answer(record, false, answer);
     answer_table(answer, NULL, "");
@@ -561,7 +546,6 @@ static enum mr_status warnings(const struct report *report, FILE *out, struct er
                     "Longest: of those that the wheel reached. Times since touchdown. Left at the "
                     "wheel: by the survey after the landing.");
     report_answer(answer, out);
-    return MR_OK;
 }
 
 /* ---- advice ---- */
@@ -606,12 +590,12 @@ static void advice_row(const struct report *report, const struct store_advice *a
     answer_words(answer, NULL, "why", "%s", advice->reason);
 }
 
-static enum mr_status advice(const struct report *report, FILE *out, struct error *error)
+static void advice(const struct report *report, FILE *out)
 {
     struct store_advice *advice = NULL;
     size_t count = 0;
     struct answer *answer = answer_new(report->si);
-    enum mr_status status = store_advices(report->store, &advice, &count, error);
+    store_advices(report->store, &advice, &count, report->error);
     answer_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++)
         advice_row(report, &advice[i], i + 1, answer);
@@ -623,7 +607,6 @@ static enum mr_status advice(const struct report *report, FILE *out, struct erro
                         "advice is against it. No warning is no clearance.");
     report_answer(answer, out);
     free(advice);
-    return status;
 }
 
 /* ---- observations and notes ---- */
@@ -649,7 +632,7 @@ static void series_row(const struct store_landing *landing, const struct journal
                      recalibrated ? "yes; with a corrected calibration" : "yes");
 }
 
-static enum mr_status journal(const struct report *report, FILE *out, struct error *error)
+static void journal(const struct report *report, FILE *out)
 {
     struct store_landing *landing = NULL;
     size_t count = 0;
@@ -660,14 +643,14 @@ static enum mr_status journal(const struct report *report, FILE *out, struct err
         tables[t] = answer_new(report->si);
         answer_table(tables[t], NULL, titles[t]);
     }
-    enum mr_status status = store_landings(report->store, &landing, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
+    store_landings(report->store, &landing, &count, report->error);
+    for (size_t i = 0; i < count && report->error->status == MR_OK; i++) {
         struct journal said;
         bool recalibrated = false;
         if (report->run && landing[i].id != report->run)
             continue;
-        status = journal_load(report->store, &landing[i], &said, error)
-                   ?: store_is_recalibrated(report->store, landing[i].id, &recalibrated, error);
+        journal_load(report->store, &landing[i], &said, report->error);
+        store_is_recalibrated(report->store, landing[i].id, &recalibrated, report->error);
         series_row(&landing[i], &said, recalibrated, tables[0]);
         for (size_t k = 0; k < said.observations; k++) {
             if (said.observation[k].withdrawn)
@@ -688,7 +671,6 @@ static enum mr_status journal(const struct report *report, FILE *out, struct err
         report_answer(tables[t], out);
     }
     free(landing);
-    return status;
 }
 
 /* ---- surveys of the mat ---- */
@@ -725,16 +707,14 @@ static void draw_lines(struct figure *figure, const struct survey_found *found, 
 }
 
 /* In-plane bow since the first survey, of the newest ones, between the limits. */
-static enum mr_status draw_bows(struct figure *figure, struct store *store,
-                                const struct store_gage_survey *rows, size_t count,
-                                struct error *error)
+static void draw_bows(struct figure *figure, const struct report *report,
+                      const struct store_gage_survey *rows, size_t count)
 {
     const double limit = SURVEY_BOW_LIMIT_IN;
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
     struct chart_axes axes = survey_axes(x);
     char name[40];
     unsigned drawn = 0;
-    enum mr_status status = MR_OK;
     struct survey *survey = xmalloc(sizeof *survey);
     struct survey_found *found = xmalloc(sizeof *found);
     axes.x = "station";
@@ -742,10 +722,11 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
     figure_plot(figure, &axes);
     figure_shape(figure, "mark", none, none, limit, limit, NULL);
     figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
-    for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN && status == MR_OK;) {
-        status = survey_get(store, rows[i].id, survey, error)
-                   ?: survey_find(store, survey, found, error);
-        if (status != MR_OK || !found->first)
+    for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN;) {
+        if (survey_get(report->store, rows[i].id, survey, report->error) != MR_OK ||
+            survey_find(report->store, survey, found, report->error) != MR_OK)
+            break;
+        if (!found->first)
             continue;
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
             y[k] = found->since_first.bow[k].value_in;
@@ -755,7 +736,6 @@ static enum mr_status draw_bows(struct figure *figure, struct store *store,
     }
     free(survey);
     free(found);
-    return status;
 }
 
 static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
@@ -799,28 +779,26 @@ static void survey_words(FILE *out, const struct survey *survey, const struct su
     fputs("</p>\n", out);
 }
 
-static enum mr_status surveys(const struct report *report, FILE *out, struct error *error)
+static void surveys(const struct report *report, FILE *out)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = xmalloc(sizeof *survey);
     struct survey_found *found = xmalloc(sizeof *found);
     size_t count = 0;
-    enum mr_status status = store_gage_surveys(report->store, &rows, &count, error);
-    if (status == MR_OK && count)
-        status = survey_get(report->store, 0, survey, error);
-    if (status == MR_OK && count)
-        status = survey_find(report->store, survey, found, error);
-    if (status == MR_OK && count) {
+    bool any = store_gage_surveys(report->store, &rows, &count, report->error) == MR_OK && count &&
+               survey_get(report->store, 0, survey, report->error) == MR_OK &&
+               survey_find(report->store, survey, found, report->error) == MR_OK;
+    if (any) {
         surveys_table(out, rows, count);
         survey_words(out, survey, found, report->si);
     }
-    if (status == MR_OK && count && found->previous) {
+    if (any && found->previous) {
         struct figure figure = figure_begin(
             out, report->si, "opening of joints, movement and in-plane bow against station", 1,
             FIGURE_EACH);
         draw_lines(&figure, found, false);
         draw_lines(&figure, found, true);
-        status = draw_bows(&figure, report->store, rows, count, error);
+        draw_bows(&figure, report, rows, count);
         figure_end(&figure, NULL,
                    "Survey %lld against %lld, by gage line: opening (+) and closing (-) of ten "
                    "mats; movement downfield; in-plane bow of the newest surveys since survey "
@@ -830,7 +808,6 @@ static enum mr_status surveys(const struct report *report, FILE *out, struct err
     free(rows);
     free(survey);
     free(found);
-    return status;
 }
 
 /* ---- the slow log ---- */
@@ -880,15 +857,13 @@ static void draw_slow(FILE *out, const struct store_slow *rows, const double *ho
                "The slow log, a row a minute: mean of the gages, temperature of the mat.");
 }
 
-static enum mr_status slow(const struct report *report, FILE *out, struct error *error)
+static void slow(const struct report *report, FILE *out)
 {
     double *hours = xcalloc(2 * (report->slow_rows + 1), sizeof *hours);
-    (void)error;
     size_t n = choose(report->slow, report->slow_rows, hours);
     if (n >= 2 && hours[n - 1] > 0.0)
         draw_slow(out, report->slow, hours, hours + report->slow_rows + 1, n, report->si);
     free(hours);
-    return MR_OK;
 }
 
 /* ---- the sections, in the order of the page ---- */

@@ -25,12 +25,10 @@ static bool is_fitted(const struct report_landing *landing)
 
 /* ---- facts ---- */
 
-static enum mr_status facts(const struct report *report, const struct report_landing *landing,
-                            FILE *out, struct error *error)
+static void facts(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct store_session_row *session = &landing->summary.session;
     struct answer *answer = answer_new(report->si);
-    (void)error;
     summary_facts_answer(&landing->summary, answer);
     answer_words(answer, NULL, "recorded over", "CAN %s, serial %s",
                  session->can_link[0] ? session->can_link : "not used",
@@ -38,7 +36,6 @@ static enum mr_status facts(const struct report *report, const struct report_lan
     answer_words(answer, NULL, "survey", "%zu of %u segments", landing->survey.surveyed,
                  MR_SEGMENTS);
     report_answer(answer, out);
-    return MR_OK;
 }
 
 /* ---- speed and deceleration ---- */
@@ -161,8 +158,7 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
     figure_series(figure, &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
 }
 
-static enum mr_status speed(const struct report *report, const struct report_landing *landing,
-                            FILE *out, struct error *error)
+static void speed(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     static const char *const keys[] = {"mark", "mean deceleration", NULL};
     const struct measured *measured = &landing->summary.measured;
@@ -170,9 +166,8 @@ static enum mr_status speed(const struct report *report, const struct report_lan
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
                                     .x_low = -CHART_BEFORE_S,
                                     .x_high = measured->summary.stop_t_s.value * 1.03};
-    (void)error;
     if (!is_fitted(landing))
-        return MR_OK;
+        return;
     struct figure figure = figure_begin(
         out, report->si,
         "speed and deceleration of the gear, and residuals of the switches, against time", 1,
@@ -189,7 +184,6 @@ static enum mr_status speed(const struct report *report, const struct report_lan
                measured->fit.residual_ft * IN_PER_FT * length->factor, length->text,
                SUMMARY_95 * measured->landing.switch_error_ft * IN_PER_FT * length->factor,
                length->text);
-    return MR_OK;
 }
 
 /* ---- the mat ---- */
@@ -234,17 +228,15 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
     free(trace.x);
 }
 
-static enum mr_status movement(const struct report *report, const struct report_landing *landing,
-                               FILE *out, struct error *error)
+static void movement(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     static const char *const keys[] = {"mark", "the wheel is at the transducer", NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
     char title[CHART_LABEL];
-    (void)error;
     if (!is_fitted(landing))
-        return MR_OK;
+        return;
     struct figure figure = figure_begin(out, report->si,
                                         "displacement of eight stations against gear position", 4,
                                         FIGURE_SHARED | FIGURE_ZERO);
@@ -270,19 +262,16 @@ static enum mr_status movement(const struct report *report, const struct report_
     figure_end(&figure, keys,
                "Displacement against gear position (as report fig. 2.13). Downfield is positive, "
                "since the mean of the half second before the first switch opened.");
-    return MR_OK;
 }
 
 /* While the gear rolls: after the stop the distance shows nothing. */
-static enum mr_status wheel(const struct report *report, const struct report_landing *landing,
-                            FILE *out, struct error *error)
+static void wheel(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     char name[CHART_LABEL];
-    (void)error;
     if (!is_fitted(landing))
-        return MR_OK;
+        return;
     struct figure figure = figure_begin(
         out, report->si, "displacement against distance from the front wheel of the main bogie", 1,
         FIGURE_EACH);
@@ -308,7 +297,6 @@ static enum mr_status wheel(const struct report *report, const struct report_lan
     figure_end(&figure, NULL,
                "A line for each transducer, by its station; the wheel comes from the right. While "
                "the gear rolls.");
-    return MR_OK;
 }
 
 #define PATH_POINTS 200
@@ -393,8 +381,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
                  t_s, t_s, text);
 }
 
-static enum mr_status zone_map(const struct report *report, const struct report_landing *landing,
-                               FILE *out, struct error *error)
+static void zone_map(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     static const char *const keys[] = {"closed", "closed segments ahead of it",
                                        "behind", "behind it",
@@ -405,9 +392,8 @@ static enum mr_status zone_map(const struct report *report, const struct report_
     const double last_s = measured->summary.stop_t_s.value + AFTER_STOP_S;
     double x[PATH_POINTS + 1], t_s[PATH_POINTS + 1], gate_ft[MR_GATES_MAX], gate_s[MR_GATES_MAX];
     size_t gates = 0;
-    (void)error;
     if (!is_fitted(landing))
-        return MR_OK;
+        return;
     struct figure figure = figure_begin(
         out, report->si, "zone map: closed segments, wheel and warning over station and time", 1,
         FIGURE_EACH);
@@ -441,7 +427,6 @@ static enum mr_status zone_map(const struct report *report, const struct report_
     figure_end(&figure, keys,
                "Closed segments are found here from survey and transducers, the zone warned of is "
                "what the board reported.");
-    return MR_OK;
 }
 
 /* ---- the predictor ---- */
@@ -500,8 +485,8 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
     free(t_s);
 }
 
-static enum mr_status predictions(const struct report *report, const struct report_landing *landing,
-                                  FILE *out, struct error *error)
+static void predictions(const struct report *report, const struct report_landing *landing,
+                        FILE *out)
 {
     static const char *const keys[] = {
         "warned", "closed zone ahead, warning", "reported", "the same, no warning",
@@ -511,36 +496,32 @@ static enum mr_status predictions(const struct report *report, const struct repo
                                     .x_low = -CHART_BEFORE_S,
                                     .x_high = measured->summary.stop_t_s.value + CHART_SETTLED_S};
     struct answer *answer = answer_new(report->si);
-    (void)error;
     summary_zone_answer(&landing->summary, answer);
     report_answer(answer, out);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
-        return MR_OK;
+        return;
     struct figure figure =
         figure_begin(out, report->si, "zone that the board reported, against time", 1, FIGURE_EACH);
     draw_mats(&figure, landing, axes);
     figure_end(&figure, keys, "Every statement of the board.");
-    return MR_OK;
 }
 
 /* ---- the bands ---- */
 
-static enum mr_status tensions(const struct report *report, const struct report_landing *landing,
-                               FILE *out, struct error *error)
+static void tensions(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
     char title[CHART_LABEL], name[CHART_LABEL];
     bool drawn[MR_CHANNELS] = {false}, any = false;
-    (void)error;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         drawn[c] = measured->channel[c].config.kind != MR_KIND_TENSION ||
                    isnan(measured->channel[c].config.station_ft);
         any = any || !drawn[c];
     }
     if (!is_fitted(landing) || !any)
-        return MR_OK;
+        return;
     struct figure figure = figure_begin(out, report->si, "band tensions against time", 4,
                                         FIGURE_SHARED);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -568,7 +549,6 @@ static enum mr_status tensions(const struct report *report, const struct report_
         }
     }
     figure_end(&figure, NULL, "Tension against time, station by station, as read.");
-    return MR_OK;
 }
 
 /* Gages of a band by rising station; how many. */
@@ -591,12 +571,10 @@ static size_t gages_of(const struct measured *measured, unsigned band,
 }
 
 /* How far tension fell and rose along each band. */
-static enum mr_status along(const struct report *report, const struct report_landing *landing,
-                            FILE *out, struct error *error)
+static void along(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured_channel *gage[MR_GAGES];
     struct figure figure = {0};
-    (void)error;
     for (unsigned band = 1; band <= REPORT_BANDS; band++) {
         size_t count = gages_of(&landing->summary.measured, band, gage);
         double x[MR_GAGES], y[3][MR_GAGES], half[3][MR_GAGES];
@@ -632,28 +610,22 @@ static enum mr_status along(const struct report *report, const struct report_lan
         figure_end(&figure, NULL,
                    "Against the half second before the first switch opened: least and most after "
                    "it, with 95 %% errors, and how it ended.");
-    return MR_OK;
 }
 
-static enum mr_status bands(const struct report *report, const struct report_landing *landing,
-                            FILE *out, struct error *error)
+static void bands(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     struct answer *answer = answer_new(report->si);
-    (void)error;
     bands_answer(&landing->summary.bands, &landing->summary.measured, answer);
     bands_shunts_answer(&landing->summary.bands, true, answer);
     report_answer(answer, out);
-    return MR_OK;
 }
 
 /* ---- transducers and gages ---- */
 
-static enum mr_status channels(const struct report *report, const struct report_landing *landing,
-                               FILE *out, struct error *error)
+static void channels(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     struct answer *answer = answer_new(report->si);
-    (void)error;
     if (measured->samples > 0) {
         summary_channels_answer(measured, MR_KIND_DISPLACEMENT, "", answer);
         answer_sentence(answer, NULL,
@@ -664,7 +636,6 @@ static enum mr_status channels(const struct report *report, const struct report_
         summary_channels_answer(measured, MR_KIND_TENSION, "", answer);
     }
     report_answer(answer, out);
-    return MR_OK;
 }
 
 /* ---- measured against simulated ---- */
@@ -751,34 +722,30 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
     figure_end(&figure, NULL, "Movement against time, each with its 95 %% band.");
 }
 
-static enum mr_status compared(const struct report *report, const struct report_landing *landing,
-                               FILE *out, struct error *error)
+static void compared(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     struct answer *answer;
-    (void)error;
     if (!landing->compared)
-        return MR_OK;
+        return;
     compared_words(out, landing->compared, report->si);
     answer = answer_new(report->si);
     compare_channels_answer(landing->compared, answer);
     compare_zones_answer(&landing->compared->zones, answer);
     report_answer(answer, out);
     draw_comparison(landing, report->si, out);
-    return MR_OK;
 }
 
 /* ---- health ---- */
 
-static enum mr_status health(const struct report *report, const struct report_landing *landing,
-                             FILE *out, struct error *error)
+static void health(const struct report *report, const struct report_landing *landing, FILE *out)
 {
     struct store_backlog *backlog = NULL;
     size_t backlogs = 0;
     int64_t most = 0;
     struct answer *answer = answer_new(report->si);
     summary_health_answer(&landing->summary, answer);
-    enum mr_status status = store_backlogs(report->store, landing->summary.measured.landing.id,
-                                           &backlog, &backlogs, error);
+    store_backlogs(report->store, landing->summary.measured.landing.id, &backlog, &backlogs,
+                   report->error);
     for (size_t i = 0; i < backlogs; i++)
         most = backlog[i].waiting > most ? backlog[i].waiting : most;
     if (backlogs)
@@ -787,7 +754,6 @@ static enum mr_status health(const struct report *report, const struct report_la
                         backlogs, (long long)most);
     report_answer(answer, out);
     free(backlog);
-    return status;
 }
 
 /* ---- the parts, in the order of the page ---- */

@@ -571,20 +571,18 @@ static char *collected(FILE *into, char **text, const size_t *size)
     return NULL;
 }
 
-static enum mr_status write_landing(const struct report *report,
-                                    const struct report_landing *landing, FILE *out,
-                                    struct error *error)
+static void write_landing(const struct report *report, const struct report_landing *landing,
+                          FILE *out)
 {
-    enum mr_status status = MR_OK;
     char heading[SUMMARY_HEADING];
     summary_heading(&landing->summary, heading);
     fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n",
             (long long)landing->summary.measured.landing.id, heading);
-    for (const struct report_part *part = report_parts; part->write && status == MR_OK; part++) {
+    for (const struct report_part *part = report_parts; part->write; part++) {
         char *text = NULL;
         size_t size = 0;
         FILE *into = xopen_memstream(&text, &size);
-        status = part->write(report, landing, into, error);
+        part->write(report, landing, into);
         text = collected(into, &text, &size);
         if (text && part->title)
             fprintf(out, "<h3>%s</h3>\n", part->title);
@@ -592,35 +590,30 @@ static enum mr_status write_landing(const struct report *report,
         free(text);
     }
     fputs("</section>\n", out);
-    return status;
 }
 
 /* Every landing in turn, each freed before the next is read. */
-static enum mr_status write_landings(struct report *report, FILE *out, struct error *error)
+static void write_landings(struct report *report, FILE *out)
 {
     struct report_landing *landing = xmalloc(sizeof *landing);
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
-        status = report_landing_load(report, i, landing, error)
-                   ?: write_landing(report, landing, out, error);
+    for (size_t i = 0; i < report->landings && report->error->status == MR_OK; i++) {
+        if (report_landing_load(report, i, landing, report->error) == MR_OK)
+            write_landing(report, landing, out);
         report_landing_free(landing);
     }
     free(landing);
-    return status;
 }
 
 /* Sections of the campaign, and their names for the contents. */
-static enum mr_status write_sections(const struct report *report, FILE *contents, FILE *body,
-                                     struct error *error)
+static void write_sections(const struct report *report, FILE *contents, FILE *body)
 {
-    enum mr_status status = MR_OK;
-    for (const struct report_section *s = report_sections; s->write && status == MR_OK; s++) {
+    for (const struct report_section *s = report_sections; s->write; s++) {
         char *text = NULL;
         size_t size = 0;
         if (report->landings < s->least)
             continue;
         FILE *into = xopen_memstream(&text, &size);
-        status = s->write(report, into, error);
+        s->write(report, into);
         text = collected(into, &text, &size);
         if (text) {
             fprintf(contents, "<li><a href=\"#%s\">%s</a></li>\n", s->id, s->title);
@@ -632,12 +625,10 @@ static enum mr_status write_sections(const struct report *report, FILE *contents
         fprintf(contents, "<li><a href=\"#run%lld\">RUN %lld: landing %lld</a></li>\n",
                 (long long)report->row[i].id, (long long)report->row[i].id,
                 (long long)report->row[i].board_landing);
-    return status;
 }
 
 /* The front: all of <main> before the landings. The caller frees it. */
-static enum mr_status make_front(const struct report *report, char **text, size_t *length,
-                                 struct error *error)
+static void make_front(const struct report *report, char **text, size_t *length)
 {
     char *contents = NULL, *body = NULL;
     size_t contents_size = 0, body_size = 0;
@@ -645,7 +636,7 @@ static enum mr_status make_front(const struct report *report, char **text, size_
          *sections = xopen_memstream(&body, &body_size);
     fputs("<main>", out);
     cover_write(report, out);
-    enum mr_status status = write_sections(report, list, sections, error);
+    write_sections(report, list, sections);
     fclose(list);
     fclose(sections);
     fprintf(out,
@@ -657,7 +648,6 @@ static enum mr_status make_front(const struct report *report, char **text, size_
     fclose(out);
     free(contents);
     free(body);
-    return status;
 }
 
 enum mr_status page_write(struct report *report, FILE *out, struct error *error)
@@ -667,13 +657,14 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     FILE *landings = tmpfile(); /* what they say is in the front, which stands before them */
     if (!landings)
         return error_set(error, MR_IO, "cannot write a temporary file; TMPDIR names a folder");
+    report->error = error;
     report->calibrations = answer_new(report->si);
-    enum mr_status status = write_landings(report, landings, error);
-    if (status == MR_OK && !report->run)
-        status = record_end(report->store, &report->record, error);
-    if (status == MR_OK)
-        status = make_front(report, &front, &length, error);
-    if (status == MR_OK) {
+    write_landings(report, landings);
+    if (error->status == MR_OK && !report->run)
+        record_end(report->store, &report->record, error);
+    if (error->status == MR_OK)
+        make_front(report, &front, &length);
+    if (error->status == MR_OK) {
         page_head(out, name_of(report));
         fwrite(front, 1, length, out);
         rewind(landings);
@@ -690,5 +681,5 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     fclose(landings);
     free(front);
     free(bytes);
-    return status;
+    return error->status;
 }

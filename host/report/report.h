@@ -99,6 +99,7 @@ struct report {
     int64_t run; /* the only one; 0: all */
     bool si;
     struct answer *calibrations; /* receives a table for each other calibration */
+    struct error *error;         /* of page_write: what a section could not read */
 };
 
 /* Landing report->run, or all of the campaign that count, or with `voided` all there are, without
@@ -118,13 +119,12 @@ const char *report_wrong_text(unsigned i);
  * last of each list has no `write`. */
 extern const struct report_section { /* of the campaign, in the order of the page */
     const char *id, *title;
-    enum mr_status (*write)(const struct report *report, FILE *out, struct error *error);
+    void (*write)(const struct report *report, FILE *out);
     size_t least; /* landings that it takes */
 } report_sections[];
 extern const struct report_part { /* of each landing */
     const char *title;            /* NULL: none of its own */
-    enum mr_status (*write)(const struct report *report, const struct report_landing *landing,
-                            FILE *out, struct error *error);
+    void (*write)(const struct report *report, const struct report_landing *landing, FILE *out);
 } report_parts[];
 
 /* An answer on the page; frees the answer. */

@@ -252,24 +252,20 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct sim_scene scene;
     struct error_study study;
     struct progress underway;
-    int code = 0;
 
-    if (command_parse(&command_error, argc, argv, cli, &r, words, &error) != MR_OK)
-        return cli_fail(&error);
-    plot_check(r.plot, words[0], &error); /* before a minute of computing, not after */
-    if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)
-        return cli_fail(&error);
+    command_parse(&command_error, argc, argv, cli, &r, words, fatal);
+    plot_check(r.plot, words[0], fatal); /* before a minute of computing, not after */
+    sim_scene_load(&scene, words[0], fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
     progress_begin(&underway, "error", "an earlier tend", cli->quiet);
     enum mr_status status = error_study_run(&study, &scene, tell, &underway, &error);
     progress_end(&underway);
-    if (status == MR_OK && r.plot)
-        write_plot(r.plot, scene.name, &study, &error);
-    if (error.status != MR_OK)
-        code = cli_fail(&error);
-    else
-        code = answer_show(cli, study_answer(&scene, &study), 0);
+    if (status != MR_OK)
+        return cli_fail(&error);
+    if (r.plot)
+        write_plot(r.plot, scene.name, &study, fatal);
+    int code = answer_show(cli, study_answer(&scene, &study), 0);
     sim_scene_free(&scene);
     return code;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/commands/studies.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
@@ -18,56 +19,42 @@
 
 _Static_assert(FIT_LEAST_DRAWS == FIT_DRAWS_LEAST, "the option and the fit agree");
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct fit_request *request, struct error *error)
+static void read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request)
 {
-    if (command_parse(&command_fit, argc, argv, cli, request, request->words, error) != MR_OK)
-        return error->status;
+    command_parse(&command_fit, argc, argv, cli, request, request->words, fatal);
     if (!request->scene) {
         data_dir_find(DATA_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
-    if (plot_check(request->plot, request->scene, error) != MR_OK)
-        return error->status;
+    plot_check(request->plot, request->scene, fatal);
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
-        return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two",
-                         request->plot);
-    if (output_keep(request->out_scene, request->force, error) != MR_OK)
-        return error->status;
-    return output_check(request->out_scene, request->scene, error);
+        error_set(fatal, MR_USAGE, "one file for two things: --plot and -o %s; give two",
+                  request->plot);
+    output_keep(request->out_scene, request->force, fatal);
+    output_check(request->out_scene, request->scene, fatal);
 }
 
-static int key_of(const char *name, size_t length)
+static int key_of(const char *option, const char *name, size_t length)
 {
     for (int k = 0; k < FIT_KEYS; k++) {
         if (strlen(fit_names[k].key) == length && strncmp(fit_names[k].key, name, length) == 0)
             return k;
     }
-    return -1;
-}
-
-static enum mr_status unknown_key(const char *option, const char *name, size_t length,
-                                  struct error *error)
-{
-    return error_set(error, MR_USAGE,
-                     "unknown parameter: '%.*s' for %s; give gap, grit, f, share, KL", (int)length,
-                     name, option);
+    error_set(fatal, MR_USAGE, "unknown parameter: '%.*s' for %s; give gap, grit, f, share, KL",
+              (int)length, name, option);
+    return 0;
 }
 
 /* "gap,f": these are fitted, the others stay at their priors' values. */
-static enum mr_status set_fitted(const char *text, struct fit_landings *list, struct error *error)
+static void set_fitted(const char *text, struct fit_landings *list)
 {
     for (int k = 0; k < FIT_KEYS && text; k++)
         list->parameter[k].fitted = false;
     while (text) {
         size_t length = strcspn(text, ",");
-        int key = key_of(text, length);
-        if (key < 0)
-            return unknown_key("--fit", text, length, error);
-        list->parameter[key].fitted = true;
+        list->parameter[key_of("--fit", text, length)].fitted = true;
         text = text[length] == ',' ? text + length + 1 : NULL;
     }
-    return MR_OK;
 }
 
 /* "=0.4mm:0.1mm", of the first `length` characters. */
@@ -89,103 +76,89 @@ static bool read_prior(const char *text, size_t length, const char *unit, double
 }
 
 /* "f=0.5:0.02,KL=2.9e5:3e4": value and standard error. */
-static enum mr_status set_priors(const char *text, struct fit_landings *list, struct error *error)
+static void set_priors(const char *text, struct fit_landings *list)
 {
     bool given[FIT_KEYS] = {false};
     while (text) {
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
-        int key = key_of(text, length);
+        int key = key_of("--prior", text, length);
         double value, spread;
-        if (key < 0)
-            return unknown_key("--prior", text, length, error);
         const char *unit = unit_of(fit_names[key].unit, false)->text;
         if (!read_prior(text + length, whole - length, unit, &value, &spread))
-            return error_set(error, MR_USAGE,
-                             "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, as "
-                             "f=0.5:0.02",
-                             (int)whole, text, *unit ? unit : "no unit");
+            error_set(fatal, MR_USAGE,
+                      "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, as "
+                      "f=0.5:0.02",
+                      (int)whole, text, *unit ? unit : "no unit");
         if (given[key])
-            return error_set(error, MR_USAGE, "given twice: %s in --prior; leave one out",
-                             fit_names[key].key);
+            error_set(fatal, MR_USAGE, "given twice: %s in --prior; leave one out",
+                      fit_names[key].key);
         given[key] = true;
         list->parameter[key].value = value;
         list->parameter[key].spread = spread / value;
         text = text[whole] == ',' ? text + whole + 1 : NULL;
     }
-    return MR_OK;
 }
 
 /* All landings of the campaign, those without a known motion left out with a note. */
-static enum mr_status add_all(struct store *store, const struct fit_request *request,
-                              const struct cli *cli, struct fit_landings *list, struct error *error)
+static void add_all(struct store *store, const struct fit_request *request, const struct cli *cli,
+                    struct fit_landings *list)
 {
     struct store_landing *rows;
     size_t count;
-    if (store_landings(store, &rows, &count, error) != MR_OK)
-        return error->status;
+    store_landings(store, &rows, &count, fatal);
     struct error last = {0};
     size_t left_out = 0;
-    for (size_t i = 0; i < count && error->status == MR_OK; i++) {
+    for (size_t i = 0; i < count; i++) {
         struct error why = {0};
         enum mr_status status = fit_campaign_add(store, rows[i].id, request->scene, list, &why);
         if (status == MR_TOO_FEW || status == MR_TRUNCATED) {
             last = why;
             left_out++;
         } else if (status != MR_OK) {
-            error_set(error, status, "%s", why.text);
+            error_set(fatal, status, "%s", why.text);
         }
     }
     free(rows);
-    if (error->status == MR_OK && list->count == 0)
-        error_set(error, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s",
+    if (list->count == 0)
+        error_set(fatal, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s",
                   request->words[0],
                   left_out
                       ? last.text
                       : "it has none; log one with at least 3 switches, a stop and a transducer");
     else if (left_out)
         cli_note(cli, "landings left out: %zu; the last one: %s", left_out, last.text);
-    return error->status;
 }
 
 /* A landing that counts twice would halve what it says it does not know. */
-static enum mr_status add_named(struct store *store, const struct fit_request *request,
-                                struct fit_landings *list, struct error *error)
+static void add_named(struct store *store, const struct fit_request *request,
+                      struct fit_landings *list)
 {
     int64_t runs[FIT_RUNS_MAX];
     for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
-        if (run_parse(request->words[i + 1], &runs[i], error) != MR_OK)
-            return error->status;
+        run_parse(request->words[i + 1], &runs[i], fatal);
         for (size_t k = 0; k < i; k++) {
             if (runs[k] == runs[i])
-                return error_set(error, MR_USAGE, "given twice: RUN %s; leave one out",
-                                 request->words[i + 1]);
+                error_set(fatal, MR_USAGE, "given twice: RUN %s; leave one out",
+                          request->words[i + 1]);
         }
-        if (fit_campaign_add(store, runs[i], request->scene, list, error) != MR_OK)
-            return error->status;
+        fit_campaign_add(store, runs[i], request->scene, list, fatal);
     }
-    return MR_OK;
 }
 
-static enum mr_status load(const struct fit_request *request, const struct cli *cli,
-                           struct fit_landings *list, struct error *error)
+static void load(const struct fit_request *request, const struct cli *cli,
+                 struct fit_landings *list)
 {
-    struct store *store = NULL;
     struct sim_scene scene;
-    if (store_open(request->words[0], STORE_OPEN, &store, error) != MR_OK)
-        return error->status;
-    if (sim_scene_load(&scene, request->scene, error) == MR_OK) {
-        fit_landings_begin(list, &scene);
-        sim_scene_free(&scene);
-        add_named(store, request, list, error);
-        if (error->status == MR_OK && !request->words[1])
-            add_all(store, request, cli, list, error);
-    }
-    store_close(store);
-    if (error->status == MR_OK) {
-        fit_campaign_set_gap(list);
-        set_fitted(request->fitted, list, error);
-    }
-    return error->status == MR_OK ? set_priors(request->prior, list, error) : error->status;
+    struct store *store = program_campaign(request->words[0], STORE_OPEN);
+    sim_scene_load(&scene, request->scene, fatal);
+    fit_landings_begin(list, &scene);
+    sim_scene_free(&scene);
+    add_named(store, request, list);
+    if (!request->words[1])
+        add_all(store, request, cli, list);
+    fit_campaign_set_gap(list);
+    set_fitted(request->fitted, list);
+    set_priors(request->prior, list);
 }
 
 /* ---- what it gave: an answer, a scene, a picture ---- */
@@ -498,28 +471,27 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     struct fit_answer answer = {0};
     struct misfit misfit = {0};
     struct error error = {0};
-    int exit_code = 0;
-    if (read_request(argc, argv, cli, &request, &error) == MR_OK &&
-        load(&request, cli, &list, &error) == MR_OK) {
-        struct fit_model model = fit_landings_model(&list);
-        struct progress progress;
-        struct fit_options options = {.draws = (size_t)request.draws,
-                                      .seed = (uint64_t)request.seed,
-                                      .progress = show_progress,
-                                      .progress_context = &progress};
-        progress_begin(&progress, "fit", "fewer --draws", cli->quiet);
-        if (fit_run(&model, list.measured, &options, &answer, &error) == MR_OK)
-            misfit = misfit_check(&list, &answer, (uint64_t)request.seed);
-        progress_end(&progress);
-    }
-    if (error.status == MR_OK && request.plot)
-        fit_write_plot(&list, &answer, &misfit, request.plot, &error);
-    if (error.status == MR_OK && request.out_scene)
-        fit_write_scene(&list, &answer, request.scene, request.out_scene, &error);
-    if (error.status == MR_OK)
-        exit_code = answer_show(cli, fit_described(&list, &answer, &misfit, cli->si),
+    struct progress progress;
+    read_request(argc, argv, cli, &request);
+    load(&request, cli, &list);
+    struct fit_model model = fit_landings_model(&list);
+    struct fit_options options = {.draws = (size_t)request.draws,
+                                  .seed = (uint64_t)request.seed,
+                                  .progress = show_progress,
+                                  .progress_context = &progress};
+    progress_begin(&progress, "fit", "fewer --draws", cli->quiet);
+    if (fit_run(&model, list.measured, &options, &answer, &error) == MR_OK)
+        misfit = misfit_check(&list, &answer, (uint64_t)request.seed);
+    progress_end(&progress);
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    if (request.plot)
+        fit_write_plot(&list, &answer, &misfit, request.plot, fatal);
+    if (request.out_scene)
+        fit_write_scene(&list, &answer, request.scene, request.out_scene, fatal);
+    int exit_code = answer_show(cli, fit_described(&list, &answer, &misfit, cli->si),
                                 misfit.cannot ? 1 : 0);
     fit_free(&answer);
     fit_landings_free(&list);
-    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+    return exit_code;
 }

@@ -15,14 +15,6 @@ static void show_progress(void *ctx, size_t done, size_t of)
     progress_at(ctx, "%zu of %zu runways are done", done, of);
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
-                                   struct study_request *request, struct error *error)
-{
-    if (command_parse(&command_study, argc, argv, cli, request, &request->path, error) != MR_OK)
-        return error->status;
-    return plot_check(request->plot, request->path, error);
-}
-
 #define LINES 8 /* landings that are drawn: all, or the last of every so many */
 
 static void plot_movement(struct plot *plot, const struct landing_series *c,
@@ -109,9 +101,9 @@ int study_command(int argc, char **argv, const struct cli *cli)
     struct study_request request = {0};
     struct landing_series series;
     struct progress progress;
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        series_load_on(&series, request.path, request.ground, &error) != MR_OK)
-        return cli_fail(&error);
+    command_parse(&command_study, argc, argv, cli, &request, &request.path, fatal);
+    plot_check(request.plot, request.path, fatal);
+    series_load_on(&series, request.path, request.ground, fatal);
     if (request.seeds)
         series.seeds = (size_t)request.seeds;
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);

@@ -8,27 +8,24 @@
 #include "host/commands/studies.h"
 #include "host/sweep/sweep_table.h"
 
-static enum mr_status check_together(const struct sweep_request *r, struct error *error)
+static void check_together(const struct sweep_request *r)
 {
     if (r->cases && r->table)
-        return error_set(error, MR_USAGE,
-                         "do not go together: --cases and --table; run first, then gather");
+        error_set(fatal, MR_USAGE,
+                  "do not go together: --cases and --table; run first, then gather");
     if (r->output && !r->cases && !r->table)
-        return error_set(error, MR_USAGE, "alone: -o; it goes with --cases or --table");
+        error_set(fatal, MR_USAGE, "alone: -o; it goes with --cases or --table");
     if (r->words[1] && !r->table)
-        return error_set(error, MR_USAGE,
-                         "one word too many: '%s' of sweep; result files go with --table",
-                         r->words[1]);
+        error_set(fatal, MR_USAGE, "one word too many: '%s' of sweep; result files go with --table",
+                  r->words[1]);
     if (r->table && !r->words[1])
-        return error_set(error, MR_USAGE,
-                         "needs FILE: matrig sweep --table; give the files of results");
-    return output_check(r->output, r->words[0], error);
+        error_set(fatal, MR_USAGE, "needs FILE: matrig sweep --table; give the files of results");
+    output_check(r->output, r->words[0], fatal);
 }
 
 /* "N..M" or "N", from 1; a last one beyond the end is the end, so that tasks may be of equal
  * size. */
-static enum mr_status read_cases(const char *text, size_t cases, size_t *first, size_t *end,
-                                 struct error *error)
+static void read_cases(const char *text, size_t cases, size_t *first, size_t *end)
 {
     char *after;
     unsigned long long low = strtoull(text, &after, 10), high = low;
@@ -39,13 +36,12 @@ static enum mr_status read_cases(const char *text, size_t cases, size_t *first, 
         high = strtoull(last, &after, 10);
     }
     if (!good || *after != '\0')
-        return error_set(error, MR_USAGE, "malformed: --cases %s; give N..M, or N", text);
+        error_set(fatal, MR_USAGE, "malformed: --cases %s; give N..M, or N", text);
     if (low < 1 || low > cases || high < low)
-        return error_set(error, MR_USAGE, "out of range: --cases %s; the sweep has cases 1 to %zu",
-                         text, cases);
+        error_set(fatal, MR_USAGE, "out of range: --cases %s; the sweep has cases 1 to %zu", text,
+                  cases);
     *first = (size_t)low - 1;
     *end = high < cases ? (size_t)high : cases;
-    return MR_OK;
 }
 
 /* Lines as they come, or with --json one object of them all. */
@@ -66,13 +62,12 @@ static int end_lines(json_t *all)
 }
 
 static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
-                     const struct cli *cli, struct error *error)
+                     const struct cli *cli)
 {
     size_t first = 0, end = 0, failed = 0;
     struct output output;
-    if (read_cases(r->cases, sweep->cases, &first, &end, error) != MR_OK ||
-        output_begin(&output, r->output, error) != MR_OK)
-        return cli_fail(error);
+    read_cases(r->cases, sweep->cases, &first, &end);
+    output_begin(&output, r->output, fatal);
     json_t *all = cli->json && !r->output ? json_array() : NULL;
     for (size_t i = first; i < end; i++) {
         json_t *line = sweep_line(sweep, i, sweep_case_run(sweep, i, sweep_simulation(sweep)));
@@ -80,8 +75,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
         put_line(line, all, output.file);
     }
     int code = end_lines(all);
-    if (output_end(&output, error) != MR_OK)
-        return cli_fail(error);
+    output_end(&output, fatal);
     if (!r->output)
         return code;
     struct answer *answer = answer_new(cli->si);
@@ -102,34 +96,31 @@ static int list_cases(const struct sweep *sweep, const struct cli *cli)
 }
 
 static int show_table(const struct sweep_request *r, const struct sweep *sweep,
-                      const struct cli *cli, struct error *error)
+                      const struct cli *cli)
 {
     struct sweep_table table;
     struct output output;
-    struct answer *answer = NULL;
-    if (sweep_table_load(&table, sweep, r->words + 1, error) == MR_OK && r->output &&
-        output_begin(&output, r->output, error) == MR_OK) {
+    sweep_table_load(&table, sweep, r->words + 1, fatal);
+    if (r->output) {
+        output_begin(&output, r->output, fatal);
         sweep_table_csv(&table, output.file);
-        output_end(&output, error);
+        output_end(&output, fatal);
     }
-    if (error->status == MR_OK)
-        answer = sweep_table_answer(&table, !r->output);
+    struct answer *answer = sweep_table_answer(&table, !r->output);
     int code = table.missing ? mr_status_exit_code(MR_LIMIT) : 0;
     sweep_table_free(&table);
-    return answer_end(cli, answer, code, error);
+    return answer_show(cli, answer, code);
 }
 
 int sweep_command(int argc, char **argv, const struct cli *cli)
 {
     struct sweep_request request = {.cases = NULL};
     struct sweep sweep;
-    struct error error = {0};
-    if (command_parse(&command_sweep, argc, argv, cli, &request, request.words, &error) != MR_OK ||
-        check_together(&request, &error) != MR_OK ||
-        sweep_load(&sweep, request.words[0], &error) != MR_OK)
-        return cli_fail(&error);
-    int code = request.table ? show_table(&request, &sweep, cli, &error)
-             : request.cases ? run_cases(&request, &sweep, cli, &error)
+    command_parse(&command_sweep, argc, argv, cli, &request, request.words, fatal);
+    check_together(&request);
+    sweep_load(&sweep, request.words[0], fatal);
+    int code = request.table ? show_table(&request, &sweep, cli)
+             : request.cases ? run_cases(&request, &sweep, cli)
                              : list_cases(&sweep, cli);
     sweep_free(&sweep);
     return code;
