@@ -413,8 +413,10 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     scene.grit_lb = (struct sim_list){drawing->grit_lb, (size_t)scene.mats + 1};
     scene.friction = drawing->value[FIT_FRICTION];
     scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
-    struct sim_options options = {
-        .sample_dt_s = SAMPLE_S, .station_ft = station_ft, .station_count = landing->channels};
+    struct sim_options options = {.solver = scene.model == SIM_CHAIN ? "staggered" : NULL,
+                                  .sample_dt_s = SAMPLE_S,
+                                  .station_ft = station_ft,
+                                  .station_count = landing->channels};
     bool good = sim_run(&scene, &options, &result, &error) == MR_OK;
     outcome->samples = good && result.sample_count < outcome->samples ? result.sample_count
                                                                       : outcome->samples;
