@@ -10,7 +10,8 @@
  * through points, another temperature, and then a landing. What is wrong in the end is known,
  * because the truth is.
  *
- * Nothing of the drawing knows the uncertainty budget (host/calibrate/budget.h), which is held against it. */
+ * Nothing of the drawing knows the uncertainty budget (host/calibrate/budget.h), which is held
+ * against it. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
