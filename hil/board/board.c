@@ -14,13 +14,10 @@
 
 #include "common/image.h"
 #include "hil/board/parts.h"
-#include "hil/core/bus.h"
 #include "hil/core/cpu.h"
 #include "hil/core/core.h"
 #include "hil/core/elf.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
-#include "hil/core/state.h"
 #include "hil/periph/options.h"
 #include "hil/periph/cells.h"
 
@@ -37,10 +34,9 @@ static void wire_core(struct hil_board *board)
     core->memory = &board->memories->own;
     core->no_ccm = board->options.type->no_ccm;
     core->watch_alignment = board->options.watch_alignment;
-    hil_event_create(core);
+    hil_core_create(core);
     hil_systick_create(core);
     hil_clock_start(&core->state.clock, 16000000);
-    hil_bus_create(core);
 }
 
 /* In the order in which those who listen to pins are told: rig, chip, camera. */

@@ -29,7 +29,6 @@
 #include <stdio.h>
 
 #include "common/status.h"
-#include "hil/core/state.h"
 #include "hil/core/core.h"
 #include "hil/periph/canbits.h"
 #include "hil/periph/options.h"

@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "hil/core/core.h"
-#include "hil/core/state.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
 

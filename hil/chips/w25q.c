@@ -3,8 +3,6 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/state.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"

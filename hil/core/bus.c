@@ -1,17 +1,9 @@
 #include "hil/core/bus.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/access.h"
-#include "hil/core/registers.h"
 #include "hil/core/nvic.h"
-
-void hil_bus_create(struct hil_core *core)
-{
-    memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
-}
 
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral)
 {

@@ -11,8 +11,6 @@
 struct hil_core;
 struct hil_peripheral;
 
-/* Nobody answers at any address. */
-void hil_bus_create(struct hil_core *core);
 /* A peripheral comes onto the bus, below 0x40080000. Aborts beyond HIL_PERIPHERALS_MAX, and when
  * registers.def lacks it. */
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral);

@@ -124,3 +124,298 @@ void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz)
     clock->anchor_cycle = clock->now_cycle;
     set_hz(clock, hclk_hz);
 }
+
+/* ---- events ---- */
+
+static void target_event(void *device, uint64_t at)
+{
+    struct hil_core *core = device;
+    (void)at;
+    core->target_reached = true;
+}
+
+void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
+                    void (*handler)(void *device, uint64_t at), void *device)
+{
+    core->handler[slot] = (struct hil_event_wire){handler, device};
+}
+
+void hil_core_create(struct hil_core *core)
+{
+    struct hil_events *events = &core->state.events;
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++)
+        events->at_cycle[i] = events->at_ps[i] = HIL_NEVER;
+    events->next_cycle = HIL_NEVER;
+    hil_event_wire(core, HIL_EVENT_TARGET, target_event, core);
+    memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
+}
+
+/* Least of the times with their slots below them, so that of those at the same time the first slot
+ * wins; in chains that do not wait for one another. */
+#define SLOT_BITS 5u
+_Static_assert(HIL_EVENT_SLOTS <= 1u << SLOT_BITS, "slots in their bits");
+
+static void find_next(struct hil_core *core)
+{
+    struct hil_events *events = &core->state.events;
+    uint64_t least[HIL_EVENT_CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
+#pragma GCC unroll 28
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
+        /* cycles of a hundred years take 59 bits */
+        uint64_t key = events->at_cycle[i] << SLOT_BITS | i;
+        least[i % HIL_EVENT_CHAINS] = key < least[i % HIL_EVENT_CHAINS]
+                                        ? key
+                                        : least[i % HIL_EVENT_CHAINS];
+    }
+    least[0] = least[1] < least[0] ? least[1] : least[0];
+    least[2] = least[3] < least[2] ? least[3] : least[2];
+    unsigned slot = (unsigned)((least[2] < least[0] ? least[2] : least[0]) &
+                               ((1u << SLOT_BITS) - 1u));
+    uint64_t next = events->at_cycle[slot];
+    events->next_cycle = next;
+    events->next_slot = slot;
+    if (next < core->limit_cycle)
+        core->limit_cycle = next;
+}
+
+static void set(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle, uint64_t t_ps)
+{
+    struct hil_events *events = &core->state.events;
+    uint64_t before = events->at_cycle[slot];
+    events->at_cycle[slot] = cycle;
+    events->at_ps[slot] = t_ps;
+    if (before == events->next_cycle && cycle > before) { /* it may have been the earliest */
+        find_next(core);
+    } else if (cycle < events->next_cycle ||
+               (cycle == events->next_cycle && slot < events->next_slot)) {
+        events->next_cycle = cycle;
+        events->next_slot = slot;
+    }
+    if (events->next_cycle < core->limit_cycle)
+        core->limit_cycle = events->next_cycle;
+}
+
+void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle)
+{
+    set(core, slot, cycle, HIL_NEVER);
+}
+
+void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps)
+{
+    set(core, slot, hil_clock_cycle(&core->state.clock, t_ps), t_ps);
+}
+
+/* Convert the slots that are in picoseconds again, after a change of HCLK. */
+static void rebase(struct hil_core *core)
+{
+    struct hil_events *events = &core->state.events;
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
+        if (events->at_ps[i] != HIL_NEVER)
+            events->at_cycle[i] = hil_clock_cycle(&core->state.clock, events->at_ps[i]);
+    }
+    find_next(core);
+}
+
+void hil_event_run(struct hil_core *core)
+{
+    struct hil_events *events = &core->state.events;
+    const struct hil_onlookers *lookers = &core->onlookers;
+    while (events->next_cycle <= core->state.clock.now_cycle && !core->target_reached) {
+        unsigned slot = events->next_slot;
+        uint64_t at = events->at_cycle[slot];
+        events->at_cycle[slot] = HIL_NEVER;
+        events->at_ps[slot] = HIL_NEVER;
+        events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
+        core->handler[slot].handler(core->handler[slot].device, at);
+        /* where a run is cut changes nothing, and shows nowhere */
+        if (lookers->tracer && slot != HIL_EVENT_TARGET)
+            lookers->tracer->sample(lookers->tracer_who, at);
+        find_next(core);
+    }
+}
+
+/* --- changes of HCLK --- */
+
+void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz)
+{
+    struct hil_clock *clock = &core->state.clock;
+    if (hclk_hz == clock->hclk_hz)
+        return;
+    hil_clock_turn(clock, hclk_hz);
+    rebase(core);
+    hil_trace(core, "HCLK %u Hz", (unsigned)hclk_hz);
+}
+
+void hil_hclk_stand_still(struct hil_core *core)
+{
+    struct hil_clock *clock = &core->state.clock;
+    struct hil_events *events = &core->state.events;
+    uint64_t next_ps = HIL_NEVER; /* the end of the run is always there */
+    for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
+        if (events->at_ps[i] < next_ps)
+            next_ps = events->at_ps[i];
+    }
+    uint64_t now_ps = hil_clock_ps(clock, clock->now_cycle);
+    clock->anchor_ps = next_ps > now_ps ? next_ps : now_ps;
+    clock->anchor_cycle = clock->now_cycle;
+    rebase(core);
+}
+
+/* ---- registers ---- */
+
+/* clang-format off */
+#define ROW(loose, access, offset, count, stride, name, reset, plain, action, status, partly, \
+    refused, what)                                                                            \
+    {offset, count, stride, access, loose, #name, reset, plain, action, status, partly, refused, \
+     what},
+#define REG(access, offset, count, stride, name, ...) \
+    ROW(false, access, offset, count, stride, name, __VA_ARGS__)
+#define LOOSE(access, offset, count, stride, name, ...) \
+    ROW(true, access, offset, count, stride, name, __VA_ARGS__)
+#define SET(name, peripheral, base) {peripheral, base, (const struct hil_register[]){
+#define END(set)                    {.name = NULL}}},
+static const struct hil_register_set sets[] = {
+#include "hil/core/registers.def"
+};
+/* clang-format on */
+#define SETS (sizeof sets / sizeof sets[0])
+
+const struct hil_register_set *hil_registers_all(size_t *count)
+{
+    *count = SETS;
+    return sets;
+}
+
+const struct hil_register_set *hil_registers_of(uint32_t base)
+{
+    for (size_t i = 0; i < SETS; i++) {
+        if (sets[i].base == base)
+            return &sets[i];
+    }
+    return NULL;
+}
+
+const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset)
+{
+    for (const struct hil_register *r = set->all; r->name; r++) {
+        uint32_t from = offset - r->offset;
+        if (offset >= r->offset && from % r->stride == 0 && from / r->stride < r->count)
+            return r;
+    }
+    return NULL;
+}
+
+const char *hil_register_objection(const struct hil_register *r, uint32_t value)
+{
+    uint32_t changed = value ^ r->reset;
+    if (r->access == 'r')
+        return "the register is read-only: silicon ignores the write";
+    if (changed & r->refused)
+        return r->what;
+    if (!r->loose && (changed & ~(r->plain | r->action | r->status | r->partly)))
+        return "a reserved bit is changed: it must be kept at its reset value";
+    return NULL;
+}
+
+void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct hil_register *r = hil_register_at(hil_registers_of(base),
+                                                       offset + 4u * (uint32_t)i);
+        word[i] = r ? r->reset : 0;
+    }
+}
+
+/* ---- the access in progress ---- */
+
+unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to)
+{
+    const uint8_t *code = from < to ? hil_memory_at(core, from, to - from, false) : NULL;
+    unsigned n = 0;
+    for (uint32_t i = 0; code && i < to - from; n++)
+        i += code[i + 1] >= 0xe8u ? 4 : 2; /* ARMv7-M A5.1 */
+    return n;
+}
+
+uint32_t hil_access_pc(const struct hil_core *core)
+{
+    struct hil_place place;
+    return hil_translator_place(&core->engine.translator, core->bus.access.address, &place)
+             ? place.pc
+             : hil_cpu_register(core, 15) & ~1u;
+}
+
+/* ARMv7-M A7.3 */
+bool hil_condition_holds(uint32_t xpsr, unsigned condition)
+{
+    bool n = xpsr >> 31 & 1u, z = xpsr >> 30 & 1u, c = xpsr >> 29 & 1u, v = xpsr >> 28 & 1u;
+    const bool holds[8] = {z, c, n, v, c && !z, n == v, n == v && !z, true};
+    return condition >= 14 || holds[condition / 2] != (condition & 1u);
+}
+
+/* Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole words: the base tells. */
+bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
+{
+    const uint8_t *code = hil_memory_at(core, pc, 4, false);
+    if (!code)
+        return false;
+    uint16_t first = (uint16_t)(code[0] | code[1] << 8),
+             second = (uint16_t)(code[2] | code[3] << 8);
+    if ((first & 0xf000u) == 0xc000u) /* STM, LDM */
+        return (hil_cpu_register(core, first >> 8 & 7u) & 3u) != 0;
+    bool fp = (second >> 8 & 0xeu) == 0xau;
+    bool multiple = (first & 0xfe40u) == 0xe800u ||                /* LDM, STM */
+                    ((first & 0xfe40u) == 0xe840u &&               /* double; word */
+                     ((first & 0x0120u) || !(first & 0x0080u))) || /* exclusives */
+                    (fp && (first & 0xfe00u) == 0xec00u && (first & 0x01e0u) != 0x0040u) ||
+                    (fp && (first & 0xff20u) == 0xed00u);
+    unsigned base = first & 15u;
+    return multiple && base != 13 && base != 15 && (hil_cpu_register(core, base) & 3u);
+}
+
+/* --- when --- */
+
+struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle)
+{
+    return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle)};
+}
+
+struct hil_moment hil_stamp(const struct hil_core *core)
+{
+    struct hil_place place;
+    if (!hil_translator_place(&core->engine.translator, core->bus.access.address, &place) ||
+        !hil_memory_at(core, place.pc, 2, false)) /* the boot ROM's: its length is not known */
+        return (struct hil_moment){0};
+    uint64_t cycle = hil_now(core) +
+                     hil_instructions_between(core, core->state.cpu.block_address, place.pc);
+    return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle), .pc = place.pc};
+}
+
+/* --- refusals --- */
+
+void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
+{
+    struct hil_access current = core->bus.access;
+    const struct hil_peripheral *p = hil_peripheral_at(&core->bus, current.address);
+    unsigned pc = (unsigned)hil_access_pc(core);
+    char place[32] = "";
+    if (p)
+        snprintf(place, sizeof place, " (%s + 0x%x)",
+                 core->bus.registers_of[p - core->bus.peripheral]->peripheral,
+                 (unsigned)(current.address - p->base));
+    hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
+                  current.write ? "write" : "read", current.size, (unsigned)current.address, place,
+                  pc, what ? ": " : "", what ? what : "");
+}
+
+uint32_t hil_bus_refuse(struct hil_core *core, const char *what)
+{
+    hil_bus_stop(core, "unmodelled", what);
+    return 0;
+}
+
+uint32_t hil_bus_no_register(struct hil_core *core)
+{
+    hil_bus_stop(core, "unmodelled", NULL);
+    return 0;
+}

@@ -6,8 +6,7 @@
  * connected to is beside it.
  *
  * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes
- * them. What the core has to tell them goes over wires that they connect (bus.h,
- * event.h) and by the calls below. */
+ * them. What the core has to tell them goes over wires that they connect and by the calls below. */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
@@ -21,9 +20,6 @@
 #include "common/status.h"
 #include "hil/core/state.h"
 #include "hil/core/translator.h"
-
-struct hil_register;
-struct hil_register_set;
 
 /* The access in progress, for refusals. */
 struct hil_access {
@@ -305,5 +301,101 @@ enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, vo
 /* One register: 0..12, 13 the current SP, 14, 15 PC, 16 xPSR, 17 PRIMASK. */
 #define HIL_PRIMASK 17u
 uint32_t hil_cpu_register(const struct hil_core *core, unsigned number);
+
+/* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses
+ * by it, a reset takes its values, a test pokes every register of every peripheral and compares.
+ *
+ * A write that changes a reserved bit, a bit that is not modelled or a read-only register ends the
+ * run with a message. Silicon ignores such writes; a program that makes them is wrong or relies on
+ * something that is not here. */
+
+struct hil_register {
+    uint16_t offset; /* of the first */
+    uint8_t count;   /* so many alike, */
+    uint8_t stride;  /* so many bytes apart */
+    char access;     /* 'b' both, 'r' read-only, 'w' write-only */
+    bool loose;      /* reserved bits may be written with anything: flags cleared by 0, keys */
+    const char *name;
+    uint32_t reset;
+    uint32_t plain;   /* bits that read back as written */
+    uint32_t action;  /* bits whose writing does something or clears a flag */
+    uint32_t status;  /* bits that hardware sets; what is written there does not matter */
+    uint32_t partly;  /* bits of which some values, or in some states, are modelled: see `what` */
+    uint32_t refused; /* bits that silicon has and the board does not model */
+    const char *what; /* about partly and refused */
+};
+
+struct hil_register_set {
+    const char *peripheral;
+    uint32_t base;
+    const struct hil_register *all; /* the one behind the last has no name */
+};
+
+/* The table of a peripheral by its base address; NULL: it has none. */
+const struct hil_register_set *hil_registers_of(uint32_t base);
+const struct hil_register_set *hil_registers_all(size_t *count);
+/* NULL: not modelled. */
+const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset);
+/* Why silicon would not do what this write asks, as text in static storage; NULL: it may go on. */
+const char *hil_register_objection(const struct hil_register *r, uint32_t value);
+/* What `count` registers from `offset` on are after a reset; where there is none: 0. */
+void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
+
+/* The access in progress: which instruction of the running block makes it, when, and its refusal.
+ *
+ * Everything else of the emulator happens at the start of a basic block. Here an access has the
+ * time of its own instruction: the start of its block plus one cycle for every instruction before
+ * it. An instruction of silicon takes one cycle or more (an IT instruction or a NOP can take none),
+ * so the time between two accesses is a lower bound of that on silicon. */
+
+/* Must the multiple, double or exclusive transfer at `pc` fault for its address, as the registers
+ * are now? One with a general base register. */
+bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc);
+/* Does a condition code hold with these flags? */
+bool hil_condition_holds(uint32_t xpsr, unsigned condition);
+/* How many instructions begin from `from` to before `to`. */
+unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to);
+
+/* PC of the instruction that makes the bus access in progress; where the core stands, when somebody
+ * else makes it. */
+uint32_t hil_access_pc(const struct hil_core *core);
+
+/* Of the access in progress, from a peripheral that is read or written. Zero when no instruction of
+ * the firmware makes it: a debugger, DMA or the boot ROM does. */
+struct hil_moment hil_stamp(const struct hil_core *core);
+/* Of what happens without the core, at a cycle. */
+struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);
+
+/* Refusals: an access that nothing models ends the run, and says which. */
+
+/* Called by a peripheral that is asked for something it does not model, with what it is: "TIM4:
+ * centre-aligned mode". Returns 0, so that a read can return it; the run stops. */
+uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
+/* The same for a register that is not modelled. */
+uint32_t hil_bus_no_register(struct hil_core *core);
+/* The run stops at the access in progress: `why`, what it is, and `what` (NULL: no more to say). */
+void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
+
+/* Event queue: one fixed slot per source, so that the whole queue is a few words without pointers.
+ *
+ * A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate is)
+ * or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
+ * converted again whenever HCLK changes. */
+
+/* An empty queue, nobody at any address of the bus. */
+void hil_core_create(struct hil_core *core);
+void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
+                    void (*handler)(void *device, uint64_t at), void *device);
+/* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
+void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
+void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);
+/* Treat everything due up to the present cycle, in order of time. */
+void hil_event_run(struct hil_core *core);
+
+/* HCLK becomes hclk_hz now. */
+void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz);
+/* No clock: physical time goes to the next event that is in physical time, while cycles stand
+ * still. */
+void hil_hclk_stand_still(struct hil_core *core);
 
 #endif

@@ -4,10 +4,8 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
-#include "hil/core/access.h"
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
 #include "hil/core/whatif.h"
 

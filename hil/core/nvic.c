@@ -3,10 +3,7 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
-#include "hil/core/access.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/registers.h"
 
 #define ISPR         0x200u
 #define ICPR         0x280u

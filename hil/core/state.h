@@ -37,7 +37,7 @@ static inline void hil_call(const struct hil_call *wire)
         uint32_t word[sizeof(struct { uint32_t __VA_ARGS__; }) / 4u]; \
     }
 
-/* --- time: hil/core/event.h --- */
+/* --- time: hil/core/core.h --- */
 
 /* Units of physical time, in picoseconds. */
 #define HIL_SECOND_PS 1000000000000ull
@@ -133,7 +133,7 @@ struct hil_counters {
     uint32_t last_fault_pc;
 };
 
-/* --- events: hil/core/event.h --- */
+/* --- events: hil/core/core.h --- */
 
 /* Order is the order of treatment when several are due at the same cycle. */
 enum hil_event_slot {
@@ -244,6 +244,13 @@ struct hil_core_state {
     struct hil_systick systick;
     struct hil_bank bank;
     struct hil_stuck stuck;
+};
+
+/* A moment, and who made it. */
+struct hil_moment {
+    uint64_t ps;    /* since power on */
+    uint32_t pc;    /* 0: no instruction, but the hardware */
+    double slew_ns; /* of the edge that was made then: so long until its level is reached */
 };
 
 #endif

@@ -6,11 +6,9 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
-#include "hil/core/state.h"
-#include "hil/core/bus.h"
 #include "hil/core/cpu.h"
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/access.h"
 #include "hil/core/nvic.h"
 
 #define XPSR_NUMBER      0x1ffu

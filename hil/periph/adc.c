@@ -3,9 +3,7 @@
 #include <math.h>
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
-#include "hil/core/access.h"
 #include "hil/periph/options.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/dma.h"

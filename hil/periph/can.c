@@ -3,8 +3,6 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/access.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/canbits.h"
 #include "hil/periph/gpio.h"

@@ -5,7 +5,6 @@
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
 #include "hil/core/nvic.h"
-#include "hil/core/access.h"
 
 #define LIFCR        0x08u
 #define STREAMS      0x10u /* the first of eight */

@@ -4,8 +4,6 @@
 
 #include "hil/core/core.h"
 #include "hil/core/cpu.h"
-#include "hil/core/event.h"
-#include "hil/core/access.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"

@@ -3,8 +3,6 @@
 #include <stdlib.h>
 
 #include "hil/core/core.h"
-#include "hil/core/access.h"
-#include "hil/core/registers.h"
 #include "hil/periph/options.h"
 
 #define FIRST_PORT 0x40020000u

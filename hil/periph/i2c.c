@@ -1,8 +1,6 @@
 #include "hil/periph/i2c.h"
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/access.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 #include "hil/periph/rules.h"

@@ -4,8 +4,6 @@
 
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
-#include "hil/core/access.h"
 #include "hil/periph/options.h"
 #include "hil/periph/flash.h"
 #include "hil/periph/rcc.h"

@@ -1,11 +1,7 @@
 #include "hil/periph/rcc.h"
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
-#include "hil/core/access.h"
-#include "hil/core/registers.h"
-#include "hil/core/state.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 

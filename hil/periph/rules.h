@@ -2,7 +2,7 @@
  * what the firmware does to their pins, while it runs.
  *
  * The rules are rows of rules.def, each with its number and who says so. Stores to a port have the
- * time of their own instruction (hil/core/access.h); an edge is not over when its store is: a level
+ * time of their own instruction (hil/core/core.h); an edge is not over when its store is: a level
  * is reached only after the slew that OSPEEDR allows, and the far chip sees its end as early as the
  * next store. So a level lasts from store to store less the slew of its own edge.
  *
@@ -19,7 +19,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "hil/core/access.h"
+#include "hil/core/state.h"
 #include "hil/periph/wire.h"
 
 enum hil_rule {

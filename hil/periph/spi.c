@@ -1,9 +1,7 @@
 #include "hil/periph/spi.h"
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
-#include "hil/core/access.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"

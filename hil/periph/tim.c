@@ -1,10 +1,7 @@
 #include "hil/periph/tim.h"
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
-#include "hil/core/access.h"
-#include "hil/core/state.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"

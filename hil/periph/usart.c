@@ -3,10 +3,7 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/core/nvic.h"
-#include "hil/core/access.h"
-#include "hil/core/state.h"
 #include "hil/periph/options.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"

@@ -6,7 +6,6 @@
 #include "common/canbase.h"
 #include "common/framing.h"
 #include "hil/core/core.h"
-#include "hil/core/event.h"
 #include "hil/periph/can.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"

@@ -4,7 +4,7 @@
  * it ends the run. */
 #include "hil/board/parts.h"
 #include "hil/core/bus.h"
-#include "hil/core/registers.h"
+#include "hil/core/core.h"
 #include "hil/periph/options.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
