@@ -741,7 +741,7 @@ static void on_signal(int number)
 static void tell_rules(const struct session *session)
 {
     uint64_t times;
-    unsigned broken = hil_board_rules_counted(session->board, &times);
+    unsigned broken = hil_rules_counted(&session->board->mcu.rules, &times);
     if (broken)
         complain("%u %s broken, %llu %s in all%s", broken, broken == 1 ? "rule" : "rules",
                  (unsigned long long)times, times == 1 ? "time" : "times",
@@ -793,7 +793,7 @@ static enum mr_status order_faults(const struct session *session)
     enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
     if (told(status, error) != MR_OK)
         return status;
-    status = hil_board_add_faults(session->board, &script);
+    status = hil_faults_add_all(&session->board->faults, &script);
     if (status != MR_OK)
         complain("%s: %s", a->faults, hil_board_reason(session->board));
     return status;
@@ -848,7 +848,7 @@ static enum mr_status close_records(struct session *session, const struct argume
     char error[512];
     enum mr_status status = told(hil_vcd_close(board, error, sizeof error), error), closed;
     if (session->margins) {
-        hil_board_print_rules(board, session->margins);
+        hil_rules_print(&board->mcu.rules, session->margins);
         closed = close_record("--margins", a->margins, session->margins, false);
         status = status == MR_OK ? closed : status;
     }
@@ -899,7 +899,7 @@ static enum mr_status run(struct session *session)
     status = session_play(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
-    hil_board_tell_faults_left(session->board);
+    hil_faults_tell_rest(&session->board->faults);
     tell_rules(session);
     session_summarise(session, took_s);
     if (status == MR_OK)

@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 #include "common/image.h"
-#include "hil/board/parts.h"
 #include "hil/core/cpu.h"
 #include "hil/core/core.h"
 #include "hil/core/elf.h"
@@ -495,15 +494,6 @@ uint64_t hil_board_now_ps(const struct hil_board *board)
     return hil_now_ps(&board->core);
 }
 
-uint64_t hil_board_now_cycles(const struct hil_board *board)
-{
-    return board->core.state.clock.now_cycle;
-}
-uint32_t hil_board_hclk_hz(const struct hil_board *board)
-{
-    return board->core.state.clock.hclk_hz;
-}
-
 const struct hil_counters *hil_board_counters(const struct hil_board *board)
 {
     return &board->core.state.counters;
@@ -512,45 +502,6 @@ const struct hil_counters *hil_board_counters(const struct hil_board *board)
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin)
 {
     return port < HIL_GPIO_PORTS && pin < 16 && hil_gpio_level(&board->mcu.gpio, port, pin);
-}
-
-enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame)
-{
-    return hil_can_inject(&board->mcu.can, frame);
-}
-
-enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n)
-{
-    return hil_usart_inject(&board->mcu.usart, bytes, n);
-}
-
-size_t hil_board_serial_room(const struct hil_board *board)
-{
-    return hil_usart_room(&board->mcu.usart);
-}
-void hil_board_set_host_baud(struct hil_board *board, uint32_t baud)
-{
-    board->options.host_baud = baud;
-}
-
-enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script)
-{
-    return hil_faults_add_all(&board->faults, script);
-}
-
-void hil_board_print_rules(const struct hil_board *board, FILE *out)
-{
-    hil_rules_print(&board->mcu.rules, out);
-}
-
-unsigned hil_board_rules_counted(const struct hil_board *board, uint64_t *times)
-{
-    return hil_rules_counted(&board->mcu.rules, times);
-}
-
-void hil_board_tell_faults_left(const struct hil_board *board)
-{
-    hil_faults_tell_rest(&board->faults);
 }
 
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
@@ -562,11 +513,6 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
                               size_t n)
 {
     return hil_cpu_poke(&board->core, address, bytes, n);
-}
-
-uint32_t hil_board_register(const struct hil_board *board, unsigned number)
-{
-    return hil_cpu_register(&board->core, number);
 }
 
 /* ---- flash and NOR as files, so that they outlast the program ---- */

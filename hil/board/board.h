@@ -29,16 +29,60 @@
 #include <stdio.h>
 
 #include "common/status.h"
+#include "hil/chips/tmp112.h"
+#include "hil/chips/w25q.h"
 #include "hil/core/core.h"
-#include "hil/periph/canbits.h"
+#include "hil/core/elf.h"
+#include "hil/periph/mcu.h"
 #include "hil/periph/options.h"
+#include "hil/rig/electronics.h"
 #include "hil/rig/faults.h"
+#include "hil/rig/replay.h"
+#include "hil/rig/rig.h"
 
-struct hil_fault_script;
-struct hil_replay;
-struct hil_run;
+/* `core.state`, `state`, the memories and the core's registers are the whole machine, without
+ * pointers: a snapshot is a copy of them. What a board is connected to (callbacks, rig, onlookers)
+ * is no part of a snapshot. A program uses the calls below and a part knows its neighbours by their
+ * own headers; hil/debug/ and tests look inside. */
+struct hil_state {
+    struct hil_mcu_state mcu;
+    struct hil_w25q w25q;
+    struct hil_nor_orders nor_orders;
+    struct hil_tmp112 tmp112;
+    struct hil_rig rig;
+    struct hil_camera camera;
+    struct hil_script script;
+    struct hil_replay_state replay;
+    struct hil_lines lines;
+    struct hil_faults faults;
+    struct hil_supply supply;
+};
 
-struct hil_board; /* opaque; parts.h */
+/* The memories of a board, chip and NOR. */
+struct hil_memories {
+    struct hil_memory own;
+    uint8_t nor[HIL_NOR_SIZE]; /* inverted, see hil/chips/w25q.h; last, and mostly never touched */
+};
+
+struct hil_board {
+    struct hil_core core;
+    struct hil_mcu mcu;
+    struct hil_state state;
+    struct hil_memories *memories; /* page-aligned */
+    struct hil_options options;
+    struct hil_electronics electronics; /* constant once the board is made */
+    struct hil_w25q_device w25q;
+    struct hil_tmp112_device tmp112;
+    struct hil_rig_device rig;
+    struct hil_camera_device camera;
+    struct hil_script_device script;
+    struct hil_replay_device replay;
+    struct hil_lines_device lines;
+    struct hil_faults_device faults;
+    struct hil_supply_device supply;
+    char elf[1024];            /* the image's path, "": none */
+    struct mr_symbols symbols; /* of it, read when a name is first asked for */
+};
 
 /* Power on, with erased flash. Aborts on lack of memory. Destroy frees it; NULL is allowed. */
 struct hil_board *hil_board_create(const struct hil_options *options);
@@ -63,30 +107,6 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps);
 const char *hil_board_reason(const struct hil_board *board);
 
 uint64_t hil_board_now_ps(const struct hil_board *board);
-uint64_t hil_board_now_cycles(const struct hil_board *board);
-uint32_t hil_board_hclk_hz(const struct hil_board *board);
-
-/* A frame of another node; it waits for the bus and arbitrates. MR_FULL when 64 wait. */
-enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame);
-/* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for
- * 4096, rest dropped. */
-enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n);
-/* Bytes that hil_board_serial_inject takes now. */
-size_t hil_board_serial_room(const struct hil_board *board);
-/* The other end changes its rate; between calls of hil_board_run_until. */
-void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
-
-/* Order all faults of a script (hil/rig/faults.h), with its seed. MR_FULL, MR_USAGE, MR_UNKNOWN: as
- * hil_faults_add says; hil_board_reason says which. */
-enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);
-/* At the end of a run: names each fault that did not come to happen, in a line to
- * hil_options.log. */
-void hil_board_tell_faults_left(const struct hil_board *board);
-
-/* What was measured of each rule of time and electricity (hil/periph/rules.h), as a table. */
-void hil_board_print_rules(const struct hil_board *board, FILE *out);
-/* How many of the rules that only count were broken, and how often in all. */
-unsigned hil_board_rules_counted(const struct hil_board *board, uint64_t *times);
 
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
@@ -98,8 +118,6 @@ const struct hil_counters *hil_board_counters(const struct hil_board *board);
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes,
                               size_t n);
-/* Core registers by the numbers of hil_cpu_register. */
-uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
 /* Which board an image is for, by what is in a file; one that has no header or cannot be read
  * leaves `type` as it is, for whoever loads it says why. Either may be NULL; the ELF has
@@ -126,5 +144,10 @@ enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *p
 
 /* Is it a file that nothing here overwrites: a campaign (SQLite) or a program (ELF)? */
 bool hil_is_precious(const char *path);
+
+/* Reset the chip now, as a debugger asks. */
+void hil_board_reset(struct hil_board *board);
+/* Draw or take the electronics that the options say, and give the converters theirs. */
+void hil_board_fit_electronics(struct hil_board *board);
 
 #endif

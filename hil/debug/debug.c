@@ -5,7 +5,6 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "hil/core/cpu.h"
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
@@ -56,7 +55,7 @@ bool hil_debug_holds(const struct hil_board *board)
 static void go_on(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
-    uint32_t pc = hil_board_register(board, 15) & ~1u;
+    uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
     if (d->hold == HIL_HOLD_BKPT) /* the instruction has said what it has to say */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
     d->hold = HIL_HOLD_NONE;
@@ -178,7 +177,7 @@ static bool step_sees(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);
     return depth(board) <= d->step_depth ||
-           (hil_board_register(board, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
+           (hil_cpu_register(&board->core, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
 static bool wants(const void *who, uint32_t address, uint32_t size)

@@ -11,7 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/core/wall.h"
 #include "hil/link/wire_link.h"
 
@@ -301,7 +301,7 @@ static void tell_time(const struct hil_board *board, char *text, size_t size)
     snprintf(text, size, "%llu.%09llu s virtual, cycle %llu at %u Hz, %llu instructions\n",
              (unsigned long long)(now_ps / HIL_SECOND_PS),
              (unsigned long long)(now_ps % HIL_SECOND_PS / HIL_NS_PS),
-             (unsigned long long)hil_board_now_cycles(board), (unsigned)hil_board_hclk_hz(board),
+             (unsigned long long)hil_now(&board->core), (unsigned)board->core.state.clock.hclk_hz,
              (unsigned long long)hil_board_counters(board)->instructions);
 }
 
@@ -314,7 +314,7 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
         hil_board_reset(gdb->board);
     if (reset)
         snprintf(text, sizeof text, "reset; PC 0x%08x\n",
-                 (unsigned)hil_board_register(gdb->board, 15));
+                 (unsigned)hil_cpu_register(&gdb->board->core, 15));
     else if (strcmp(command, "time") == 0)
         tell_time(gdb->board, text, sizeof text);
     else

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 
 #define PLACES ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* each a halfword of flash or SRAM */
 
@@ -144,7 +143,7 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
             "by function (entries: calls, and returns to its first instruction)\n"
             "   instructions       %%       entries  function\n",
             (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
-            percent(hil_board_counters(board)->asleep_cycles, hil_board_now_cycles(board)),
+            percent(hil_board_counters(board)->asleep_cycles, hil_now(&board->core)),
             (unsigned long long)profile->slow, percent(profile->slow, total),
             (unsigned long long)profile->elsewhere, percent(profile->elsewhere, total));
     for (size_t i = 0; i < count; i++)

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "hil/core/nvic.h"
 
 /* Lanes that every trace has, by scope: scope, name, bits, and what it shows of the board now. */
@@ -22,7 +21,7 @@
     X(links, usart1_tx, 1, state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER)        \
     X(links, usart1_rx, 1, state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER)        \
     X(core, sleeping, 1, state->cpu.asleep)                                                \
-    X(core, exception, 8, hil_board_register(board, 16) & 0x1ffu)                          \
+    X(core, exception, 8, hil_cpu_register(&board->core, 16) & 0x1ffu)                          \
     X(core, resets, 16, (uint32_t)state->counters.resets & 0xffffu)                        \
     X(core, hclk_hz, 32, state->clock.hclk_hz)
 /* clang-format on */

@@ -364,13 +364,13 @@ static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYT
         .length = bytes[4] > 8 ? 8 : bytes[4],
     };
     memcpy(frame.data, bytes + 8, frame.length);
-    hil_board_can_inject(board, &frame); /* a full queue is counted there */
+    hil_can_inject(&board->mcu.can, &frame); /* a full queue is counted there */
 }
 
 static void receive_pty(struct hil_link *link, struct hil_board *board)
 {
     uint8_t bytes[4096];
-    size_t room = hil_board_serial_room(board);
+    size_t room = hil_usart_room(&board->mcu.usart);
     uint32_t baud = pty_baud(link->fd);
     link->hung_up = !pty_in_use(link->fd);
     if (link->hung_up) {
@@ -379,7 +379,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     }
     if (baud && baud != link->baud) {
         link->baud = baud;
-        hil_board_set_host_baud(board, baud);
+        board->options.host_baud = baud;
     }
     struct pollfd look = {.fd = link->fd, .events = POLLIN};
     if (!link->drops && !link->moved) /* both ends wait: let the host have the processor */
@@ -387,7 +387,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
     link->moved = n > 0;
     if (n > 0)
-        hil_board_serial_inject(board, bytes, (size_t)n);
+        hil_usart_inject(&board->mcu.usart, bytes, (size_t)n);
 }
 
 void hil_link_receive(struct hil_link *link, struct hil_board *board)
@@ -404,7 +404,7 @@ void hil_link_receive(struct hil_link *link, struct hil_board *board)
         if (n <= 0)
             return;
         if (link->kind == HIL_LINK_SERIAL) {
-            hil_board_serial_inject(board, bytes, (size_t)n);
+            hil_usart_inject(&board->mcu.usart, bytes, (size_t)n);
             continue;
         }
         for (ssize_t i = 0; i < n; i++) {

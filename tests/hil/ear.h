@@ -11,7 +11,7 @@
 #include "common/command.h"
 #include "common/fault.h"
 #include "common/framing.h"
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/rig/faults.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/still_run.h"
@@ -173,7 +173,7 @@ static inline void ear_order(struct ear *ear, const char *line)
     const char *path = bench_scratch(name, text, (size_t)n);
     if (hil_faults_read(path, EAR_ELF, &script, error, sizeof error) != MR_OK)
         fail_msg("%s", error);
-    if (hil_board_add_faults(ear->board, &script) != MR_OK)
+    if (hil_faults_add_all(&ear->board->faults, &script) != MR_OK)
         fail_msg("%s", hil_board_reason(ear->board));
 }
 
@@ -188,12 +188,11 @@ static inline void ear_command(struct ear *ear, unsigned link, unsigned code, in
                                   .length = (uint8_t)n};
     memcpy(frame.data, payload, n);
     if (link == EAR_CAN)
-        assert_int_equal(hil_board_can_inject(ear->board, &frame), MR_OK);
+        assert_int_equal(hil_can_inject(&ear->board->mcu.can, &frame), MR_OK);
     else
-        assert_int_equal(
-            hil_board_serial_inject(ear->board, bytes,
-                                    mr_frame_encode(seq++, MR_ID_COMMAND, payload, n, bytes)),
-            MR_OK);
+        assert_int_equal(hil_usart_inject(&ear->board->mcu.usart, bytes,
+                                          mr_frame_encode(seq++, MR_ID_COMMAND, payload, n, bytes)),
+                         MR_OK);
 }
 
 static inline uint32_t ear_faults(const struct ear *ear, unsigned link)

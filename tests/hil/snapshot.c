@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/core/cpu.h"
 
 struct snapshot {

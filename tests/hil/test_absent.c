@@ -276,7 +276,7 @@ TEST(blocks_keep_their_place_when_channels_change)
     struct mr_command arm = {.code = MR_COMMAND_ARM, .argument = 1, .tag = 1};
     struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = 8};
     frame.length = (uint8_t)mr_command_put(&arm, frame.data);
-    assert_int_equal(hil_board_can_inject(heard->board, &frame), MR_OK);
+    assert_int_equal(hil_can_inject(&heard->board->mcu.can, &frame), MR_OK);
     bench_run(heard->board, 6000000000000u);
     assert_true(heard->blocks > 4500);
     for (size_t i = 0; i < heard->blocks; i++) {

@@ -1,7 +1,6 @@
 /* Each board's own image on the emulated board of that name, and on no other: chip, package, clock
  * and what is soldered to its pins. */
 #include "common/image.h"
-#include "hil/board/parts.h"
 #include "hil/board/board.h"
 #include "hil/core/bus.h"
 #include "hil/periph/options.h"
@@ -104,7 +103,7 @@ TEST(each_chip_says_what_it_is)
         assert_int_equal(hil_bus_read(&board->core, FLASH_SIZE, 4) >> 16, wanted[i].kib);
         assert_int_equal(told->chip, wanted[i].id);
         assert_int_equal(told->flash_kib, wanted[i].kib);
-        assert_int_equal(hil_board_hclk_hz(board), 168000000);
+        assert_int_equal(board->core.state.clock.hclk_hz, 168000000);
         assert_true(hil_bus_read(&board->core, RCC_PLLCFGR, 4) >> 22 & 1u); /* from OSC_IN */
         assert_true(hil_board_counters(board)->serial_bytes_out > 100);
         assert_int_equal(hil_board_counters(board)->serial_wrong_rate, 0);
@@ -121,7 +120,7 @@ TEST(what_feeds_the_clock_matters)
         other.clock_bypass = !other.clock_bypass;
         struct hil_board *board = run(&other, names[i]);
         assert_false(hil_bus_read(&board->core, RCC_PLLCFGR, 4) >> 22 & 1u);
-        assert_int_equal(hil_board_hclk_hz(board), 168000000);
+        assert_int_equal(board->core.state.clock.hclk_hz, 168000000);
         hil_board_destroy(board);
     }
 }
@@ -156,7 +155,7 @@ TEST(the_discovery_keeps_its_own_chips_off)
     assert_true(level(board, 'C', 0));
     assert_true(level(board, 'E', 4)); /* lamp off: nothing warns */
     assert_true(level(board, 'B', 12));
-    double volts = hil_rig_channel_volts(&board->rig, gage_3, hil_board_now_cycles(board));
+    double volts = hil_rig_channel_volts(&board->rig, gage_3, hil_now(&board->core));
     assert_true(volts > 0.39 && volts < 0.41); /* no tension: 0.4 V */
     hil_board_destroy(board);
 }

@@ -1,7 +1,6 @@
 /* The boot ROM over the emulated line: AN3155 as a host speaks it. What the chip must answer is in
  * the note's tables; version 0x31, chip id 0x413, bytes 8E1, ACK 0x79, NACK 0x1F. */
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #include "common/command.h"
@@ -33,7 +32,7 @@ static void wait_ps(struct host *host, uint64_t t_ps)
 static void send(struct host *host, const uint8_t *bytes, size_t n)
 {
     host->count = host->taken = 0;
-    assert_int_equal(hil_board_serial_inject(host->board, bytes, n), MR_OK);
+    assert_int_equal(hil_usart_inject(&host->board->mcu.usart, bytes, n), MR_OK);
 }
 
 /* Next byte from the chip within a time; -1: none. */
@@ -267,7 +266,7 @@ TEST(test_go)
     /* VTOR is untouched, and at 0 there is the ROM */
     assert_int_equal(bench_word(host->board, 0x20003008), 0);
     assert_int_equal(bench_word(host->board, 4) & ~0xffffu, 0x1fff0000u);
-    assert_int_equal(hil_board_hclk_hz(host->board), 16000000);
+    assert_int_equal(host->board->core.state.clock.hclk_hz, 16000000);
     done(host);
 }
 
@@ -349,7 +348,7 @@ TEST(test_command)
     wait_ps(&host, 100 * HIL_MS_PS);
     assert_int_equal(mr_command_parse("bootrom", 1, &message), MR_OK);
     frame.length = (uint8_t)mr_command_put(&message, frame.data);
-    assert_int_equal(hil_board_can_inject(host.board, &frame), MR_OK);
+    assert_int_equal(hil_can_inject(&host.board->mcu.can, &frame), MR_OK);
     wait_ps(&host, 100 * HIL_MS_PS);
     assert_int_equal(hil_board_counters(host.board)->resets, 1);
     sync_host(&host);

@@ -1,6 +1,6 @@
 /* bxCAN and its bus on a test image (images/canbus.c): lengths in time, order, FIFO, error
  * states. */
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/periph/canbits.h"
 #include "tests/hil/bench.h"
 
@@ -92,7 +92,7 @@ TEST(test_receive)
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     struct hil_can_frame frame = {.id = 0x400, .length = 3, .data = {0xaa, 0xbb, 0xcc}};
     for (unsigned i = 0; i < 5; i++, frame.id++)
-        assert_int_equal(hil_board_can_inject(board, &frame), MR_OK);
+        assert_int_equal(hil_can_inject(&board->mcu.can, &frame), MR_OK);
     bench_run(board, 10 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 2), 5);
     for (unsigned i = 0; i < 5; i++)
@@ -109,10 +109,10 @@ TEST(test_overrun)
     struct hil_board *board = on_the_bus(2, HIL_CAN_CONNECTED, &heard);
     struct hil_can_frame frame = {.id = 0x400};
     for (unsigned i = 0; i < 3; i++)
-        hil_board_can_inject(board, &frame);
+        hil_can_inject(&board->mcu.can, &frame);
     bench_run(board, 8 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 40), 3u | 8u); /* FMP, FULL */
-    hil_board_can_inject(board, &frame);
+    hil_can_inject(&board->mcu.can, &frame);
     bench_run(board, 10 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 40), 3u | 8u | 16u); /* and FOVR */
     hil_board_destroy(board);
@@ -125,8 +125,8 @@ TEST(test_arbitration)
     struct heard heard;
     struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
     struct hil_can_frame first = {.id = 0x010, .length = 8}, second = {.id = 0x020};
-    hil_board_can_inject(board, &first); /* holds the bus while the board queues */
-    hil_board_can_inject(board, &second);
+    hil_can_inject(&board->mcu.can, &first); /* holds the bus while the board queues */
+    hil_can_inject(&board->mcu.can, &second);
     queue(board, 0x030, 0x031, 0x005);
     bench_run(board, 10 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 2), 2);

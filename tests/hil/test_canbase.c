@@ -5,7 +5,7 @@
 #include "common/fault.h"
 #include "common/wire.h"
 #include "firmware/config.h"
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "tests/hil/ear.h"
 
 #define COPY_A 0x08008000u
@@ -113,7 +113,7 @@ TEST(a_stored_base_is_that_of_every_frame)
     struct mr_command message = {.code = MR_COMMAND_MARK, .argument = 1, .tag = 1};
     other.length = (uint8_t)mr_command_put(&message, other.data);
     for (unsigned i = 0; i < 40; i++)
-        assert_int_equal(hil_board_can_inject(ear->board, &other), MR_OK);
+        assert_int_equal(hil_can_inject(&ear->board->mcu.can, &other), MR_OK);
     ear_until(ear, 2.5);
     assert_int_equal(hil_board_counters(ear->board)->can_frames_in, 40);
     assert_int_equal(ear->heard[EAR_SERIAL][MR_ID_ACK], 0); /* they are for another board */
@@ -183,12 +183,12 @@ static void give(struct ear *ear, unsigned link, unsigned base)
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = tag, .value = mr_get_u32(&p)};
         size_t n = mr_config_word_put(&word, frame.data);
         if (link == EAR_CAN)
-            assert_int_equal(hil_board_can_inject(ear->board, &frame), MR_OK);
+            assert_int_equal(hil_can_inject(&ear->board->mcu.can, &frame), MR_OK);
         else
-            assert_int_equal(hil_board_serial_inject(
-                                 ear->board, bytes,
+            assert_int_equal(
+                hil_usart_inject(&ear->board->mcu.usart, bytes,
                                  mr_frame_encode(seq++, MR_ID_CONFIG_WORD, frame.data, n, bytes)),
-                             MR_OK);
+                MR_OK);
         if (i % 16 == 15)
             pass(ear, 0.012);
     }

@@ -13,10 +13,10 @@ TEST(test_start)
     struct hil_board *board = started(NULL, 0);
     bench_run(board, 2100 * HIL_US_PS);
     assert_int_equal(bench_result(board, 1), 0); /* crystal 2 ms, PLL 200 us: not there yet */
-    assert_int_equal(hil_board_hclk_hz(board), 16000000);
+    assert_int_equal(board->core.state.clock.hclk_hz, 16000000);
     bench_run(board, 3 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 1), 0x100);
-    assert_int_equal(hil_board_hclk_hz(board), 168000000);
+    assert_int_equal(board->core.state.clock.hclk_hz, 168000000);
     assert_int_equal(bench_result(board, 2) >> 24, 0x0e); /* power-on, pin, brown-out */
     assert_int_equal(bench_result(board, 3), 0x00310042);
     assert_int_equal(bench_result(board, 4), 1024);
@@ -36,7 +36,7 @@ TEST(test_no_crystal)
     struct hil_board *board = started(&options, 0);
     bench_run(board, 500 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 1), 0x101);
-    assert_int_equal(hil_board_hclk_hz(board), 16160000);
+    assert_int_equal(board->core.state.clock.hclk_hz, 16160000);
     hil_board_destroy(board);
 }
 

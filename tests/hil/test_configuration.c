@@ -2,7 +2,7 @@
  * flash that stands still, takes its time and tears. */
 #include "common/config.h"
 #include "common/wire.h"
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "tests/hil/ear.h"
 #include "tests/hil/snapshot.h"
 
@@ -65,7 +65,7 @@ static void send_words(struct ear *ear)
         const uint8_t *p = image + 4 * i;
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = tag, .value = mr_get_u32(&p)};
         mr_config_word_put(&word, frame.data);
-        assert_int_equal(hil_board_can_inject(ear->board, &frame), MR_OK);
+        assert_int_equal(hil_can_inject(&ear->board->mcu.can, &frame), MR_OK);
         if (i % 16 == 15)
             pass(ear, 0.012);
     }

@@ -53,7 +53,7 @@ TEST(test_pieces)
     assert_int_equal(hil_board_counters(cut)->instructions,
                      hil_board_counters(whole)->instructions);
     assert_int_equal(hil_board_counters(cut)->exceptions, hil_board_counters(whole)->exceptions);
-    assert_int_equal(hil_board_now_cycles(cut), hil_board_now_cycles(whole));
+    assert_int_equal(hil_now(&cut->core), hil_now(&whole->core));
     hil_board_destroy(whole);
     hil_board_destroy(cut);
 }

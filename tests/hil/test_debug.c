@@ -22,13 +22,13 @@ static struct hil_board *firmware_board(void)
 static void assert_same(struct hil_board *a, struct hil_board *b)
 {
     static uint8_t of_a[SRAM_BYTES], of_b[SRAM_BYTES];
-    assert_int_equal(hil_board_now_cycles(a), hil_board_now_cycles(b));
+    assert_int_equal(hil_now(&a->core), hil_now(&b->core));
     assert_memory_equal(hil_board_counters(a), hil_board_counters(b), sizeof(struct hil_counters));
     hil_board_peek(a, SRAM, of_a, sizeof of_a);
     hil_board_peek(b, SRAM, of_b, sizeof of_b);
     assert_memory_equal(of_a, of_b, sizeof of_a);
     for (unsigned i = 0; i <= 17; i++)
-        assert_int_equal(hil_board_register(a, i), hil_board_register(b, i));
+        assert_int_equal(hil_cpu_register(&a->core, i), hil_cpu_register(&b->core, i));
 }
 
 /* Single steps all the way: as the board runs alone, to the last bit. */
@@ -107,9 +107,9 @@ TEST(test_breaks_change_nothing)
         if (!hil_debug_holds(broken))
             break;
         assert_int_equal(debug.hold, HIL_HOLD_BREAKPOINT);
-        assert_in_range(hil_board_register(broken, 15) & ~1u, address,
+        assert_in_range(hil_cpu_register(&broken->core, 15) & ~1u, address,
                         address + 2u * HIL_BREAKPOINTS);
-        at_first += (hil_board_register(broken, 15) & ~1u) == address;
+        at_first += (hil_cpu_register(&broken->core, 15) & ~1u) == address;
         hil_debug_run(broken);
     }
     assert_in_range(held, 1000, 1000000);
@@ -272,7 +272,7 @@ TEST(test_refusals_name_the_instruction)
                  (unsigned)(0x20010000u + places[i].offset));
         if (!strstr(hil_board_reason(board), pc))
             fail_msg("`%s` is not in the reason: %s", pc, hil_board_reason(board));
-        assert_int_equal(hil_board_register(board, 15) & ~1u, 0x20010000u + places[i].offset);
+        assert_int_equal(hil_cpu_register(&board->core, 15) & ~1u, 0x20010000u + places[i].offset);
         hil_board_destroy(board);
     }
 }

@@ -112,7 +112,7 @@ TEST(only_commands_pass_the_filter)
         for (unsigned form = 0; form < 3; form++) { /* data, remote, extended */
             struct hil_can_frame frame = {
                 .id = form == 2 ? id << 18 : id, .extended = form == 2, .remote = form == 1};
-            while (hil_board_can_inject(ear->board, &frame) == MR_FULL)
+            while (hil_can_inject(&ear->board->mcu.can, &frame) == MR_FULL)
                 ear_until(ear, t_s += 2e-3);
         }
     }
@@ -175,7 +175,7 @@ TEST(without_a_crystal_the_internal_oscillator_serves)
     ear_until(ear, 1.0);
     assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, 1);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CLOCK_FALLBACK));
-    assert_int_equal(hil_board_hclk_hz(ear->board), 169512000);
+    assert_int_equal(ear->board->core.state.clock.hclk_hz, 169512000);
     assert_int_equal(ear->can_frames, 0);
     assert_int_equal(ear->serial_bad, 0);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_SILENT));

@@ -263,8 +263,8 @@ static void order(struct play *play, unsigned code, int32_t argument)
     struct mr_command command = {.code = (uint8_t)code, .argument = argument, .tag = 1};
     uint8_t payload[MR_MESSAGE_MAX], bytes[MR_FRAME_MAX];
     size_t n = mr_command_put(&command, payload);
-    (void)hil_board_serial_inject(
-        play->board, bytes, mr_frame_encode((uint16_t)code, MR_ID_COMMAND, payload, n, bytes));
+    (void)hil_usart_inject(&play->board->mcu.usart, bytes,
+                           mr_frame_encode((uint16_t)code, MR_ID_COMMAND, payload, n, bytes));
 }
 
 static void until(struct play *play, double t_s)
@@ -532,7 +532,7 @@ static unsigned changes_of_lamp(struct hil_board *board)
     for (unsigned i = 0; i < 400; i++) {
         assert_int_equal(hil_board_run_until(board, now_ps + i * 50 * HIL_US_PS), MR_OK);
         if (i % 40 == 20)
-            hil_gpio_changed(&board->mcu.gpio, hil_board_now_cycles(board));
+            hil_gpio_changed(&board->mcu.gpio, hil_now(&board->core));
         bool is = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
         changes += is != was;
         was = is;

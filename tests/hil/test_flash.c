@@ -4,7 +4,6 @@
  * HCLK is 16 MHz, so a cycle is 62.5 ns: a word takes 16 us = 256 cycles, a 16 KiB sector at x32
  * 250 ms = 4,000,000 (DS8626, typical). A loop around the operation adds some tens of cycles. */
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #define SECTOR_1    0x08004000u

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "common/fault.h"
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 

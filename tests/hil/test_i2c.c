@@ -3,7 +3,7 @@
  * (27.6.8), and the TMP112's own table of readings (SBOS473, 12-bit format). */
 #include <math.h>
 
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/core/bus.h"
 #include "hil/core/cpu.h"
 #include "hil/periph/rules.h"

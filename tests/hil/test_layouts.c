@@ -4,7 +4,7 @@
 #include <ctype.h>
 #include <inttypes.h>
 
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/core/bus.h"
 #include "hil/core/cpu.h"
 #include "tests/hil/bench.h"

@@ -1,7 +1,6 @@
 /* SPI2 and the W25Q128JV through a test image (images/nor.c). Commands, times and wraps are those
  * of the data sheet; at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 #include "tests/hil/snapshot.h"
 
@@ -42,7 +41,7 @@ static void transact(struct hil_board *board, unsigned way, uint32_t cr1, uint8_
     bench_control(board, 1, (uint32_t)n);
     bench_control(board, 2, way);
     bench_control(board, 3, cr1);
-    assert_int_equal(hil_board_serial_inject(board, (const uint8_t *)"x", 1), MR_OK);
+    assert_int_equal(hil_usart_inject(&board->mcu.usart, (const uint8_t *)"x", 1), MR_OK);
     wait_ps(board, 5 * HIL_US_PS + n * 380 * HIL_NS_PS);
     for (unsigned i = 0; i < 1000 && bench_result(board, 0) == turn; i++)
         wait_ps(board, HIL_US_PS);
@@ -132,7 +131,7 @@ TEST(test_spi)
     bench_control(board, 3, 1); /* CPHA alone */
     uint8_t jedec = 0x9f;
     assert_int_equal(hil_board_poke(board, bench_result(board, 4), &jedec, 1), MR_OK);
-    assert_int_equal(hil_board_serial_inject(board, &jedec, 1), MR_OK);
+    assert_int_equal(hil_usart_inject(&board->mcu.usart, &jedec, 1), MR_OK);
     assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS),
                      MR_UNMODELLED);
     assert_non_null(strstr(hil_board_reason(board), "CPOL unlike CPHA"));

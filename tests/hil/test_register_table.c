@@ -2,7 +2,7 @@
  * word of every peripheral is read after reset, and every bit of every register is written. What
  * the table calls plain reads back, what it refuses or calls reserved ends the run, what is not in
  * it ends the run. */
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "hil/core/bus.h"
 #include "hil/core/core.h"
 #include "hil/periph/options.h"

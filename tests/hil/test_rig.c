@@ -1,7 +1,7 @@
 /* The rig's voltages against numbers worked out by hand. */
 #include <math.h>
 
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "tests/hil/bench.h"
 
 static double rig_volts(struct hil_rig_device *rig, unsigned port, unsigned pin, uint64_t at)
@@ -117,7 +117,7 @@ TEST(test_excitation)
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
     bench_run(board, 10 * HIL_MS_PS);
-    uint64_t at = hil_board_now_cycles(board);
+    uint64_t at = hil_now(&board->core);
     double tau_cycles = 4e-6 * 168e6; /* 672 */
     hil_rig_excitation(&board->rig, true, false, at);
     assert_true(fabs(rig_volts(&board->rig, 5, 3, at) - 1.65) < 1e-9);

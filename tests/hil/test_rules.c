@@ -172,7 +172,7 @@ static void check_margins(const struct ear *ear, const char *when)
         {HIL_RULE_FLOATING, 1},
     };
     print_message("# %s:\n", when);
-    hil_board_print_rules(ear->board, stdout);
+    hil_rules_print(&ear->board->mcu.rules, stdout);
     assert_int_equal(ear->board->state.mcu.rules.unplaced, 0);
     for (unsigned i = 0; i < sizeof wanted / sizeof wanted[0]; i++)
         assert_true(tally(ear, wanted[i].rule)->judged >= wanted[i].judged_at_least);
@@ -215,7 +215,7 @@ TEST(holding_rules_changes_nothing)
         options.rules = modes[i];
         ear[i] = black_box(&options);
         work(ear[i]);
-        assert_int_equal(hil_board_now_cycles(ear[i]->board), hil_board_now_cycles(ear[0]->board));
+        assert_int_equal(hil_now(&ear[i]->board->core), hil_now(&ear[0]->board->core));
         assert_memory_equal(hil_board_counters(ear[i]->board), hil_board_counters(ear[0]->board),
                             sizeof(struct hil_counters));
         assert_memory_equal(ear[i]->heard, ear[0]->heard, sizeof ear[0]->heard);
@@ -462,7 +462,7 @@ TEST(a_faster_clock_is_another_window)
         bench_run(board, 20 * HIL_MS_PS);
         assert_int_equal(bench_result(board, 0), 1);
         board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
-        hil_adc_trigger(&board->mcu.adc, 0, true, hil_board_now_cycles(board));
+        hil_adc_trigger(&board->mcu.adc, 0, true, hil_now(&board->core));
         assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
         assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz take 2051"));
         assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 2);
@@ -476,7 +476,7 @@ TEST(a_rule_that_only_counts_lets_it_go_on)
     assert_int_equal(bench_result(board, 0), 1);
     assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].broken, 1);
     uint64_t times;
-    assert_int_equal(hil_board_rules_counted(board, &times), 1);
+    assert_int_equal(hil_rules_counted(&board->mcu.rules, &times), 1);
     assert_int_equal(times, 1);
     assert_near(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].worst_ns, 1e9 / 168e6 - 4.0,
                 0.01);

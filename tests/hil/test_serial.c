@@ -78,7 +78,7 @@ TEST(test_receive)
     struct hil_board *board = talking(0, 0, &heard);
     for (unsigned i = 0; i < sizeof bytes; i++)
         bytes[i] = (uint8_t)(0x80 + i);
-    assert_int_equal(hil_board_serial_inject(board, bytes, sizeof bytes), MR_OK);
+    assert_int_equal(hil_usart_inject(&board->mcu.usart, bytes, sizeof bytes), MR_OK);
     bench_run(board, 10 * HIL_MS_PS + 20 * 5 * HIL_US_PS + 4 * HIL_US_PS);
     assert_int_equal(bench_result(board, 4), 0); /* the line has not been idle for a byte yet */
     bench_run(board, 11 * HIL_MS_PS);

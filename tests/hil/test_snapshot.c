@@ -1,7 +1,7 @@
 /* Snapshot, restore and fork: the copy goes on exactly as the original, byte for byte; and two runs
  * are the same. */
 #include "common/crc32.h"
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "tests/hil/bench.h"
 #include "tests/hil/snapshot.h"
 
@@ -35,10 +35,10 @@ static void listen_to(struct hil_board *board, struct stream *stream)
 
 static void assert_same(struct hil_board *a, struct hil_board *b)
 {
-    assert_int_equal(hil_board_now_cycles(a), hil_board_now_cycles(b));
+    assert_int_equal(hil_now(&a->core), hil_now(&b->core));
     assert_memory_equal(hil_board_counters(a), hil_board_counters(b), sizeof(struct hil_counters));
     for (unsigned i = 0; i < 17; i++)
-        assert_int_equal(hil_board_register(a, i), hil_board_register(b, i));
+        assert_int_equal(hil_cpu_register(&a->core, i), hil_cpu_register(&b->core, i));
     assert_memory_equal(a->memories, b->memories, sizeof *a->memories);
     assert_memory_equal(&a->core.state, &b->core.state, sizeof a->core.state);
     assert_memory_equal(&a->state, &b->state, sizeof a->state);

@@ -1,5 +1,5 @@
 /* How the firmware starts: pins that float until then, clocks that somebody else left on. */
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "tests/hil/ear.h"
 
 #define PORT_B 1u
@@ -20,7 +20,7 @@ TEST(outputs_are_driven_before_the_crystal_is_waited_for)
     options.hse_hz = 0;
     struct ear *ear = ear_open(&options, 0);
     assert_int_equal(hil_board_run_until(ear->board, 15 * HIL_MS_PS), MR_OK);
-    assert_int_equal(hil_board_hclk_hz(ear->board), 16000000);
+    assert_int_equal(ear->board->core.state.clock.hclk_hz, 16000000);
     for (unsigned pin = 0; pin < 3; pin++)
         assert_true(drives(ear->board, PORT_E, pin));
     for (unsigned pin = 12; pin < 16; pin++)
@@ -38,10 +38,10 @@ TEST(clocks_left_on_by_another_program_are_taken_back)
     struct hil_options options = ear_options();
     options.left_on = true;
     struct ear *ear = ear_open(&options, 0);
-    assert_int_equal(hil_board_hclk_hz(ear->board), 168000000);
+    assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     if (hil_board_run_until(ear->board, 300 * HIL_MS_PS) != MR_OK)
         fail_msg("%s", hil_board_reason(ear->board));
-    assert_int_equal(hil_board_hclk_hz(ear->board), 168000000);
+    assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     assert_true(ear->heard[EAR_CAN][MR_ID_HELLO] > 0);
     struct mr_hello hello;
     assert_int_equal(mr_hello_get(&hello, ear->last[EAR_CAN][MR_ID_HELLO], MR_MESSAGE_MAX), MR_OK);
@@ -95,7 +95,7 @@ TEST(the_boot_rom_finds_its_vectors_at_0)
     assert_int_equal(hil_board_run_until(ear->board, 700 * HIL_MS_PS), MR_OK);
     assert_int_equal(hil_board_peek(ear->board, 0, at_zero, sizeof at_zero), MR_OK);
     assert_int_equal(hil_board_peek(ear->board, 0x1fff0000u, of_rom, sizeof of_rom), MR_OK);
-    assert_int_equal(hil_board_hclk_hz(ear->board), 24000000);
+    assert_int_equal(ear->board->core.state.clock.hclk_hz, 24000000);
     assert_memory_equal(at_zero, of_rom, sizeof of_rom);
     ear_close(ear);
 }

@@ -10,7 +10,6 @@
 #include "common/gates.h"
 #include "common/switches.h"
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "hil/rig/faults.h"
 #include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"

@@ -7,7 +7,7 @@
 
 #include "firmware/app.h"
 #include "firmware/config.h"
-#include "hil/board/parts.h"
+#include "hil/board/board.h"
 #include "tests/firmware/fake_board.h"
 #include "tests/firmware/fake_nor.h"
 #include "tests/hil/ear.h"

@@ -17,7 +17,6 @@
 #include "common/command.h"
 #include "common/framing.h"
 #include "hil/board/board.h"
-#include "hil/board/parts.h"
 #include "hil/rig/faults.h"
 #include "host/collect/account.h"
 #include "host/collect/timebase.h"
@@ -283,7 +282,7 @@ static void command(struct soak *soak, enum mr_command_code code, int32_t argume
     const struct mr_command message = {.code = (uint8_t)code, .tag = 9, .argument = argument};
     size_t length = mr_command_put(&message, payload);
     size_t n = mr_frame_encode(soak->sequence++, MR_ID_COMMAND, payload, length, bytes);
-    (void)hil_board_serial_inject(soak->board, bytes, n);
+    (void)hil_usart_inject(&soak->board->mcu.usart, bytes, n);
 }
 
 /* ---- an episode ---- */
@@ -420,7 +419,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     hil_board_attach_rig(board, &run);
     if (hil_faults_read(faults_path, ELF, &script, error, sizeof error) != MR_OK)
         complain(soak, episode, error);
-    else if (hil_board_add_faults(board, &script) != MR_OK)
+    else if (hil_faults_add_all(&board->faults, &script) != MR_OK)
         complain(soak, episode, hil_board_reason(board));
 
     soak->boots++;
