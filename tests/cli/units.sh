@@ -56,7 +56,7 @@ run() { eval "build/matrig --quiet $1"; }
 # What the files of the two are called, in which unit they are, and how long it took, is no result.
 shown() {
     run "$1" >"$tmp/shown" 2>"$tmp/err" || { cat "$tmp/err"; return 1; }
-    sed -E 's/_si\././g; s/mixed\.csv/in.csv/g; s/"(run_ms|pass_ms|wall_s|cpu_s|seconds)":[0-9.e-]+//g; /^(simulated in|unit of the values) /d' "$tmp/shown"
+    sed -E 's/_si\././g; s/mixed\.csv/in.csv/g; s/"(run_ms|pass_ms|wall_s|cpu_s|seconds)":[0-9.e-]+//g; s/("error_estimate":\{"u_ft":[0-9.]{4})[0-9]*/\1/; /^(simulated in|unit of the values) /d' "$tmp/shown"
 }
 same() {
     shown "$1" >"$tmp/one" && shown "$2" >"$tmp/other" && [ -s "$tmp/one" ] && diff "$tmp/one" "$tmp/other"
