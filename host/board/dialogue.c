@@ -5,11 +5,13 @@
 #include <math.h>
 #include <poll.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/canbase.h"
 #include "common/command.h"
 #include "host/link/link.h"
+#include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
 
 #define SERIAL_BYTES 16384u
@@ -131,6 +133,23 @@ void dialogue_close(struct dialogue *dialogue)
         link_close(dialogue->link[kind]);
         dialogue->link[kind] = NULL;
     }
+}
+
+static struct dialogue of_command;
+
+static void close_of_command(void)
+{
+    dialogue_close(&of_command);
+}
+
+struct dialogue *dialogue_of_command(const char *can, const char *serial)
+{
+    struct error error = {0};
+    atexit(close_of_command);
+    /* what had been opened before it failed is closed first */
+    if (dialogue_open(&of_command, can, serial, &error) != MR_OK)
+        error_set(fatal, error.status, "%s", error.text);
+    return &of_command;
 }
 
 struct link *dialogue_link(const struct dialogue *dialogue)

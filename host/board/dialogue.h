@@ -107,6 +107,9 @@ struct dialogue {
 /* Opens the links: LINK texts, NULL: not used, one at least. On failure nothing is open. */
 enum mr_status dialogue_open(struct dialogue *dialogue, const char *can, const char *serial,
                              struct error *error);
+/* The same for a command that runs once and has one dialogue: what fails ends the program, and the
+ * dialogue is closed at its end. */
+struct dialogue *dialogue_of_command(const char *can, const char *serial);
 /* The same with links that are open, which it takes over. */
 void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *serial);
 /* Of a dialogue that is all zero, or closed, it does nothing. */

@@ -134,29 +134,17 @@ static bool greeted(const void *context)
     return talk->hellos >= talk->wanted;
 }
 
-static enum mr_status until_hello(struct health_client *talk, unsigned hellos, struct error *error)
+static void until_hello(struct health_client *talk, unsigned hellos)
 {
     talk->wanted = hellos;
-    enum mr_status status = dialogue_until(talk->dialogue, greeted, talk, ANSWER_S, error);
-    return status == MR_TIMEOUT ? dialogue_no_hello(talk->dialogue, error) : status;
+    if (dialogue_until(talk->dialogue, greeted, talk, ANSWER_S, fatal) == MR_TIMEOUT)
+        dialogue_no_hello(talk->dialogue, fatal);
 }
 
-/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses
- * as dialogue_hello. */
-static enum mr_status health_client_begin(struct health_client *talk, struct dialogue *dialogue,
-                                          struct error *error)
+static void order(struct health_client *talk, uint8_t code)
 {
-    memset(talk, 0, sizeof *talk);
-    talk->dialogue = dialogue;
-    dialogue_subscribe(dialogue, take, talk);
-    return dialogue_hello(dialogue, NULL, NULL, error);
-}
-
-static enum mr_status order(struct health_client *talk, uint8_t code, struct error *error)
-{
-    return dialogue_obey(talk->dialogue,
-                         &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
-                         "a landing is armed or going on", error);
+    dialogue_obey(talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
+                  "a landing is armed or going on", fatal);
 }
 
 static bool all_known(const void *context)
@@ -167,50 +155,41 @@ static bool all_known(const void *context)
 }
 
 /* Hears everything that the board says each second, and what a processor fault left behind. */
-static enum mr_status health_client_hear(struct health_client *talk, struct error *error)
+static void health_client_hear(struct health_client *talk)
 {
     forget(talk);
-    enum mr_status status = order(talk, MR_COMMAND_STATE, error);
+    order(talk, MR_COMMAND_STATE);
     /* a whole second of the board, whatever its speed: from one regular hello to the next */
-    if (status == MR_OK)
-        status = until_hello(talk, talk->hellos + 2, error);
-    if (status == MR_OK)
-        status = dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, error);
-    return status == MR_TIMEOUT ? error_set(error, MR_TIMEOUT,
-                                            "the board does not say how it is: %s; is its firmware "
-                                            "of this matrig's version?",
-                                            dialogue_spec(talk->dialogue))
-                                : status;
+    until_hello(talk, talk->hellos + 2);
+    if (dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
+        error_set(fatal, MR_TIMEOUT,
+                  "the board does not say how it is: %s; is its firmware of this matrig's version?",
+                  dialogue_spec(talk->dialogue));
 }
 
-/* Fills `test`. MR_TIMEOUT, or what the board answered. */
-static enum mr_status health_client_self_test(struct health_client *talk, struct error *error)
+/* Fills `test`. */
+static void health_client_self_test(struct health_client *talk)
 {
-    enum mr_status status = order(talk, MR_COMMAND_SELF_TEST, error)
-                              ?: dialogue_until(talk->dialogue, dialogue_flag, &talk->tested,
-                                                ANSWER_S, error);
-    return status == MR_TIMEOUT
-             ? error_set(error, MR_TIMEOUT, "the self-test does not end: %s; reset the board",
-                         dialogue_spec(talk->dialogue))
-             : status;
+    order(talk, MR_COMMAND_SELF_TEST);
+    if (dialogue_until(talk->dialogue, dialogue_flag, &talk->tested, ANSWER_S, fatal) == MR_TIMEOUT)
+        error_set(fatal, MR_TIMEOUT, "the self-test does not end: %s; reset the board",
+                  dialogue_spec(talk->dialogue));
 }
 
 /* Waits until the board speaks again. */
-static enum mr_status health_client_reset(struct health_client *talk, struct error *error)
+static void health_client_reset(struct health_client *talk)
 {
-    enum mr_status status = order(talk, MR_COMMAND_RESET, error);
+    order(talk, MR_COMMAND_RESET);
     unsigned hellos = talk->hellos;
     double until_s = dialogue_now_s(talk->dialogue) + ANSWER_S;
     /* a hello that was on its way still names the reset before */
-    while (status == MR_OK && dialogue_now_s(talk->dialogue) < until_s) {
-        status = until_hello(talk, ++hellos, error);
-        if (status == MR_OK && (talk->hello.reset_cause & 5u) == 4u)
-            return MR_OK;
+    while (dialogue_now_s(talk->dialogue) < until_s) {
+        until_hello(talk, ++hellos);
+        if ((talk->hello.reset_cause & 5u) == 4u)
+            return;
     }
-    return status == MR_OK
-             ? error_set(error, MR_TIMEOUT, "the board did not restart: %s; switch it off and on",
-                         dialogue_spec(talk->dialogue))
-             : status;
+    error_set(fatal, MR_TIMEOUT, "the board did not restart: %s; switch it off and on",
+              dialogue_spec(talk->dialogue));
 }
 
 /* ---- matrig board health ---- */
@@ -317,14 +296,17 @@ static int tell(const char *verb, const struct health_client *talk, const struct
     return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli,
-                 struct error *error)
+int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli)
 {
     static struct health_client talk;
-    enum mr_status status = health_client_begin(&talk, dialogue, error);
-    if (status == MR_OK)
-        status = strcmp(verb, "health") == 0    ? health_client_hear(&talk, error)
-               : strcmp(verb, "self-test") == 0 ? health_client_self_test(&talk, error)
-                                                : health_client_reset(&talk, error);
-    return status == MR_OK ? tell(verb, &talk, cli) : cli_fail(error);
+    talk.dialogue = dialogue;
+    dialogue_subscribe(dialogue, take, &talk);
+    dialogue_hello(dialogue, NULL, NULL, fatal);
+    if (strcmp(verb, "health") == 0)
+        health_client_hear(&talk);
+    else if (strcmp(verb, "self-test") == 0)
+        health_client_self_test(&talk);
+    else
+        health_client_reset(&talk);
+    return tell(verb, &talk, cli);
 }

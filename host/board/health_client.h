@@ -48,8 +48,8 @@ struct health_client {
     struct crash_report crash;
 };
 
-/* matrig board health | self-test | reset. Exit code; 1: the board found a fault in itself. */
-int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli,
-                 struct error *error);
+/* matrig board health | self-test | reset. Exit code; 1: the board found a fault in itself. What
+ * goes wrong ends the program. */
+int board_health(struct dialogue *dialogue, const char *verb, const struct cli *cli);
 
 #endif

@@ -26,6 +26,7 @@
 #include "host/board/runway_client.h"
 #include "host/collect/boxfill.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 
 #define BOX_ROUNDS    6 /* of asking for what has not come */
 #define BOX_PAGE_BITS 15u
@@ -135,54 +136,47 @@ static enum mr_status take_box(void *context, const struct dialogue_message *mes
     return MR_OK;
 }
 
-static enum mr_status box_client_begin(struct box_client *talk, struct dialogue *dialogue,
-                                       struct error *error)
+static void box_client_begin(struct box_client *talk, struct dialogue *dialogue)
 {
     memset(talk, 0, sizeof *talk);
     talk->dialogue = dialogue;
     talk->half_page = UINT32_MAX;
     dialogue_subscribe(dialogue, take_box, talk);
-    return dialogue_hello(dialogue, NULL, NULL, error);
+    dialogue_hello(dialogue, NULL, NULL, fatal);
 }
 
 /* What the board asks to be asked again is asked again. */
-static enum mr_status box_order(struct box_client *talk, uint8_t code, int32_t argument,
-                                struct error *error)
+static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
 {
     struct dialogue *dialogue = talk->dialogue;
     const struct dialogue_order order = {
         .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
     struct mr_ack ack;
     double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_S;
-    enum mr_status status = dialogue_order(dialogue, &order, &ack, error);
-    while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s) {
-        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, error)
-                   ?: dialogue_order(dialogue, &order, &ack, error);
-    }
+    enum mr_status status = dialogue_order(dialogue, &order, &ack, fatal);
+    while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s)
+        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, fatal)
+                   ?: dialogue_order(dialogue, &order, &ack, fatal);
     if (status == MR_TIMEOUT)
-        return dialogue_lost(dialogue, code, error);
-    if (status != MR_OK || ack.status == MR_OK)
-        return status;
+        dialogue_lost(dialogue, code, fatal);
     if (ack.status == MR_UNKNOWN)
-        return error_set(error, MR_UNKNOWN,
-                         "the black box has no such record: %s; see matrig board list",
-                         dialogue_spec(dialogue));
-    return dialogue_refused(dialogue, &ack,
-                            "a landing is armed or going on, or there is no black box", error);
+        error_set(fatal, MR_UNKNOWN, "the black box has no such record: %s; see matrig board list",
+                  dialogue_spec(dialogue));
+    if (ack.status != MR_OK)
+        dialogue_refused(dialogue, &ack, "a landing is armed or going on, or there is no black box",
+                         fatal);
 }
 
 /* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
-static enum mr_status box_client_list(struct box_client *talk, struct error *error)
+static void box_client_list(struct box_client *talk)
 {
     talk->count = 0;
     talk->listed = false;
-    enum mr_status status = box_order(talk, MR_COMMAND_BOX_LIST, 0, error)
-                              ?: dialogue_until(talk->dialogue, dialogue_flag, &talk->listed,
-                                                DIALOGUE_ANSWER_S, error);
-    return status == MR_TIMEOUT
-             ? error_set(error, MR_TIMEOUT, "the list of records did not end: %s; try again",
-                         dialogue_spec(talk->dialogue))
-             : status;
+    box_order(talk, MR_COMMAND_BOX_LIST, 0);
+    if (dialogue_until(talk->dialogue, dialogue_flag, &talk->listed, DIALOGUE_ANSWER_S, fatal) ==
+        MR_TIMEOUT)
+        error_set(fatal, MR_TIMEOUT, "the list of records did not end: %s; try again",
+                  dialogue_spec(talk->dialogue));
 }
 
 static size_t first_absent(const struct box_client *talk)
@@ -195,30 +189,22 @@ static size_t first_absent(const struct box_client *talk)
 
 /* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay
  * absent. Both arrays have room for record.pages. */
-static enum mr_status box_client_read(struct box_client *talk,
-                                      const struct box_client_record *record,
-                                      uint8_t (*pages)[MR_BOXPAGE], uint8_t *present,
-                                      struct error *error)
+static void box_client_read(struct box_client *talk, const struct box_client_record *record,
+                            uint8_t (*pages)[MR_BOXPAGE], uint8_t *present)
 {
-    enum mr_status status = MR_OK;
     talk->reading = record->record.record;
     talk->pages = pages;
     talk->present = present;
     talk->page_count = record->record.pages;
-    for (int round = 0;
-         status == MR_OK && round < BOX_ROUNDS && first_absent(talk) < talk->page_count; round++) {
+    for (int round = 0; round < BOX_ROUNDS && first_absent(talk) < talk->page_count; round++) {
         talk->ended = false;
-        status = box_order(talk, MR_COMMAND_BOX_READ,
-                           (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)),
-                           error)
-                   ?: dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended,
-                                            &talk->parts, DIALOGUE_ANSWER_S, error);
+        box_order(talk, MR_COMMAND_BOX_READ,
+                  (int32_t)((uint32_t)talk->reading << BOX_PAGE_BITS | first_absent(talk)));
         /* what has not come is asked for again */
-        if (status == MR_TIMEOUT && error->status == MR_OK)
-            status = MR_OK;
+        dialogue_while_coming(talk->dialogue, dialogue_flag, &talk->ended, &talk->parts,
+                              DIALOGUE_ANSWER_S, fatal);
     }
     talk->pages = NULL;
-    return status;
 }
 
 static void record_answer(const struct box_client_record *r, struct answer *answer)
@@ -275,8 +261,8 @@ static int tell_read(const struct request *request, const struct box_client_reco
 
 /* The record names the configuration that it was recorded by; the board tells it as long as it is
  * in force. Without it only replay does worse, so what fails here is told and no more. */
-static enum mr_status keep_configuration(const struct request *request, struct box_client *talk,
-                                         struct store *store, int64_t run, struct error *error)
+static void keep_configuration(const struct request *request, struct box_client *talk,
+                               struct store *store, int64_t run)
 {
     static struct config_client other;
     static struct mr_config config;
@@ -284,18 +270,19 @@ static enum mr_status keep_configuration(const struct request *request, struct b
     struct error why = {0};
     char *text = NULL;
     uint32_t crc = 0;
-    enum mr_status status = store_landing_get(store, run, &landing, error);
-    if (status == MR_OK && landing.config_crc != STORE_NONE)
-        status = store_configuration_get(store, (uint32_t)landing.config_crc, &text, error);
-    bool there = text != NULL || landing.config_crc == STORE_NONE;
+    store_landing_get(store, run, &landing, fatal);
+    if (landing.config_crc == STORE_NONE)
+        return;
+    store_configuration_get(store, (uint32_t)landing.config_crc, &text, fatal);
+    bool there = text != NULL;
     free(text);
-    if (status != MR_OK || there)
-        return status;
+    if (there)
+        return;
     if (config_client_begin(&other, talk->dialogue, &why) == MR_OK)
         (void)config_client_get(&other, &config, &crc, &why);
     if (why.status == MR_OK && crc == (uint32_t)landing.config_crc) {
         text = config_text_write(&config);
-        status = store_configuration_put(store, crc, text, error);
+        store_configuration_put(store, crc, text, fatal);
         free(text);
     } else {
         cli_note(request->cli, "the configuration of the landing, CRC %08x, is not to be had: %s",
@@ -303,10 +290,9 @@ static enum mr_status keep_configuration(const struct request *request, struct b
                  why.status == MR_OK ? "the board has another one by now; replay will differ"
                                      : why.text);
     }
-    return status;
 }
 
-static int read_record(const struct request *request, struct box_client *talk, struct error *error)
+static int read_record(const struct request *request, struct box_client *talk)
 {
     const struct box_client_record *r = NULL;
     struct boxfill filled = {0};
@@ -315,46 +301,38 @@ static int read_record(const struct request *request, struct box_client *talk, s
             r = &talk->records[i];
     }
     if (!r) {
-        error_set(error, MR_UNKNOWN, "no record %d in the black box: %s; see matrig board list",
+        error_set(fatal, MR_UNKNOWN, "no record %d in the black box: %s; see matrig board list",
                   (int)request->number, request->serial);
-        return cli_fail(error);
+        return 0;
     }
     size_t count = r->record.pages, absent = 0;
     uint8_t(*pages)[MR_BOXPAGE] = xcalloc(count + 1, MR_BOXPAGE);
     uint8_t *present = xcalloc(count + 1, 1);
-    enum mr_status status = box_client_read(talk, r, pages, present, error);
+    box_client_read(talk, r, pages, present);
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
-    struct store *store = NULL;
-    if (status == MR_OK)
-        status = store_open(request->db, STORE_CREATE, &store, error);
-    if (status == MR_OK)
-        status = boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages,
-                         present, count, &filled, error);
-    if (status == MR_OK)
-        status = keep_configuration(request, talk, store, filled.run, error);
-    store_close(store);
+    struct store *store = program_campaign(request->db, STORE_CREATE);
+    boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
+            count, &filled, fatal);
+    keep_configuration(request, talk, store, filled.run);
     free(pages);
     free(present);
-    return status == MR_OK ? tell_read(request, r, absent, &filled) : cli_fail(error);
+    return tell_read(request, r, absent, &filled);
 }
 
-static int box(const struct request *request, struct dialogue *dialogue, struct error *error)
+static int box(const struct request *request, struct dialogue *dialogue)
 {
     static struct box_client talk;
     const char *verb = request->words[0];
-    bool frees = strcmp(verb, "free") == 0;
-    enum mr_status status =
-        box_client_begin(&talk, dialogue, error)
-            ?: (frees ? box_order(&talk, MR_COMMAND_BOX_FREE, request->number, error)
-                      : box_client_list(&talk, error));
-    if (status != MR_OK)
-        return cli_fail(error);
-    if (!frees)
-        return strcmp(verb, "read") == 0 ? read_record(request, &talk, error)
-                                         : list(request, &talk);
-    return request->cli->json ? cli_print_json(json_pack("{si}", "freed", (int)request->number), 0)
-                              : 0;
+    box_client_begin(&talk, dialogue);
+    if (strcmp(verb, "free") == 0) {
+        box_order(&talk, MR_COMMAND_BOX_FREE, request->number);
+        return request->cli->json
+                 ? cli_print_json(json_pack("{si}", "freed", (int)request->number), 0)
+                 : 0;
+    }
+    box_client_list(&talk);
+    return strcmp(verb, "read") == 0 ? read_record(request, &talk) : list(request, &talk);
 }
 
 /* ---- which board, and which image it runs ---- */
@@ -395,27 +373,19 @@ static int print_identity(const struct request *request, const struct identity *
     return answer_show(request->cli, answer, exit_code);
 }
 
-static int tell_identity(const struct request *request, struct dialogue *dialogue,
-                         struct error *error)
+static int tell_identity(const struct request *request, struct dialogue *dialogue)
 {
     struct imagefile image = {0};
-    int exit_code;
-    enum mr_status status = request->image ? imagefile_read(request->image, &image, error) : MR_OK;
-    if (status == MR_OK && request->image && !image.stamped)
-        status = error_set(error, MR_UNKNOWN,
-                           "an image without matrig's header: %s; nothing to compare with",
-                           request->image);
-    if (status == MR_OK)
-        status = dialogue_who(dialogue, DIALOGUE_HELLO_S, error);
-    if (status == MR_TIMEOUT)
-        status = dialogue_no_hello(dialogue, error);
+    if (request->image)
+        imagefile_read(request->image, &image, fatal);
+    if (request->image && !image.stamped)
+        error_set(fatal, MR_UNKNOWN,
+                  "an image without matrig's header: %s; nothing to compare with", request->image);
+    if (dialogue_who(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
+        dialogue_no_hello(dialogue, fatal);
     struct error late = {0}; /* an old board does not say which kind it is */
-    if (status == MR_OK)
-        (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.board_known, KIND_S,
-                             &late);
-    exit_code = status == MR_OK
-                  ? print_identity(request, &dialogue->identity, request->image ? &image : NULL)
-                  : cli_fail(error);
+    (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.board_known, KIND_S, &late);
+    int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
         imagefile_free(&image);
     return exit_code;
@@ -462,13 +432,12 @@ static void zeros_answer(const struct gage_client *talk, struct answer *answer)
     answer_close(answer);
 }
 
-static int gages(const struct request *request, struct dialogue *dialogue, struct error *error)
+static int gages(const struct request *request, struct dialogue *dialogue)
 {
     static struct gage_client talk;
     bool zero = strcmp(request->words[0], "zero") == 0;
-    if (gage_client_order(&talk, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT,
-                          request->number, error) != MR_OK)
-        return cli_fail(error);
+    gage_client_order(&talk, dialogue, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, request->number,
+                      fatal);
     bool good = talk.ack.status == MR_OK;
     struct answer *answer = answer_new(request->cli->si);
     answer_flag(answer, "good", NULL, good);
@@ -499,16 +468,17 @@ static json_t *to_json(const char *word, const struct arm_client *talk, const st
 }
 
 /* For whoever has a terminal and no live page. */
-static int arm(const struct request *request, struct dialogue *dialogue, struct error *error)
+static int arm(const struct request *request, struct dialogue *dialogue)
 {
+    struct error error = {0};
     struct arm_client talk = {0};
     bool arms = strcmp(request->words[0], "arm") == 0;
-    enum mr_status status = arm_client_begin(&talk, dialogue, error)
+    enum mr_status status = arm_client_begin(&talk, dialogue, &error)
                               ?: arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
-                                                  request->number, error);
-    int exit_code = status == MR_OK ? 0 : cli_fail(error);
+                                                  request->number, &error);
+    int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (request->cli->json)
-        return cli_print_json(to_json(request->words[0], &talk, error), exit_code);
+        return cli_print_json(to_json(request->words[0], &talk, &error), exit_code);
     if (status == MR_OK && arms)
         printf("armed for landing %u: the board records until the gear has stopped and the mat is "
                "at rest\n",
@@ -580,12 +550,10 @@ static int print_runway(const struct runway_client *talk, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-static enum mr_status write_runway(const char *path, const struct mr_predictor_state *state,
-                                   struct error *error)
+static void write_runway(const char *path, const struct mr_predictor_state *state)
 {
     struct output output;
-    if (output_begin(&output, path, error) != MR_OK)
-        return error->status;
+    output_begin(&output, path, fatal);
     FILE *file = output.file;
     fprintf(file,
             "# A board's runway: openings of its joints in inches, upfield first. matrig board "
@@ -594,7 +562,7 @@ static enum mr_status write_runway(const char *path, const struct mr_predictor_s
             state->mats, state->landings, (double)state->scale);
     for (unsigned j = 0; j <= state->mats; j++)
         fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_hmil[j] / HMIL_PER_IN);
-    return output_end(&output, error);
+    output_end(&output, fatal);
 }
 
 /* One line of the file; false: it is none. */
@@ -622,75 +590,72 @@ static bool take_line(const char *line, struct mr_predictor_state *state, bool *
     return true;
 }
 
-static enum mr_status read_runway(const char *path, struct mr_predictor_state *state,
-                                  struct error *error)
+static void read_runway(const char *path, struct mr_predictor_state *state)
 {
     bool given[MR_RUNWAY_JOINTS] = {false};
     char line[200];
     unsigned number = 0, joints = 0;
     FILE *file = fopen(path, "r");
-    if (!file)
-        return error_set(error, MR_IO,
-                         "cannot be read (%s): %s; matrig board runway -o FILE makes one",
-                         strerror(errno), path);
+    if (!file) {
+        error_set(fatal, MR_IO, "cannot be read (%s): %s; matrig board runway -o FILE makes one",
+                  strerror(errno), path);
+        return;
+    }
     *state = (struct mr_predictor_state){.scale = 1.0f};
-    enum mr_status status = MR_OK;
-    while (status == MR_OK && fgets(line, sizeof line, file)) {
+    while (fgets(line, sizeof line, file)) {
         number++;
         if (!take_line(line, state, given))
-            status = error_set(error, MR_MALFORMED,
-                               "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES (or with a "
-                               "unit: 2 mm), each once",
-                               (int)strcspn(line, "\r\n"), line, path, number);
+            error_set(fatal, MR_MALFORMED,
+                      "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES (or with a "
+                      "unit: 2 mm), each once",
+                      (int)strcspn(line, "\r\n"), line, path, number);
     }
     fclose(file);
     for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
         joints += given[j];
-    if (status == MR_OK && (state->mats == 0 || joints != state->mats + 1u))
-        status = error_set(
-            error, MR_MALFORMED,
+    if (state->mats == 0 || joints != state->mats + 1u)
+        error_set(
+            fatal, MR_MALFORMED,
             "%u joints of %u mats: %s; it must say its mats, and each joint from 1 to mats + 1",
             joints, state->mats, path);
-    return status;
 }
 
-static enum mr_status check_runway(struct request *r, struct error *error)
+static void check_runway(struct request *r)
 {
     const char *verb = r->words[1] ? r->words[1] : "show", *file = r->words[2];
     bool load = strcmp(verb, "load") == 0;
     if (!load && strcmp(verb, "show") != 0 && strcmp(verb, "forget") != 0)
-        return error_set(error, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help",
-                         verb);
+        error_set(fatal, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help", verb);
     if (load != (file != NULL))
-        return error_set(error, MR_USAGE,
-                         load ? "which runway? matrig board runway load needs a FILE"
-                              : "a FILE is load's: '%s'",
-                         file);
-    return (file ? read_runway(file, &r->runway, error) : MR_OK) ?:
-           output_keep(r->out, r->force, error) ?: output_check(r->out, file, error);
+        error_set(fatal, MR_USAGE,
+                  load ? "which runway? matrig board runway load needs a FILE"
+                       : "a FILE is load's: '%s'",
+                  file);
+    if (file)
+        read_runway(file, &r->runway);
+    output_keep(r->out, r->force, fatal);
+    output_check(r->out, file, fatal);
 }
 
-static int runway(const struct request *request, struct dialogue *dialogue, struct error *error)
+static int runway(const struct request *request, struct dialogue *dialogue)
 {
     static struct runway_client talk;
-    const char *verb = request->words[1] ? request->words[1] : "show";
-    enum mr_status status = runway_client_begin(&talk, dialogue, error);
-    if (status == MR_OK && request->words[2])
-        status = runway_client_give(&talk, &request->runway, error);
-    if (status == MR_OK && strcmp(verb, "forget") == 0)
-        status = runway_client_forget(&talk, error);
-    if (status == MR_OK)
-        status = runway_client_read(&talk, error);
-    if (status == MR_OK && request->out)
-        status = write_runway(request->out, &talk.state, error);
-    return status == MR_OK ? print_runway(&talk, request->cli) : cli_fail(error);
+    runway_client_begin(&talk, dialogue, fatal);
+    if (request->words[2])
+        runway_client_give(&talk, &request->runway, fatal);
+    else if (request->words[1] && strcmp(request->words[1], "forget") == 0)
+        runway_client_forget(&talk, fatal);
+    runway_client_read(&talk, fatal);
+    if (request->out)
+        write_runway(request->out, &talk.state);
+    return print_runway(&talk, request->cli);
 }
 
 /* ---- the command line ---- */
 
-static int health(const struct request *request, struct dialogue *dialogue, struct error *error)
+static int health(const struct request *request, struct dialogue *dialogue)
 {
-    return board_health(dialogue, request->words[0], request->cli, error);
+    return board_health(dialogue, request->words[0], request->cli);
 }
 
 enum { CAN = 1, DB = 2, IMAGE = 4, OUT = 8 };
@@ -701,7 +666,7 @@ static const struct verb {
     unsigned words;     /* behind it, at most */
     const char *number; /* what the word behind it says; NULL: no number */
     double least, most; /* least 1: it is needed */
-    int (*run)(const struct request *request, struct dialogue *dialogue, struct error *error);
+    int (*run)(const struct request *request, struct dialogue *dialogue);
 } verbs[] = {
     {.name = "", .options = IMAGE, .run = tell_identity},
     {.name = "list", .run = box},
@@ -717,22 +682,22 @@ static const struct verb {
     {.name = "runway", .options = OUT, .words = 2, .run = runway},
 };
 
-static enum mr_status find_verb(const char *word, const struct verb **verb, struct error *error)
+static const struct verb *find_verb(const char *word)
 {
     char near[SPELL_SUGGEST_TEXT];
     for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
-        *verb = &verbs[i];
         if (strcmp(verbs[i].name, word ? word : "") == 0)
-            return MR_OK;
+            return &verbs[i];
     }
     help_suggest_word(&command_board, word, near);
-    return error_set(error, MR_UNKNOWN,
-                     "not list, read, free, config, runway, arm, disarm, zero, shunt, "
-                     "bringup, health, self-test or reset: '%s'%s%s see matrig board --help",
-                     word, near, near[0] ? "" : ";");
+    error_set(fatal, MR_UNKNOWN,
+              "not list, read, free, config, runway, arm, disarm, zero, shunt, "
+              "bringup, health, self-test or reset: '%s'%s%s see matrig board --help",
+              word, near, near[0] ? "" : ";");
+    return NULL;
 }
 
-static enum mr_status check_options(struct request *r, const struct verb *verb, struct error *error)
+static void check_options(struct request *r, const struct verb *verb)
 {
     const struct {
         bool given;
@@ -746,56 +711,50 @@ static enum mr_status check_options(struct request *r, const struct verb *verb, 
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (options[i].given && !(verb->options & options[i].option))
-            return error_set(error, MR_USAGE, "%s is %s: matrig board %s", options[i].name,
-                             options[i].whose, verb->name);
+            error_set(fatal, MR_USAGE, "%s is %s: matrig board %s", options[i].name,
+                      options[i].whose, verb->name);
     }
     if (r->can && r->serial)
-        return error_set(error, MR_USAGE, "--can and --serial: matrig board %s needs one link",
-                         verb->name);
+        error_set(fatal, MR_USAGE, "--can and --serial: matrig board %s needs one link",
+                  verb->name);
     if (!r->can && !r->serial)
-        return error_set(error, MR_USAGE,
-                         "no link: matrig board %s%sneeds %s--serial LINK; see matrig board --help",
-                         verb->name, verb->name[0] ? " " : "",
-                         verb->options & CAN ? "--can LINK or " : "");
+        error_set(fatal, MR_USAGE,
+                  "no link: matrig board %s%sneeds %s--serial LINK; see matrig board --help",
+                  verb->name, verb->name[0] ? " " : "",
+                  verb->options & CAN ? "--can LINK or " : "");
     if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == arm)
-        return error_set(error, MR_USAGE, "a file is no board: %s; give the link of one",
-                         r->can ? r->can : r->serial);
+        error_set(fatal, MR_USAGE, "a file is no board: %s; give the link of one",
+                  r->can ? r->can : r->serial);
     if (verb->options & DB && !r->db)
-        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB",
-                         verb->name);
-    return verb->run == runway ? check_runway(r, error) : MR_OK;
+        error_set(fatal, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB", verb->name);
+    if (verb->run == runway)
+        check_runway(r);
 }
 
-static enum mr_status check_words(struct request *r, const struct verb *verb, struct error *error)
+static void check_words(struct request *r, const struct verb *verb)
 {
     double number = 0.0;
     const char *word = r->words[1];
     if (r->words[1 + verb->words])
-        return error_set(error, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help",
-                         verb->name, verb->words ? "more" : "number", r->words[1 + verb->words]);
-    if (!verb->number)
-        return MR_OK;
-    if (!word)
-        return verb->least > 0.0
-                 ? error_set(error, MR_USAGE,
-                             "which record? matrig board %s needs its number, see matrig board "
-                             "list",
-                             verb->name)
-                 : MR_OK;
-    enum mr_status status = cli_number(word, verb->number, verb->least, verb->most, &number, error);
+        error_set(fatal, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help", verb->name,
+                  verb->words ? "more" : "number", r->words[1 + verb->words]);
+    if (verb->number && !word && verb->least > 0.0)
+        error_set(fatal, MR_USAGE,
+                  "which record? matrig board %s needs its number, see matrig board "
+                  "list",
+                  verb->name);
+    if (!verb->number || !word)
+        return;
+    cli_number(word, verb->number, verb->least, verb->most, &number, fatal);
     r->number = (int32_t)number;
-    return status == MR_OK && number != floor(number)
-             ? error_set(error, MR_USAGE, "%s is a whole number: '%s'; see matrig board --help",
-                         verb->number, word)
-             : status;
+    if (number != floor(number))
+        error_set(fatal, MR_USAGE, "%s is a whole number: '%s'; see matrig board --help",
+                  verb->number, word);
 }
 
 static int board_command(int argc, char **argv, const struct cli *cli)
 {
     static struct request request;
-    struct error error = {0};
-    struct dialogue dialogue = {0};
-    const struct verb *verb = NULL;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "config") == 0)
             return command_board_config.run(argc, argv, cli);
@@ -803,16 +762,11 @@ static int board_command(int argc, char **argv, const struct cli *cli)
             return command_board_bringup.run(argc, argv, cli);
     }
     request.cli = cli;
-    enum mr_status status =
-        command_parse(&command_board, argc, argv, cli, &request, request.words, &error) ?:
-        find_verb(request.words[0], &verb, &error) ?: check_words(&request, verb, &error) ?:
-        check_options(&request, verb, &error) ?:
-        dialogue_open(&dialogue, request.can, request.serial, &error);
-    if (status != MR_OK)
-        return cli_fail(&error);
-    int exit_code = verb->run(&request, &dialogue, &error);
-    dialogue_close(&dialogue);
-    return exit_code;
+    command_parse(&command_board, argc, argv, cli, &request, request.words, fatal);
+    const struct verb *verb = find_verb(request.words[0]);
+    check_words(&request, verb);
+    check_options(&request, verb);
+    return verb->run(&request, dialogue_of_command(request.can, request.serial));
 }
 
 #define VALUES struct request

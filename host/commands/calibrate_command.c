@@ -89,16 +89,11 @@ static int tell(const struct request *r, const struct calibrate_points *points,
     return answer_show(r->cli, answer, 0);
 }
 
-static enum mr_status write_config(const struct request *r, const struct mr_config *config,
-                                   struct error *error)
+static void write_config(const struct request *r, const struct mr_config *config)
 {
-    struct output output;
-    if (output_begin(&output, r->output, error) != MR_OK)
-        return error->status;
     char *text = config_text_write(config);
-    fputs(text, output.file);
+    output_bytes(r->output, text, strlen(text), fatal);
     free(text);
-    return output_end(&output, error);
 }
 
 static const char *source(const struct request *r)
@@ -107,37 +102,35 @@ static const char *source(const struct request *r)
 }
 
 /* A code that the channel cannot read is none: swapped columns, another program's numbers. */
-static enum mr_status check_codes(const struct request *r, const struct calibrate_points *points,
-                                  const struct mr_channel_config *channel, struct error *error)
+static void check_codes(const struct request *r, const struct calibrate_points *points,
+                        const struct mr_channel_config *channel)
 {
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     for (size_t i = 0; i < points->count; i++) {
         double code = points->point[i].code;
         if (code < (double)limits.low_code || code > (double)limits.high_code)
-            return error_set(error, MR_LIMIT,
-                             "%g is no code that %s reads, point %zu: %s; from %.0f to %.0f: are "
-                             "the columns swapped?",
-                             code, r->word, i + 1, source(r), (double)limits.low_code,
-                             (double)limits.high_code);
+            error_set(fatal, MR_LIMIT,
+                      "%g is no code that %s reads, point %zu: %s; from %.0f to %.0f: are "
+                      "the columns swapped?",
+                      code, r->word, i + 1, source(r), (double)limits.low_code,
+                      (double)limits.high_code);
     }
-    return MR_OK;
 }
 
 /* A jump is only reported here: config set refuses it without --force. */
-static enum mr_status check_gain(const struct request *r, const struct mr_config *config,
-                                 const struct mr_channel_config *old, struct error *error)
+static void check_gain(const struct request *r, const struct mr_config *config,
+                       const struct mr_channel_config *old)
 {
     struct mr_config_reason reason;
     char text[500];
     const struct mr_channel_config *channel = &config->channel[r->channel];
     if (mr_config_check(config, &reason) != MR_OK) {
         config_text_reason(config, &reason, text, sizeof text);
-        return error_set(error, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
+        error_set(fatal, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
     }
     if (jump_find(old, channel, text))
         cli_note(r->cli, "%s: %s, compared with %s: look at unit and points", r->word, text,
                  old->calibrated_day ? "the last calibration" : "the configuration");
-    return MR_OK;
 }
 
 /* ---- points from a board ---- */
@@ -186,29 +179,27 @@ static bool gathered(const void *context)
 }
 
 /* The channel's mean over a second or so. */
-static enum mr_status measure(const struct request *r, struct dialogue *dialogue,
-                              struct gathering *g, struct calibrate_point *point,
-                              struct error *error)
+static void measure(const struct request *r, struct dialogue *dialogue, struct gathering *g,
+                    struct calibrate_point *point)
 {
     *g = (struct gathering){.reference = g->reference, .channel = g->channel};
-    enum mr_status status = config_client_live(dialogue, LIVE_S, error)
-                              ?: dialogue_until(dialogue, gathered, g, POINT_S, error);
-    if (error->status == MR_OK && g->count < POINT_BLOCKS)
-        return error_set(error, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
-                         g->bad ? "its readings are not valid" : "no readings came within 10 s",
-                         g->bad ? "look at its leads" : "is the board connected?");
+    config_client_live(dialogue, LIVE_S, fatal);
+    dialogue_until(dialogue, gathered, g, POINT_S, fatal);
+    if (g->count < POINT_BLOCKS)
+        error_set(fatal, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
+                  g->bad ? "its readings are not valid" : "no readings came within 10 s",
+                  g->bad ? "look at its leads" : "is the board connected?");
     double n = g->count;
     point->code = g->first + g->sum / n;
     point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
-    return status;
 }
 
 /* A line from the keyboard while the board is listened to, so that nothing piles up. False: the
  * end. */
-static bool typed_line(struct dialogue *dialogue, char *line, size_t size, struct error *error)
+static bool typed_line(struct dialogue *dialogue, char *line, size_t size)
 {
     size_t length = 0;
-    while (error->status == MR_OK) {
+    for (;;) {
         struct pollfd ready = {.fd = STDIN_FILENO, .events = POLLIN};
         char byte;
         if (poll(&ready, 1, 0) == 1) {
@@ -222,15 +213,13 @@ static bool typed_line(struct dialogue *dialogue, char *line, size_t size, struc
                 line[length++] = byte;
             continue;
         }
-        (void)dialogue_turn(dialogue, DIALOGUE_TURN_S, error);
+        (void)dialogue_turn(dialogue, DIALOGUE_TURN_S, fatal);
     }
-    return false;
 }
 
 /* Point by point: somebody sets a known value and types it, the board's readings say the code. */
-static enum mr_status guide(const struct request *r, struct dialogue *dialogue,
-                            const struct mr_config *config, struct calibrate_points *points,
-                            struct error *error)
+static void guide(const struct request *r, struct dialogue *dialogue,
+                  const struct mr_config *config, struct calibrate_points *points)
 {
     struct gathering g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
     char line[100];
@@ -244,8 +233,7 @@ static enum mr_status guide(const struct request *r, struct dialogue *dialogue,
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
             fprintf(stderr, "point %zu, %s: ", points->count + 1, unit);
-        if (!typed_line(dialogue, line, sizeof line, error) || line[0] == '\0' ||
-            strcmp(line, "q") == 0)
+        if (!typed_line(dialogue, line, sizeof line) || line[0] == '\0' || strcmp(line, "q") == 0)
             break;
         if (strcmp(line, "u") == 0) {
             points->count -= points->count > 0;
@@ -257,8 +245,7 @@ static enum mr_status guide(const struct request *r, struct dialogue *dialogue,
             cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
             continue;
         }
-        if (measure(r, dialogue, &g, &point, error) != MR_OK)
-            break;
+        measure(r, dialogue, &g, &point);
         bool moves = point.spread > MOVES_CODES;
         cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
                  moves ? ": it moves, not taken; let it rest and type it again" : "");
@@ -266,51 +253,42 @@ static enum mr_status guide(const struct request *r, struct dialogue *dialogue,
             points->point[points->count++] = point;
     }
     struct error late = {0};
-    if (error->status == MR_OK)
-        (void)config_client_live(dialogue, 0, &late);
-    return error->status;
+    (void)config_client_live(dialogue, 0, &late);
 }
 
 /* The configuration in force, and the points. */
-static enum mr_status read_board(const struct request *r, struct mr_config *config,
-                                 struct calibrate_points *points, struct error *error)
+static void read_board(const struct request *r, struct mr_config *config,
+                       struct calibrate_points *points)
 {
     static struct config_client talk;
-    struct dialogue dialogue;
+    struct dialogue *dialogue = dialogue_of_command(NULL, r->serial);
     uint32_t crc;
-    enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error)
-                              ?: config_client_meet(&talk, &dialogue, config, &crc, error);
-    if (status == MR_OK && !mr_channel_measures(&config->channel[r->channel]))
-        status = error_set(error, MR_USAGE,
-                           "%s is not fitted: the configuration of %s; see matrig board config",
-                           r->word, r->serial);
-    if (status == MR_OK)
-        status = guide(r, &dialogue, config, points, error);
-    dialogue_close(&dialogue);
-    return status;
+    config_client_meet(&talk, dialogue, config, &crc, fatal);
+    if (!mr_channel_measures(&config->channel[r->channel]))
+        error_set(fatal, MR_USAGE,
+                  "%s is not fitted: the configuration of %s; see matrig board config", r->word,
+                  r->serial);
+    guide(r, dialogue, config, points);
+    dialogue_close(dialogue);
 }
 
-static enum mr_status calibrate(const struct request *r, struct error *error)
+static void calibrate(const struct request *r)
 {
     static struct mr_config config;
     static struct calibrate_points points;
     struct calibrate_fit fit;
-    enum mr_status status =
-        (r->config ? config_text_load(r->config, &config, error) : MR_OK)
-            ?: (r->points ? calibrate_points_read(r->points, unit_kind(r), &points, error)
-                          : read_board(r, &config, &points, error));
+    if (r->config)
+        config_text_load(r->config, &config, fatal);
+    if (r->points)
+        calibrate_points_read(r->points, unit_kind(r), &points, fatal);
+    else
+        read_board(r, &config, &points);
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
-    if (status == MR_OK && !mr_channel_measures(channel))
-        status = error_set(error, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word,
-                           r->config);
-    if (status == MR_OK)
-        status = check_codes(r, &points, channel, error);
-    if (status == MR_OK)
-        status = calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit,
-                               error);
-    if (status != MR_OK)
-        return status;
+    if (!mr_channel_measures(channel))
+        error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word, r->config);
+    check_codes(r, &points, channel);
+    calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit, fatal);
     time_t today = time(NULL) / DAY_S;
     channel->calibrated_day = (uint32_t)today;
     channel->expires_day = (uint32_t)(today + (time_t)r->days);
@@ -318,13 +296,10 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
         memset(channel->serial, 0, sizeof channel->serial);
         memcpy(channel->serial, r->sensor, strlen(r->sensor));
     }
-    status = check_gain(r, &config, &old, error);
-    if (status == MR_OK && r->output)
-        status = write_config(r, &config, error);
-    if (status != MR_OK)
-        return status;
+    check_gain(r, &config, &old);
+    if (r->output)
+        write_config(r, &config);
     (void)tell(r, &points, &fit, channel);
-    return MR_OK;
 }
 
 /* ---- certificates ---- */
@@ -493,7 +468,6 @@ static void check(struct request *r)
 static int calibrate_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
-    struct error error = {0};
     command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
     check(&r);
     /* before somebody turns a screw for half an hour */
@@ -501,8 +475,8 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     output_check(r.output, r.points, fatal);
     if (r.recompute)
         recompute(&r);
-    else if ((r.serial || r.points) && calibrate(&r, &error) != MR_OK)
-        return cli_fail(&error);
+    else if (r.serial || r.points)
+        calibrate(&r);
     if (r.certificate)
         enter_certificate(&r);
     return 0;

@@ -22,7 +22,7 @@ struct request {
 };
 
 struct session {
-    struct dialogue dialogue;
+    struct dialogue *dialogue;
     struct config_client talk;
     struct mr_config config; /* in force */
     uint32_t crc;
@@ -55,48 +55,41 @@ static void note_unsound(const struct cli *cli, const struct mr_config *config)
     cli_note(cli, "the board's configuration is not sound: %s", why);
 }
 
-static enum mr_status open_session(const struct request *request, struct session *session,
-                                   struct error *error)
+static void open_session(const struct request *request, struct session *session)
 {
     memset(session, 0, sizeof *session);
-    const char *can = request->serial ? NULL : request->can; /* else it is there to listen to */
-    return dialogue_open(&session->dialogue, can, request->serial, error) ?:
-           config_client_begin(&session->talk, &session->dialogue, error) ?:
-           config_client_get(&session->talk, &session->config, &session->crc, error);
+    /* the CAN bus of one with both is there to listen to */
+    session->dialogue = dialogue_of_command(request->serial ? NULL : request->can, request->serial);
+    config_client_begin(&session->talk, session->dialogue, fatal);
+    config_client_get(&session->talk, &session->config, &session->crc, fatal);
 }
 
-static int get(const struct request *request, struct error *error)
+static int get(const struct request *request)
 {
     static struct session session;
     int exit_code = 0;
-    enum mr_status status = output_keep(request->output, request->force, error) ?:
-                            output_check(request->output, NULL, error) ?:
-                            open_session(request, &session, error);
+    output_keep(request->output, request->force, fatal);
+    output_check(request->output, NULL, fatal);
+    open_session(request, &session);
     const struct mr_config_state *state = &session.talk.state;
-    char *text = status == MR_OK ? config_text_write(&session.config) : NULL;
-    if (status == MR_OK && request->output)
-        status = output_bytes(request->output, text, strlen(text), error);
-    if (status == MR_OK) {
-        note_damage(request->cli, state);
-        note_unsound(request->cli, &session.config);
-        if (request->cli->json)
-            exit_code = cli_print_json(
-                json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision,
-                          "crc", (json_int_t)session.crc, "source",
-                          mr_config_source_text(state->source), "copy_a", copy_text(state->copy_a),
-                          "copy_b", copy_text(state->copy_b), "text", text),
-                0);
-        else if (request->output)
-            printf("%s: revision %u, CRC %08x, %s\n", request->output,
-                   session.config.site[0].revision, session.crc,
-                   mr_config_source_text(state->source));
-        else
-            fputs(text, stdout);
-    } else {
-        exit_code = cli_fail(error);
-    }
+    char *text = config_text_write(&session.config);
+    if (request->output)
+        output_bytes(request->output, text, strlen(text), fatal);
+    note_damage(request->cli, state);
+    note_unsound(request->cli, &session.config);
+    if (request->cli->json)
+        exit_code = cli_print_json(
+            json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision,
+                      "crc", (json_int_t)session.crc, "source",
+                      mr_config_source_text(state->source), "copy_a", copy_text(state->copy_a),
+                      "copy_b", copy_text(state->copy_b), "text", text),
+            0);
+    else if (request->output)
+        printf("%s: revision %u, CRC %08x, %s\n", request->output, session.config.site[0].revision,
+               session.crc, mr_config_source_text(state->source));
+    else
+        fputs(text, stdout);
     free(text);
-    dialogue_close(&session.dialogue);
     return exit_code;
 }
 
@@ -127,14 +120,14 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
         return error_set(error, MR_CRC,
                          "what reads back is not what was sent, CRC %08x: %s; read it again", crc,
-                         dialogue_spec(&session->dialogue));
+                         dialogue_spec(session->dialogue));
     session->crc = crc;
     return status;
 }
 
 /* Each gain against the board's: refused when it jumped, without --force. */
-static enum mr_status hold_gains(const struct request *request, const struct mr_config *old,
-                                 const struct mr_config *new, struct error *error)
+static void hold_gains(const struct request *request, const struct mr_config *old,
+                       const struct mr_config *new)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         char name[8], what[JUMP_TEXT];
@@ -142,13 +135,12 @@ static enum mr_status hold_gains(const struct request *request, const struct mr_
             continue;
         jump_channel(i, name);
         if (!request->force)
-            return error_set(error, MR_LIMIT,
-                             "%s: %s, compared with the board's: %s; look at its calibration; "
-                             "--force sends it if something was changed",
-                             name, what, request->file);
+            error_set(fatal, MR_LIMIT,
+                      "%s: %s, compared with the board's: %s; look at its calibration; "
+                      "--force sends it if something was changed",
+                      name, what, request->file);
         cli_note(request->cli, "%s: %s, compared with the board's", name, what);
     }
-    return MR_OK;
 }
 
 /* ---- another base on CAN ---- */
@@ -176,25 +168,23 @@ static bool speaks_at(struct link *link, uint16_t base)
 }
 
 /* Listens to the bus before the board is given this base. */
-static enum mr_status look_for_base(const struct request *request, struct session *session,
-                                    uint16_t base, struct error *error)
+static void look_for_base(const struct request *request, struct session *session, uint16_t base)
 {
     struct link *own = NULL;
     if (!request->can)
-        return MR_OK;
-    if (request->serial && link_open(request->can, LINK_CAN, &own, error) != MR_OK)
-        return error->status;
-    struct link *link = own ? own : dialogue_link(&session->dialogue);
+        return;
+    if (request->serial)
+        link_open(request->can, LINK_CAN, &own, fatal);
+    struct link *link = own ? own : dialogue_link(session->dialogue);
     uint16_t before = link_base(link);
     link_set_base(link, base);
     bool taken = speaks_at(link, base);
     link_set_base(link, before);
     link_close(own);
-    return taken ? error_set(error, MR_LIMIT,
-                             "another board speaks here: base 0x%03x of %s; give this board "
-                             "another base",
-                             base, request->can)
-                 : MR_OK;
+    if (taken)
+        error_set(fatal, MR_LIMIT,
+                  "another board speaks here: base 0x%03x of %s; give this board another base",
+                  base, request->can);
 }
 
 /* Where the board is on CAN from now on, as a LINK. */
@@ -208,45 +198,44 @@ static void link_at_base(const struct request *request, uint16_t base, char out[
     snprintf(out, LINK_SPEC_MAX, "%s,base=0x%03x", spec, base);
 }
 
-static int set(const struct request *request, struct error *error)
+static int set(const struct request *request)
 {
     static struct session session;
     static struct mr_config wanted;
+    struct error error = {0};
     int exit_code = 0;
     json_t *changes = json_array();
-    enum mr_status status = config_text_load(request->file, &wanted, error)
-                              ?: open_session(request, &session, error);
+    config_text_load(request->file, &wanted, fatal);
+    open_session(request, &session);
     uint32_t revision = session.config.site[0].revision, own_revision = wanted.site[0].revision;
     wanted.site[0].revision = revision;
-    unsigned count = status == MR_OK
-                       ? config_text_compare(&session.config, &wanted, add_change, changes)
-                       : 0;
-    if (status == MR_OK && count && own_revision != revision)
-        status = error_set(error, MR_LIMIT,
-                           "made from revision %u, but revision %u is in force, changed since: %s; "
-                           "get it again and change that, or set "
-                           "site.revision = %u to put this one over it",
-                           own_revision, revision, request->file, revision);
-    if (status == MR_OK && count)
-        status = hold_gains(request, &session.config, &wanted, error);
+    unsigned count = config_text_compare(&session.config, &wanted, add_change, changes);
+    if (count && own_revision != revision)
+        error_set(fatal, MR_LIMIT,
+                  "made from revision %u, but revision %u is in force, changed since: %s; "
+                  "get it again and change that, or set "
+                  "site.revision = %u to put this one over it",
+                  own_revision, revision, request->file, revision);
     uint16_t base = wanted.site[0].can_base;
-    bool moves = status == MR_OK && count && base != session.config.site[0].can_base;
+    bool moves = count && base != session.config.site[0].can_base;
+    char at_base[LINK_SPEC_MAX];
+    link_at_base(request, base, at_base);
+    if (count)
+        hold_gains(request, &session.config, &wanted);
     if (moves)
-        status = look_for_base(request, &session, base, error);
-    if (status == MR_OK && count) {
+        look_for_base(request, &session, base);
+    if (count) {
         wanted.site[0].revision = revision + 1;
         if (!request->cli->json)
             show_changes(changes);
         fflush(stdout);
-        status = change(&session, &wanted, error);
+        enum mr_status status = change(&session, &wanted, &error);
+        if (status == MR_TIMEOUT && moves && !request->serial)
+            cli_note(request->cli, "the board may be at its new base already: %s", at_base);
+        if (status != MR_OK)
+            return cli_fail(&error);
     }
-    char at_base[LINK_SPEC_MAX];
-    link_at_base(request, base, at_base);
-    if (status == MR_TIMEOUT && moves && !request->serial)
-        cli_note(request->cli, "the board may be at its new base already: %s", at_base);
-    if (status != MR_OK) {
-        exit_code = cli_fail(error);
-    } else if (request->cli->json) {
+    if (request->cli->json) {
         exit_code = cli_print_json(
             json_pack("{sIsIsOsi}", "revision", (json_int_t)wanted.site[0].revision, "crc",
                       (json_int_t)session.crc, "changes", changes, "can_base", base),
@@ -259,7 +248,6 @@ static int set(const struct request *request, struct error *error)
             printf("from now on: %s\n", at_base);
     }
     json_decref(changes);
-    dialogue_close(&session.dialogue);
     return exit_code;
 }
 
@@ -281,7 +269,6 @@ static int config_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
     const char *words[3];
-    struct error error = {0};
     command_parse(&command_board_config, argc, argv, cli, &request, words, fatal);
     const char *verb = words[1];
     bool is_get = strcmp(verb, "get") == 0, is_set = strcmp(verb, "set") == 0,
@@ -303,7 +290,7 @@ static int config_command(int argc, char **argv, const struct cli *cli)
                   verb);
     if (is_check && (request.can || request.serial))
         error_set(fatal, MR_USAGE, "config check needs no board: leave --can and --serial away");
-    return is_get ? get(&request, &error) : is_set ? set(&request, &error) : check(&request);
+    return is_get ? get(&request) : is_set ? set(&request) : check(&request);
 }
 
 #define VALUES struct request

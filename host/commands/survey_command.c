@@ -533,32 +533,29 @@ static bool all_told(const void *context)
     return ((const struct loading *)context)->tolds == SURVEY_SPANS;
 }
 
-static enum mr_status order(struct loading *l, unsigned code, unsigned segment, int32_t argument,
-                            struct error *error)
+static void order(struct loading *l, unsigned code, unsigned segment, int32_t argument)
 {
-    return dialogue_obey(l->dialogue,
-                         &(struct dialogue_order){.code = (uint8_t)code,
-                                                  .index = (uint8_t)segment,
-                                                  .argument = argument,
-                                                  .answer_s = ANSWER_S,
-                                                  .tries = TRIES},
-                         "a landing is armed or going on; disarm it, or wait", error);
+    dialogue_obey(l->dialogue,
+                  &(struct dialogue_order){.code = (uint8_t)code,
+                                           .index = (uint8_t)segment,
+                                           .argument = argument,
+                                           .answer_s = ANSWER_S,
+                                           .tries = TRIES},
+                  "a landing is armed or going on; disarm it, or wait", fatal);
 }
 
-static enum mr_status read_back(struct loading *l, struct error *error)
+static void read_back(struct loading *l)
 {
-    enum mr_status status = MR_TIMEOUT;
     memset(l->told, 0, sizeof l->told);
     l->tolds = 0;
-    for (int tries = 0; tries < TRIES && status == MR_TIMEOUT && error->status == MR_OK; tries++) {
-        status = order(l, MR_COMMAND_STATE, 0, 0, error)
-                   ?: dialogue_until(l->dialogue, all_told, l, ANSWER_S, error);
+    for (int tries = 0; tries < TRIES; tries++) {
+        order(l, MR_COMMAND_STATE, 0, 0);
+        if (dialogue_until(l->dialogue, all_told, l, ANSWER_S, fatal) == MR_OK)
+            return;
     }
-    return status == MR_TIMEOUT
-             ? error_set(error, MR_TIMEOUT,
-                         "the board told %u of %u segments of what it holds now: %s; load it again",
-                         l->tolds, SURVEY_SPANS, dialogue_spec(l->dialogue))
-             : status;
+    error_set(fatal, MR_TIMEOUT,
+              "the board told %u of %u segments of what it holds now: %s; load it again", l->tolds,
+              SURVEY_SPANS, dialogue_spec(l->dialogue));
 }
 
 static void compare(const struct loading *l, const struct survey_slack *slack,
@@ -573,48 +570,32 @@ static void compare(const struct loading *l, const struct survey_slack *slack,
     }
 }
 
-static enum mr_status give(struct loading *l, const struct survey_slack *slack,
-                           struct loaded *loaded, struct error *error)
-{
-    enum mr_status status = dialogue_hello(l->dialogue, NULL, NULL, error);
-    for (unsigned k = 0; k < SURVEY_SPANS && status == MR_OK; k++) {
-        double slack_in = slack->segment[k].value_in;
-        if (isnan(slack_in))
-            continue;
-        status = order(l, MR_COMMAND_SURVEY, k, (int32_t)lround(slack_in / DIGITS_IN), error);
-        loaded->sent += status == MR_OK;
-    }
-    if (status == MR_OK)
-        status = read_back(l, error);
-    if (status == MR_OK)
-        compare(l, slack, loaded);
-    return status;
-}
-
 /* Gives a board the slack of a survey (command `survey`, common/command.h), and reads back what it
  * holds then. */
-static enum mr_status load(const struct request *request, struct store *store,
-                           const struct survey *survey, const struct survey_found *found,
-                           struct loaded *loaded, struct error *error)
+static void load(const struct request *request, struct store *store, const struct survey *survey,
+                 const struct survey_found *found, struct loaded *loaded)
 {
-    struct dialogue dialogue;
-    struct loading loading = {.dialogue = &dialogue};
+    struct loading loading = {.told = {false}};
     bool can = request->can || link_is_can(request->load);
     *loaded = (struct loaded){.sent = 0};
     if (found->slack.surveyed == 0)
-        return error_set(error, MR_TOO_FEW,
-                         "no gage line was read: survey %lld of %s; take it first",
-                         (long long)survey->row.id, request->db);
-    enum mr_status status = dialogue_open(&dialogue, can ? request->load : NULL,
-                                          can ? NULL : request->load, error);
-    dialogue_subscribe(&dialogue, take_slack, &loading);
-    if (status == MR_OK)
-        status = give(&loading, &found->slack, loaded, error);
-    dialogue_close(&dialogue);
-    if (status == MR_OK)
-        status = store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,
-                                     loaded->sent, error);
-    return status;
+        error_set(fatal, MR_TOO_FEW, "no gage line was read: survey %lld of %s; take it first",
+                  (long long)survey->row.id, request->db);
+    loading.dialogue = dialogue_of_command(can ? request->load : NULL, can ? NULL : request->load);
+    dialogue_subscribe(loading.dialogue, take_slack, &loading);
+    dialogue_hello(loading.dialogue, NULL, NULL, fatal);
+    for (unsigned k = 0; k < SURVEY_SPANS; k++) {
+        double slack_in = found->slack.segment[k].value_in;
+        if (isnan(slack_in))
+            continue;
+        order(&loading, MR_COMMAND_SURVEY, k, (int32_t)lround(slack_in / DIGITS_IN));
+        loaded->sent++;
+    }
+    read_back(&loading);
+    compare(&loading, &found->slack, loaded);
+    dialogue_close(loading.dialogue);
+    store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load, loaded->sent,
+                        fatal);
 }
 
 static int tell_load(const struct request *request, const struct survey *survey,
@@ -668,7 +649,6 @@ static int run(const struct request *request)
     static struct survey survey;
     static struct survey_found found;
     struct loaded loaded = {.sent = 0};
-    struct error error = {0};
     /* the first survey may begin with its sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
@@ -687,10 +667,10 @@ static int run(const struct request *request)
     else
         take(request, store, &survey);
     survey_find(store, &survey, &found, fatal);
-    if (request->load)
-        return load(request, store, &survey, &found, &loaded, &error) == MR_OK
-                 ? tell_load(request, &survey, &loaded)
-                 : cli_fail(&error);
+    if (request->load) {
+        load(request, store, &survey, &found, &loaded);
+        return tell_load(request, &survey, &loaded);
+    }
     struct answer *answer = answer_new(request->cli->si);
     survey_answer(&survey, &found, answer);
     return answer_show(request->cli, answer, 0);
