@@ -22,11 +22,6 @@
 
 /* ---- how the parts are joined: the chip's pins to the rig, its wires to the links ---- */
 
-static void cut_supply(void *device)
-{
-    hil_supply_cut(device);
-}
-
 static void wire_core(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
@@ -73,14 +68,12 @@ static void wire_chips(struct hil_board *board)
         .spi = &board->mcu.spi,
         .cells = board->memories->nor,
         .began = {hil_faults_nor_operation, &board->faults},
-        .cut = {cut_supply, &board->supply},
     };
     board->tmp112 = (struct hil_tmp112_device){
         .core = &board->core, .options = options, .state = &board->state.tmp112};
     board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
     board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
     board->mcu.flash.began = (struct hil_call){hil_faults_flash_operation, &board->faults};
-    board->mcu.flash.cut = (struct hil_call){cut_supply, &board->supply};
     hil_flash_create(&board->mcu.flash);
     hil_w25q_create(&board->w25q);
     board->supply = (struct hil_supply_device){

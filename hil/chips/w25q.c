@@ -73,7 +73,6 @@ static void end_operation(struct hil_w25q_device *dev, unsigned permille)
     w->operation = 0;
     w->status &= (uint8_t) ~(BUSY | WEL);
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, HIL_NEVER);
-    hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT, HIL_NEVER);
 }
 
 static void settle(struct hil_w25q_device *dev, uint64_t t_ps)
@@ -120,9 +119,6 @@ static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, ui
     w->fails_silently = is_ordered_to_fail(dev, program);
     w->status |= BUSY;
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
-    if (w->operations == w->cut_at)
-        hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT,
-                         t_ps + (w->end_ps - t_ps) / 1000u * w->cut_permille);
     hil_call(&dev->began);
 }
 
@@ -338,30 +334,12 @@ void hil_w25q_power_back(struct hil_w25q_device *dev)
     dev->state->past.power_ps = hil_now_ps(dev->core) + 1u; /* 0: not known */
 }
 
-static void on_cut(void *device, uint64_t at)
-{
-    struct hil_w25q_device *dev = device;
-    struct hil_w25q *w = dev->state;
-    (void)at;
-    w->cut_at = 0;
-    end_operation(dev, w->cut_permille);
-    hil_call(&dev->cut);
-}
-
 void hil_w25q_create(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
     *w = (struct hil_w25q){.past.power_ps = 1,
                            .random = dev->options->seed ^ 0x25c128000025c128ull};
     hil_event_wire(dev->core, HIL_EVENT_NOR, on_end, dev);
-    hil_event_wire(dev->core, HIL_EVENT_NOR_CUT, on_cut, dev);
-}
-
-void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille)
-{
-    struct hil_w25q *w = dev->state;
-    w->cut_at = n ? w->operations + n : 0;
-    w->cut_permille = permille < 1000 ? permille : 999;
 }
 
 enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,

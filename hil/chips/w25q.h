@@ -56,8 +56,6 @@ struct hil_w25q {
     uint64_t begin_ps, end_ps;
     /* over all */
     uint64_t operations; /* programs and erases begun since creation */
-    uint64_t cut_at;
-    unsigned cut_permille;
     uint64_t random;
     bool dead, fails_silently; /* by the fault script: the chip; the operation in progress */
     /* sectors that are not all erased (or were not) */
@@ -83,7 +81,6 @@ struct hil_w25q_device {
     const struct hil_spi_device *spi;
     uint8_t *cells;        /* HIL_NOR_SIZE, inverted: an erased chip is memory never touched */
     struct hil_call began; /* a program or erase has begun */
-    struct hil_call cut;   /* the supply goes: what hil_w25q_cut_at ordered */
 };
 
 /* Its events and its state; to be connected: what hil_w25q_slave gives. */
@@ -92,9 +89,6 @@ struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
 void hil_w25q_power_lost(struct hil_w25q_device *dev);
 void hil_w25q_power_back(struct hil_w25q_device *dev);
 
-/* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of
- * its time after it began. */
-void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille);
 /* The cells as they are. MR_UNKNOWN: outside. */
 enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,
                              size_t n);

@@ -143,9 +143,7 @@ enum hil_event_slot {
     HIL_EVENT_POWER, /* the supply is back */
     HIL_EVENT_FAULT, /* before what happens at the same time */
     HIL_EVENT_LATE,
-    HIL_EVENT_FLASH_CUT, /* before the end of what it cuts */
     HIL_EVENT_FLASH,
-    HIL_EVENT_NOR_CUT,
     HIL_EVENT_NOR,
     HIL_EVENT_RIG,
     HIL_EVENT_CAMERA,

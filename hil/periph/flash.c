@@ -120,9 +120,6 @@ static void begin(struct hil_flash_device *dev, enum hil_flash_operation operati
                                               duration->maximum_us[width], &flash->random);
     flash->sr |= SR_BSY;
     hil_event_set_ps(dev->core, HIL_EVENT_FLASH, flash->end_ps);
-    if (flash->operations == flash->cut_at)
-        hil_event_set_ps(dev->core, HIL_EVENT_FLASH_CUT,
-                         now_ps + (flash->end_ps - now_ps) / 1000u * flash->cut_permille);
     hil_call(&dev->began);
     hil_core_attend(dev->core);
 }
@@ -167,7 +164,6 @@ static void stop_operation(struct hil_flash_device *dev)
     flash->cr &= ~CR_STRT;
     flash->optcr &= ~OPTCR_STRT;
     hil_event_set_ps(dev->core, HIL_EVENT_FLASH, HIL_NEVER);
-    hil_event_set_ps(dev->core, HIL_EVENT_FLASH_CUT, HIL_NEVER);
 }
 
 void hil_flash_event(void *device, uint64_t at)
@@ -198,14 +194,6 @@ void hil_flash_wait(void *device)
 }
 
 /* What stops part of the way leaves cells in between. */
-static void tear(struct hil_flash_device *dev, unsigned permille)
-{
-    hil_trace(dev->core, "flash: operation %llu cut off at %u / 1000",
-              (unsigned long long)dev->state->operations, permille);
-    change_cells(dev, permille);
-    stop_operation(dev);
-}
-
 void hil_flash_power_lost(struct hil_flash_device *dev)
 {
     const struct hil_flash *flash = dev->state;
@@ -214,23 +202,11 @@ void hil_flash_power_lost(struct hil_flash_device *dev)
         return;
     uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps
                                               : flash->end_ps - flash->begin_ps;
-    tear(dev, (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps)));
-}
-
-void hil_flash_cut_event(void *device, uint64_t at)
-{
-    struct hil_flash_device *dev = device;
-    (void)at;
-    dev->state->cut_at = 0;
-    tear(dev, dev->state->cut_permille);
-    hil_call(&dev->cut);
-}
-
-void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permille)
-{
-    struct hil_flash *flash = dev->state;
-    flash->cut_at = n ? flash->operations + n : 0;
-    flash->cut_permille = permille < 1000 ? permille : 999;
+    unsigned permille = (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps));
+    hil_trace(dev->core, "flash: operation %llu cut off at %u / 1000",
+              (unsigned long long)flash->operations, permille);
+    change_cells(dev, permille);
+    stop_operation(dev);
 }
 
 void hil_flash_create(struct hil_flash_device *dev)

@@ -48,8 +48,6 @@ struct hil_flash {
     /* survive resets */
     uint32_t options;    /* programmed option bytes, layout of FLASH_OPTCR */
     uint64_t operations; /* begun since creation: words and sectors alike */
-    uint64_t cut_at;     /* the operation that a power cut ends; 0: none */
-    unsigned cut_permille;
     uint64_t random;
 };
 
@@ -58,7 +56,6 @@ struct hil_flash_device {
     struct hil_flash *state;
     struct hil_call began; /* an operation has begun */
     struct hil_call ready; /* the bank can be read again */
-    struct hil_call cut;   /* the supply goes: what hil_flash_cut_at ordered */
 };
 
 void hil_flash_create(struct hil_flash_device *dev);
@@ -72,16 +69,12 @@ HIL_ON_BUS(syscfg)
 void hil_syscfg_reset(void *device, unsigned unit);
 HIL_ON_BUS(flash_if)
 void hil_flash_event(void *device, uint64_t at);
-void hil_flash_cut_event(void *device, uint64_t at);
 /* The core stores `size` bytes (1, 2, 4, 8) to a flash address. */
 void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t value);
 /* Hold the bus until the operation in progress has ended: virtual time jumps. */
 void hil_flash_wait(void *device);
 /* The supply went: an operation in progress stays where it is. */
 void hil_flash_power_lost(struct hil_flash_device *dev);
-/* Cut the supply in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of
- * its time after it began. */
-void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permille);
 
 /* Where a sector begins in flash (12: the end). */
 uint32_t hil_flash_sector_start(unsigned sector);

@@ -117,7 +117,6 @@ static void attach_to_events(struct hil_mcu *mcu)
         {HIL_EVENT_HSE, hil_rcc_hse_event, &mcu->rcc},
         {HIL_EVENT_PLL, hil_rcc_pll_event, &mcu->rcc},
         {HIL_EVENT_LSI, hil_rcc_lsi_event, &mcu->rcc},
-        {HIL_EVENT_FLASH_CUT, hil_flash_cut_event, &mcu->flash},
         {HIL_EVENT_FLASH, hil_flash_event, &mcu->flash},
         {HIL_EVENT_ADC1, hil_adc1_event, &mcu->adc},
         {HIL_EVENT_ADC3, hil_adc3_event, &mcu->adc},

@@ -55,6 +55,38 @@ static inline void bench_run(struct hil_board *board, uint64_t t_ps)
         fail_msg("the board stopped: %s", hil_board_reason(board));
 }
 
+/* The power goes in the n-th operation from now of the flash or, `nor`, of the black box's memory,
+ * permille of its time after it began. One at a time. */
+static struct bench_cut {
+    struct hil_board *board;
+    struct hil_call told;
+    uint64_t left;
+    unsigned permille;
+    bool nor;
+} bench_cut;
+
+static inline void bench_cut_began(void *who)
+{
+    struct bench_cut *cut = who;
+    hil_call(&cut->told);
+    if (!cut->left || --cut->left)
+        return;
+    const struct hil_state *state = &cut->board->state;
+    uint64_t begin = cut->nor ? state->w25q.begin_ps : state->mcu.flash.begin_ps;
+    uint64_t end = cut->nor ? state->w25q.end_ps : state->mcu.flash.end_ps;
+    struct hil_fault fault = {.trigger = HIL_AT_TIME,
+                              .t_ps = begin + (end - begin) / 1000u * cut->permille,
+                              .action = HIL_FAULT_POWER_CUT};
+    assert_int_equal(hil_faults_add(&cut->board->faults, &fault), MR_OK);
+}
+
+static inline void bench_cut_at(struct hil_board *board, bool nor, uint64_t n, unsigned permille)
+{
+    struct hil_call *began = nor ? &board->w25q.began : &board->mcu.flash.began;
+    bench_cut = (struct bench_cut){board, *began, n, permille, nor};
+    *began = (struct hil_call){bench_cut_began, &bench_cut};
+}
+
 /* Write a scratch file; returns its path, static storage. */
 static inline const char *bench_scratch(const char *name, const void *bytes, size_t n)
 {

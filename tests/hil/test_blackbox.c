@@ -177,7 +177,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
     mr_deframer_init(&ear->deframer);
     ear_attach(ear, snapshot_fork(base->board));
     uint64_t done = ear->board->state.w25q.operations;
-    hil_w25q_cut_at(&ear->board->w25q, 1, permille);
+    bench_cut_at(ear->board, true, 1, permille);
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12, limit_s = now_s + 0.2;
     for (; hil_board_counters(ear->board)->power_cuts == 0; now_s += 0.001) {
         assert_true(now_s < limit_s);

@@ -180,7 +180,7 @@ static bool cut_here(const struct ear *base, const struct mr_config *old,
     mr_deframer_init(&ear->deframer);
     ear_attach(ear, snapshot_fork(base->board));
     uint32_t old_crc = mr_config_encode(old, scratch), new_crc = mr_config_encode(new, scratch);
-    hil_flash_cut_at(&ear->board->mcu.flash, n, permille);
+    bench_cut_at(ear->board, false, n, permille);
     ear_command(ear, EAR_CAN, MR_COMMAND_CONFIG_APPLY, (int32_t)new_crc, tag);
     pass(ear, 0.9);
     assert_int_equal(hil_board_counters(ear->board)->power_cuts, 1);

@@ -184,7 +184,7 @@ TEST(test_torn_word)
             options.seed = seed;
             struct hil_board *board = bench_board("flash", &options);
             bench_control(board, 0, 7);
-            hil_flash_cut_at(&board->mcu.flash, 10, permille);
+            bench_cut_at(board, false, 10, permille);
             bench_run(board, 2 * HIL_MS_PS);
             assert_int_equal(hil_board_counters(board)->power_cuts, 1);
             for (unsigned i = 0; i < 9; i++)
@@ -200,7 +200,8 @@ TEST(test_torn_word)
     }
     /* 26 bits of 0x5a000009 are zero; 8 words: none, 45 %, 90 % of 208, within four sigma (7.2 and
      * 4.3) */
-    assert_int_equal(zeroes[0], 0);
+    /* the cut is a few cycles late, in 16 us: below 2 % */
+    assert_in_range(zeroes[0], 0, 208 * 2 / 100);
     assert_in_range(zeroes[1], 208 * 45 / 100 - 29, 208 * 45 / 100 + 29);
     assert_in_range(zeroes[2], 208 * 90 / 100 - 18, 208);
 }
@@ -213,7 +214,7 @@ TEST(test_torn_sector)
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 7, 1, 0);
     for (uint32_t at = SECTOR_1; at < SECTOR_1 + 0x8000; at += sizeof old)
         assert_int_equal(hil_board_poke(board, at, old, sizeof old), MR_OK);
-    hil_flash_cut_at(&board->mcu.flash, 1, 250);
+    bench_cut_at(board, false, 1, 250);
     /* 62.5 ms of 250, then it has started anew; RAM is noise, control too */
     bench_run(board, 63 * HIL_MS_PS);
     assert_int_equal(hil_board_peek(board, SECTOR_1, cells, sizeof cells), MR_OK);

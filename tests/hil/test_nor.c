@@ -278,7 +278,7 @@ TEST(test_power_cut)
     unsigned changed = 0, ones = 0;
     memset(page, 0x0f, sizeof page);
     struct hil_board *board = nor_board();
-    hil_w25q_cut_at(&board->w25q, 3, 500);
+    bench_cut_at(board, true, 3, 500);
     for (unsigned i = 0; i < 3; i++) {
         addressed(board, 0x02, 256 * i, page, sizeof page);
         wait_ps(board, HIL_MS_PS);
