@@ -2,8 +2,6 @@
 #ifndef MATRIG_HOST_BASE_ASSETS_H
 #define MATRIG_HOST_BASE_ASSETS_H
 
-#include <stddef.h>
-
 struct asset {
     const char *path; /* at which the live page's server has it: "/live.js" */
     const char *type; /* of its content */

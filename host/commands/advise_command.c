@@ -8,6 +8,7 @@
 #include "host/advise/advise.h"
 #include "host/board/runway_client.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
@@ -63,85 +64,67 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
 
 /* Landings that the runway of the advice has had: the last one's, and itself. A chart is worth
  * nothing on another. */
-static enum mr_status landings_of(struct store *store, const struct advise *advise,
-                                  unsigned *landings, struct error *error)
+static unsigned landings_of(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
     const struct past *past = &advise->past;
     int64_t source;
     bool there = false;
-    enum mr_status status = past->landings
-                              ? store_runway_get(store, past->landing[past->landings - 1].run,
-                                                 &state, &source, &there, error)
-                              : MR_OK;
-    if (status == MR_OK && !there)
-        return error_set(error, MR_TOO_FEW,
-                         "no runway: the last landing of the campaign does not say which one the "
-                         "board had; a chart cannot be loaded");
-    *landings = there ? state.landings + 1u : 0u;
-    return status;
+    if (past->landings)
+        store_runway_get(store, past->landing[past->landings - 1].run, &state, &source, &there,
+                         fatal);
+    if (!there)
+        error_set(fatal, MR_TOO_FEW,
+                  "no runway: the last landing of the campaign does not say which one the "
+                  "board had; a chart cannot be loaded");
+    return state.landings + 1u;
 }
 
 /* The board is asked first: what it says may make all the computing idle. */
-static enum mr_status begin_load(const struct request *r, struct store *store,
-                                 const struct advise *advise, struct dialogue *dialogue,
-                                 struct runway_client *talk, struct error *error)
+static void begin_load(const struct request *r, struct store *store, const struct advise *advise,
+                       struct runway_client *talk)
 {
-    unsigned landings = 0;
-    enum mr_status status = dialogue_open(dialogue, NULL, r->serial, error) ?:
-                            runway_client_begin(talk, dialogue, error) ?:
-                            runway_client_read(talk, error) ?:
-                            landings_of(store, advise, &landings, error);
-    if (status == MR_OK && talk->state.landings != landings)
-        status = error_set(error, MR_VERSION,
-                           "another runway: the board's has had %u landings, the one of the advice "
-                           "%u: %s; log or fetch the landings between, then ask again",
-                           talk->state.landings, landings, r->serial);
-    return status;
-}
-
-static enum mr_status load(const struct advise *advise, struct runway_client *talk,
-                           struct error *error)
-{
-    struct mr_risk_plan plan;
-    return advise_chart(advise, talk->state.landings, &plan, error)
-             ?: runway_client_chart(talk->dialogue, &plan, error);
+    runway_client_begin(talk, dialogue_of_command(NULL, r->serial), fatal);
+    runway_client_read(talk, fatal);
+    unsigned landings = landings_of(store, advise);
+    if (talk->state.landings != landings)
+        error_set(fatal, MR_VERSION,
+                  "another runway: the board's has had %u landings, the one of the advice "
+                  "%u: %s; log or fetch the landings between, then ask again",
+                  talk->state.landings, landings, r->serial);
 }
 
 static int run(const struct request *r, const struct cli *cli)
 {
     static struct advise advise; /* a table, and profiles */
     struct error error = {0};
-    struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
-    struct dialogue dialogue = {0};
     struct runway_client talk;
     struct progress progress;
+    struct mr_risk_plan plan;
+    struct store *store = program_campaign(r->db, r->keep ? STORE_OPEN : STORE_READ);
+    advise_begin(store, &r->advise, &advise, fatal);
+    if (r->load)
+        begin_load(r, store, &advise, &talk);
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
-    enum mr_status status = store_open(r->db, r->keep ? STORE_OPEN : STORE_READ, &store, &error)
-                              ?: advise_begin(store, &r->advise, &advise, &error);
-    if (status == MR_OK && r->load)
-        status = begin_load(r, store, &advise, &dialogue, &talk, &error);
-    if (status == MR_OK)
-        status = advise_find(&advise, cli->si, &progress, &error);
+    advise_find(&advise, cli->si, &progress, &error);
     progress_end(&progress);
-    if (status == MR_OK && r->keep) {
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    if (r->keep) {
         struct store_advice kept = advise_row_kept(&advise, (int64_t)link_now_us());
         annotation_copy(kept.who, sizeof kept.who, annotation_who(r->who));
-        status = store_advice_add(store, &kept, &error);
+        store_advice_add(store, &kept, fatal);
     }
-    if (status == MR_OK && r->load)
-        status = load(&advise, &talk, &error);
-    if (status == MR_OK) {
-        advise_answer(&advise, answer);
-        answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load);
+    if (r->load) {
+        advise_chart(&advise, talk.state.landings, &plan, fatal);
+        runway_client_chart(talk.dialogue, &plan, fatal);
     }
-    int code = status == MR_OK && advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT)
-                                                                   : 0;
-    dialogue_close(&dialogue);
+    advise_answer(&advise, answer);
+    answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load);
+    int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
-    store_close(store);
-    return answer_end(cli, answer, code, &error);
+    return answer_show(cli, answer, code);
 }
 
 static int advise_command(int argc, char **argv, const struct cli *cli)

@@ -1,6 +1,5 @@
 /* matrig ready: go or no-go before a landing, and the walk test. */
 #include <limits.h>
-#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +12,7 @@
 #include "host/board/config_client.h"
 #include "host/board/walk.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/board/imagefile.h"
 #include "host/store/store_readiness.h"
 #include "host/base/monotonic_clock.h"
@@ -35,32 +35,26 @@ struct request {
 
 /* ---- what the campaign and this computer say ---- */
 
-static enum mr_status open_campaign(const struct request *request, struct ready_facts *f,
-                                    struct store **store, struct error *error)
+static struct store *open_campaign(const struct request *request, struct ready_facts *f)
 {
     struct error wrong = {0};
     struct statvfs disk;
-    char folder[PATH_MAX];
     int64_t bytes = 0, landings = 0;
-    enum mr_status status = store_open(request->db, STORE_CREATE, store, error);
-    if (status != MR_OK)
-        return status;
-    store_wait(*store, BUSY_S);
-    if (store_check(*store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
-        store_begin(*store, &wrong) != MR_OK || store_commit(*store, &wrong) != MR_OK)
+    struct store *store = program_campaign(request->db, STORE_CREATE);
+    store_wait(store, BUSY_S);
+    if (store_check(store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
+        store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database, sizeof f->database, "%.180s", wrong.text);
     wrong = (struct error){0};
     f->landing_bytes = READY_LANDING_BYTES;
-    if (store_size(*store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
+    if (store_size(store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
         (double)bytes / (double)landings > f->landing_bytes)
         f->landing_bytes = (double)bytes / (double)landings;
-    snprintf(folder, sizeof folder, "%s", request->db);
-    if (statvfs(folder, &disk) != 0)
-        return error_set(error, MR_IO,
-                         "cannot ask for the space that is left: %s; is the disk there?",
-                         request->db);
+    if (statvfs(request->db, &disk) != 0)
+        error_set(fatal, MR_IO, "cannot ask for the space that is left: %s; is the disk there?",
+                  request->db);
     f->free_bytes = (double)disk.f_bavail * (double)disk.f_frsize;
-    return MR_OK;
+    return store;
 }
 
 static int show(const struct cli *cli, const char *kind, const struct ready_report *report,
@@ -94,7 +88,7 @@ static void take_spans(const char *checks, float span_lb[MR_GAGES])
 }
 
 /* What this board was at its last landing and its last shunt calibration; its certificates. */
-static enum mr_status look_back(struct store *store, struct ready_facts *f, struct error *error)
+static void look_back(struct store *store, struct ready_facts *f)
 {
     char uid[IDENTITY_UID_TEXT];
     struct store_landing *rows = NULL;
@@ -103,8 +97,8 @@ static enum mr_status look_back(struct store *store, struct ready_facts *f, stru
     bool found = false;
     int64_t kept_us = STORE_NONE;
     identity_uid_text(&f->identity, uid);
-    enum mr_status status = store_landings(store, &rows, &count, error);
-    for (size_t i = 0; status == MR_OK && i < count; i++) {
+    store_landings(store, &rows, &count, fatal);
+    for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].board_uid, uid) != 0)
             continue;
         f->before = true;
@@ -113,22 +107,18 @@ static enum mr_status look_back(struct store *store, struct ready_facts *f, stru
         f->before_config = rows[i].config_crc;
     }
     free(rows);
-    if (status == MR_OK)
-        status = store_board_spans(store, uid, f->before_span_lb, &kept_us, error);
-    if (status == MR_OK)
-        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last,
-                                     &found, error);
-    if (status == MR_OK && found && last.made_us > kept_us)
+    store_board_spans(store, uid, f->before_span_lb, &kept_us, fatal);
+    store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
+    if (found && last.made_us > kept_us)
         take_spans(last.checks, f->before_span_lb);
     free(last.checks);
-    return status ?: certificates_read(store, uid, &f->certificates, error);
+    certificates_read(store, uid, &f->certificates, fatal);
 }
 
 /* `kind`: "ready" or "walk"; `shunts` NULL: of a walk. The row of table readiness: {"checks":
  * [...], "spans_lb": [...]}. */
-static enum mr_status save(struct store *store, const struct identity *identity, const char *kind,
-                           const struct ready_report *report, const struct shunts *shunts,
-                           int64_t made_us, struct error *error)
+static void save(struct store *store, const struct identity *identity, const char *kind,
+                 const struct ready_report *report, const struct shunts *shunts, int64_t made_us)
 {
     char uid[IDENTITY_UID_TEXT];
     json_t *spans = json_array();
@@ -145,35 +135,26 @@ static enum mr_status save(struct store *store, const struct identity *identity,
     snprintf(row.verdict, sizeof row.verdict, "%s",
              ready_verdict(report) == READY_GO ? "go" : "no-go");
     identity_uid_text(identity, uid);
-    enum mr_status status = store_begin(store, error) ?:
-                            store_readiness_put(store, uid, kind, &row, error) ?:
-                            store_commit(store, error);
+    store_begin(store, fatal);
+    store_readiness_put(store, uid, kind, &row, fatal);
+    store_commit(store, fatal);
     free(row.checks);
-    return status;
 }
 
 static int ready(const struct request *request, struct ready_facts *f)
 {
     static struct ready_report report;
-    struct error error = {0};
-    struct store *store = NULL;
-    struct dialogue dialogue = {0};
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    enum mr_status status = open_campaign(request, f, &store, &error) ?:
-                            dialogue_open(&dialogue, request->can, request->serial, &error) ?:
-                            ready_ask(&dialogue, LIMIT_S - (monotonic_s() - begun_s), f, &error);
-    dialogue_close(&dialogue);
-    if (status == MR_OK)
-        status = look_back(store, f, &error);
-    if (status == MR_OK)
-        ready_judge(f, &report);
-    if (status == MR_OK && !f->database[0])
-        status = save(store, &f->identity, "ready", &report, &f->shunts, made_us, &error);
-    store_close(store);
-    return status == MR_OK
-             ? show(request->cli, "ready", &report, &f->identity, made_us, monotonic_s() - begun_s)
-             : cli_fail(&error);
+    struct store *store = open_campaign(request, f);
+    struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
+    ready_ask(dialogue, LIMIT_S - (monotonic_s() - begun_s), f, fatal);
+    dialogue_close(dialogue);
+    look_back(store, f);
+    ready_judge(f, &report);
+    if (!f->database[0])
+        save(store, &f->identity, "ready", &report, &f->shunts, made_us);
+    return show(request->cli, "ready", &report, &f->identity, made_us, monotonic_s() - begun_s);
 }
 
 /* ---- the walk ---- */
@@ -264,34 +245,24 @@ static int walk(const struct request *request, struct ready_facts *f)
     static struct config_client talk;
     static struct ready_report report;
     struct error error = {0};
-    struct store *store = NULL;
-    struct dialogue dialogue = {0};
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error) ?:
-                            dialogue_open(&dialogue, request->can, request->serial, &error) ?:
-                            config_client_meet(&talk, &dialogue, &f->config, &f->config_crc,
-                                               &error);
-    if (status == MR_OK) {
-        walking.request = request;
-        walk_start(&walking.walk, &f->config);
-        dialogue_subscribe(&dialogue, take, &walking);
-        cli_note(request->cli,
-                 "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C",
-                 WALK_S);
-        signal(SIGINT, note_signal);
-        status = go_along(&dialogue, &walking, &error);
-    }
-    if (status == MR_OK) {
-        walk_judge(&walking.walk, &report);
-        status = save(store, &dialogue.identity, "walk", &report, NULL, made_us, &error);
-    }
-    int exit_code = status == MR_OK ? show(request->cli, "walk", &report, &dialogue.identity,
-                                           made_us, monotonic_s() - begun_s)
-                                    : cli_fail(&error);
-    dialogue_close(&dialogue);
-    store_close(store);
-    return exit_code;
+    struct store *store = program_campaign(request->db, STORE_CREATE);
+    struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
+    config_client_meet(&talk, dialogue, &f->config, &f->config_crc, fatal);
+    walking.request = request;
+    walk_start(&walking.walk, &f->config);
+    dialogue_subscribe(dialogue, take, &walking);
+    cli_note(request->cli,
+             "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C",
+             WALK_S);
+    signal(SIGINT, note_signal);
+    if (go_along(dialogue, &walking, &error) != MR_OK)
+        return cli_fail(&error);
+    walk_judge(&walking.walk, &report);
+    save(store, &dialogue->identity, "walk", &report, NULL, made_us);
+    return show(request->cli, "walk", &report, &dialogue->identity, made_us,
+                monotonic_s() - begun_s);
 }
 
 /* ---- the command line ---- */

@@ -1,5 +1,4 @@
 /* matrig replay: a recorded landing through the firmware once more. */
-#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>

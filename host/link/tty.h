@@ -3,11 +3,6 @@
 #ifndef MATRIG_HOST_LINK_TTY_H
 #define MATRIG_HOST_LINK_TTY_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <sys/types.h>
-
 #include "host/base/error.h"
 
 #define TTY_BAUD_DEFAULT 2000000

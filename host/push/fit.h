@@ -23,7 +23,6 @@
 #ifndef MATRIG_HOST_PUSH_FIT_H
 #define MATRIG_HOST_PUSH_FIT_H
 
-#include <stdbool.h>
 #include <stddef.h>
 
 #include "host/base/error.h"

@@ -1,6 +1,5 @@
 #include "host/sweep/sweep.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>

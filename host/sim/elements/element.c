@@ -1,7 +1,5 @@
 #include "host/sim/elements/element.h"
 
-#include <math.h>
-
 #include "host/base/elementary.h"
 
 #define ELEMENT_NAME(name) extern const struct element element_##name;

@@ -1,6 +1,5 @@
 #include "host/sim/models/chains.h"
 
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
