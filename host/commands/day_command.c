@@ -19,6 +19,7 @@
 #include "host/base/xmalloc.h"
 #include "host/commands/annotation.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
@@ -92,90 +93,80 @@ static int64_t midnight_us(int64_t now_us)
 }
 
 /* The links of the newest log are used again. */
-static enum mr_status read_links(struct store *store, struct day_facts *f, struct error *error)
+static void read_links(struct store *store, struct day_facts *f)
 {
     struct store_session_row row = {0};
     int64_t session = 0;
-    enum mr_status status = store_day_session(store, &session, error);
-    if (status == MR_OK && session)
-        status = store_session_get(store, session, &row, error);
-    if (status != MR_OK || !session)
-        return status;
+    store_day_session(store, &session, fatal);
+    if (!session)
+        return;
+    store_session_get(store, session, &row, fatal);
     f->logging_since_us = row.started_us;
     if (!f->serial[0] && row.serial_link[0]) {
         snprintf(f->serial, sizeof f->serial, "%.199s", row.serial_link);
         if (!f->can[0])
             snprintf(f->can, sizeof f->can, "%.199s", row.can_link[0] ? row.can_link : "none");
     }
-    return MR_OK;
 }
 
-static enum mr_status read_landings(struct store *store, struct day_facts *f, struct error *error)
+static void read_landings(struct store *store, struct day_facts *f)
 {
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT];
-    enum mr_status status = store_day_newest(store, &f->run, error)
-                              ?: store_day_count(store, midnight_us(f->now_us), &f->today, error);
-    if (status != MR_OK || !f->run)
-        return status;
-    status = store_landing_get(store, f->run, &landing, error)
-               ?: store_change_get(store, f->run, "note", note, NULL, error);
-    if (status != MR_OK)
-        return status;
+    store_day_newest(store, &f->run, fatal);
+    store_day_count(store, midnight_us(f->now_us), &f->today, fatal);
+    if (!f->run)
+        return;
+    store_landing_get(store, f->run, &landing, fatal);
+    store_change_get(store, f->run, "note", note, NULL, fatal);
     f->armed_us = landing.armed_us;
     f->state = (int)landing.state;
     f->noted = note[0] != '\0';
-    return MR_OK;
 }
 
-static enum mr_status read_series(struct store *store, struct day_facts *f, struct error *error)
+static void read_series(struct store *store, struct day_facts *f)
 {
     struct store_series *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_series_all(store, &rows, &count, error);
-    if (status == MR_OK && count)
+    store_series_all(store, &rows, &count, fatal);
+    if (count)
         memcpy(f->series, rows[count - 1].name, sizeof f->series);
     free(rows);
-    return status;
 }
 
-static enum mr_status read_survey(struct store *store, struct day_facts *f, struct error *error)
+static void read_survey(struct store *store, struct day_facts *f)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_gage_surveys(store, &rows, &count, error);
-    if (status == MR_OK && count) {
+    store_gage_surveys(store, &rows, &count, fatal);
+    if (count) {
         const struct store_gage_survey *row = &rows[count - 1];
         struct survey *survey = xmalloc(sizeof *survey);
         f->survey = row->id;
         f->survey_ended_us = row->ended_us;
         f->survey_us = row->made_us;
         memcpy(f->edges, row->edges, sizeof f->edges);
-        status = survey_get(store, row->id, survey, error);
-        if (status == MR_OK) {
-            f->survey_read = survey_desk_read(&survey->desk);
-            f->survey_of = survey->desk.plan.count;
-            status = store_gage_loaded(store, row->id, &f->loaded_us, error);
-        }
+        survey_get(store, row->id, survey, fatal);
+        f->survey_read = survey_desk_read(&survey->desk);
+        f->survey_of = survey->desk.plan.count;
+        store_gage_loaded(store, row->id, &f->loaded_us, fatal);
         free(survey);
     }
     free(rows);
-    return status;
 }
 
-static enum mr_status read_advice(struct store *store, struct day_facts *f, struct error *error)
+static void read_advice(struct store *store, struct day_facts *f)
 {
     struct store_advice *rows = NULL;
     size_t count = 0;
-    enum mr_status status = store_advices(store, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
+    store_advices(store, &rows, &count, fatal);
+    for (size_t i = 0; i < count; i++) {
         if (rows[i].made_us < f->armed_us)
             continue;
         f->advised_us = rows[i].made_us;
         memcpy(f->advice, rows[i].verdict, sizeof f->advice);
     }
     free(rows);
-    return status;
 }
 
 /* The first check that is a no-go, and whether it is one of calibrations. */
@@ -198,27 +189,25 @@ static void read_checks(const char *checks, struct day_facts *f)
     json_decref(object);
 }
 
-static enum mr_status read_ready(struct store *store, struct day_facts *f, struct error *error)
+static void read_ready(struct store *store, struct day_facts *f)
 {
     char uid[25];
     struct store_readiness row = {0};
     bool found = false;
-    enum mr_status status = store_board_newest(store, uid, error);
-    if (status == MR_OK && uid[0])
-        status = store_readiness_get(store, uid, "ready", f->now_us, true, &row, &found, error);
-    if (status != MR_OK || !found)
-        return status;
+    store_board_newest(store, uid, fatal);
+    if (uid[0])
+        store_readiness_get(store, uid, "ready", f->now_us, true, &row, &found, fatal);
+    if (!found)
+        return;
     f->ready_us = row.made_us;
     f->go = strcmp(row.verdict, "go") == 0;
     if (!f->go)
         read_checks(row.checks, f);
     free(row.checks);
-    return MR_OK;
 }
 
 /* All of it anew, but the links, and what is of this `day` unless another landing has come. */
-static enum mr_status day_facts_read(struct store *store, int64_t now_us, struct day_facts *f,
-                                     struct error *error)
+static void day_facts_read(struct store *store, int64_t now_us, struct day_facts *f)
 {
     const struct day_facts was = *f;
     *f = (struct day_facts){.now_us = now_us};
@@ -226,14 +215,16 @@ static enum mr_status day_facts_read(struct store *store, int64_t now_us, struct
     memcpy(f->can, was.can, sizeof f->can);
     /* the lock of the log first: a log that begins now is seen by the next reading */
     f->logging = store_is_logged(store);
-    enum mr_status status = read_links(store, f, error) ?: read_landings(store, f, error) ?:
-                            read_series(store, f, error) ?: read_survey(store, f, error) ?:
-                            read_advice(store, f, error) ?: read_ready(store, f, error);
+    read_links(store, f);
+    read_landings(store, f);
+    read_series(store, f);
+    read_survey(store, f);
+    read_advice(store, f);
+    read_ready(store, f);
     if (f->run == was.run) {
         f->calibrated_us = was.calibrated_us;
         memcpy(f->skipped, was.skipped, sizeof f->skipped);
     }
-    return status;
 }
 
 /* ---- plan ---- */
@@ -436,12 +427,10 @@ struct line {
     size_t count;
 };
 
-static enum mr_status look_around(struct day *day)
+static void look_around(struct day *day)
 {
-    enum mr_status status = day_facts_read(day->store, (int64_t)link_now_us(), &day->facts,
-                                           &day->error);
+    day_facts_read(day->store, (int64_t)link_now_us(), &day->facts);
     day_plan_make(&day->facts, &day->plan);
-    return status;
 }
 
 /* ---- the keyboard ---- */
@@ -754,13 +743,12 @@ static void print_list(const struct day *day)
 static int guide(struct day *day)
 {
     char key[8];
-    while (look_around(day) == MR_OK) {
+    for (;; look_around(day)) {
         print_list(day);
         if (!ask("Enter, or a step (1-8), s skip, r report, q quit > ", key, sizeof key) ||
             key[0] == 'q')
             break;
-        if (look_around(day) != MR_OK) /* it may have waited for an hour */
-            break;
+        look_around(day); /* it may have waited for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
             take_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])
@@ -771,7 +759,7 @@ static int guide(struct day *day)
             report(day);
         print_error(day);
     }
-    return day->error.status == MR_OK ? 0 : cli_fail(&day->error);
+    return 0;
 }
 
 static int show(const struct day *day)
@@ -813,24 +801,19 @@ static int day_command(int argc, char **argv, const struct cli *cli)
 {
     static struct day day;
     day.cli = cli;
-    enum mr_status status = command_parse(&command_day, argc, argv, cli, &day.r, &day.r.db,
-                                          &day.error);
+    command_parse(&command_day, argc, argv, cli, &day.r, &day.r.db, fatal);
     setvbuf(stdin, NULL, _IONBF, 0);
-    if (status == MR_OK && !cli->json && !is_meant(day.r.db))
-        status = error_set(&day.error, MR_USAGE, "no campaign: %s; nothing was made", day.r.db);
-    if (status == MR_OK)
-        status = store_open(day.r.db, cli->json ? STORE_READ : STORE_CREATE, &day.store,
-                            &day.error);
-    if (status == MR_OK && day.r.serial)
+    if (!cli->json && !is_meant(day.r.db))
+        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was made", day.r.db);
+    day.store = program_campaign(day.r.db, cli->json ? STORE_READ : STORE_CREATE);
+    if (day.r.serial)
         take_link(&day, day.r.serial, LINK_SERIAL, day.facts.serial);
-    if (status == MR_OK && day.error.status == MR_OK && day.r.can)
+    if (day.r.can)
         take_link(&day, day.r.can, LINK_CAN, day.facts.can);
-    status = day.error.status;
-    if (status == MR_OK && cli->json)
-        status = look_around(&day);
-    int code = status != MR_OK ? cli_fail(&day.error) : cli->json ? show(&day) : guide(&day);
-    store_close(day.store);
-    return code;
+    if (day.error.status != MR_OK)
+        return cli_fail(&day.error);
+    look_around(&day);
+    return cli->json ? show(&day) : guide(&day);
 }
 
 #define VALUES struct request

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
 #include "host/store/store.h"
@@ -99,26 +100,21 @@ static enum mr_status run(struct watch *watch, struct error *error)
     return status;
 }
 
-static enum mr_status open_watch(struct watch *watch, const char *db, const char *port,
-                                 struct error *error)
+static void open_watch(struct watch *watch, const char *db, const char *port)
 {
-    enum mr_status status = store_open(db, STORE_OPEN, &watch->store, error);
+    watch->store = program_campaign(db, STORE_OPEN);
     watch->source = (struct live_source){
         .db = db,
         .si = watch->cli->si,
         .no_commands =
             "arm and disarm on the page of the matrig log that holds the links (--live)"};
-    if (status == MR_OK)
-        status = store_follow_from(watch->store, FIRST_FRAMES, &watch->place, error);
-    if (status == MR_OK)
-        status = live_hub_open(&watch->source, &watch->hub, error);
-    if (status == MR_OK && !watch->cli->json)
-        status = live_server_open(port, watch->hub, &watch->server, error);
-    if (status == MR_OK && watch->server) {
-        fprintf(stderr, "live: %s\n", live_server_url(watch->server));
-        fflush(stderr);
-    }
-    return status;
+    store_follow_from(watch->store, FIRST_FRAMES, &watch->place, fatal);
+    live_hub_open(&watch->source, &watch->hub, fatal);
+    if (watch->cli->json)
+        return;
+    live_server_open(port, watch->hub, &watch->server, fatal);
+    fprintf(stderr, "live: %s\n", live_server_url(watch->server));
+    fflush(stderr);
 }
 
 static int print_snapshot(struct watch *watch, struct error *error)
@@ -140,19 +136,17 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     const char *db = NULL;
     struct request r = {0};
     struct error error = {0};
-    enum mr_status status = command_parse(&command_live, argc, argv, cli, &r, &db, &error);
     struct watch watch = {.cli = cli};
-    if (status == MR_OK)
-        status = open_watch(&watch, db, r.port ? r.port : "8473", &error);
+    command_parse(&command_live, argc, argv, cli, &r, &db, fatal);
+    open_watch(&watch, db, r.port ? r.port : "8473");
     int exit_code = 0;
-    if (status == MR_OK && cli->json)
+    if (cli->json)
         exit_code = print_snapshot(&watch, &error);
-    else if (status == MR_OK)
-        status = run(&watch, &error);
+    else if (run(&watch, &error) != MR_OK)
+        exit_code = cli_fail(&error);
     live_server_close(watch.server);
     live_hub_close(watch.hub);
-    store_close(watch.store);
-    return status != MR_OK ? cli_fail(&error) : exit_code;
+    return exit_code;
 }
 
 #define VALUES struct request

@@ -32,14 +32,12 @@ struct params_request {
     bool force;
 };
 
-/* After the first error nothing more is read or added. */
 struct reader {
     const char *path;
     const char *test; /* "inertia", and its object */
     const json_t *readings;
     struct found parameters[PARAMETERS_MAX];
     size_t count;
-    struct error *error;
 };
 
 struct push {
@@ -53,12 +51,10 @@ static struct found *add(struct reader *r, const char *key, const char *unit, co
                          struct estimate estimate)
 {
     struct found *found = &r->parameters[r->count];
-    if (r->error->status != MR_OK)
-        return found;
     *found = (struct found){key, unit, "", estimate, (double)NAN, (double)NAN, false};
     snprintf(found->from, sizeof found->from, "%s", from);
     if (!isfinite(estimate.value) || !isfinite(estimate.error))
-        error_set(r->error, MR_NUMERICS, "beyond all numbers: %s: %s (%s); check the readings",
+        error_set(fatal, MR_NUMERICS, "beyond all numbers: %s: %s (%s); check the readings",
                   r->path, key, from);
     else
         r->count++;
@@ -100,21 +96,18 @@ static void read_push(const struct params_request *request, struct reader *r, st
     const struct found *weight = find(r, "W");
     const struct push_ground *ground = &push->ground;
     if (request->mats == 0)
-        error_set(r->error, MR_USAGE,
+        error_set(fatal, MR_USAGE,
                   "how many mats does the load press in this test? %s does not say; give "
                   "--mats 1 or --mats 2 (k is of one of them)",
                   request->push_path);
-    if (r->error->status != MR_OK ||
-        push_readings_load(request->push_path, &push->readings, r->error) != MR_OK)
-        return;
+    push_readings_load(request->push_path, &push->readings, fatal);
     push->setting = (struct push_setting){
         .gages = {request->force_error_lb, request->moved_error_in},
         .mats = (unsigned)request->mats,
         .mat_weight_lb = weight ? weight->estimate.value : 0.0,
         .axle_load_lb = request->axle_load_lb,
     };
-    if (push_ground_find(&push->readings, &push->setting, &push->ground, r->error) != MR_OK)
-        return;
+    push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
     add_told(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.of.value))
         return; /* the other keys mean nothing without it */
@@ -149,8 +142,7 @@ static void plot_rigid(struct plot *plot, const struct push_series *series,
                                           .count = known ? 3 : 2});
 }
 
-static enum mr_status push_plot(const struct params_request *request, const struct push *push,
-                                struct error *error)
+static void push_plot(const struct params_request *request, const struct push *push)
 {
     const struct push_readings *readings = &push->readings;
     double law_in[PUSH_READINGS_MAX];
@@ -180,7 +172,7 @@ static enum mr_status push_plot(const struct params_request *request, const stru
                                               .count = series->count});
         plot_rigid(plot, series, fit);
     }
-    return plot_write(plot, request->plot_path, error);
+    plot_write(plot, request->plot_path, fatal);
 }
 
 /* ---- readings ---- */
@@ -216,11 +208,10 @@ static struct estimate take(struct reader *r, const char *name)
     }
     if (good)
         return params_mean(readings, count, each);
-    if (r->error->status == MR_OK && !value)
-        error_set(r->error, MR_MALFORMED, "reading missing: %s: %s; give %s", r->path, r->test,
-                  name);
-    else if (r->error->status == MR_OK)
-        error_set(r->error, MR_MALFORMED,
+    if (!value)
+        error_set(fatal, MR_MALFORMED, "reading missing: %s: %s; give %s", r->path, r->test, name);
+    else
+        error_set(fatal, MR_MALFORMED,
                   "no reading: %s: %s.%s; give a number above 0, or text with a unit of it, "
                   "{\"value\": V, \"error\": E} or {\"readings\": [at most %d numbers], "
                   "\"error\": E}, with E 0 or more",
@@ -237,8 +228,6 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
     double x[READINGS_MAX], y[READINGS_MAX];
     struct params_spring spring = {.k = {1.0, 0.0}};
     size_t count = json_array_size(lists[0]);
-    if (r->error->status != MR_OK)
-        return spring;
     bool good = count <= READINGS_MAX && json_array_size(lists[1]) == count;
     for (size_t i = 0; i < count && good; i++) {
         x[i] = factor * number_of(x_name, json_array_get(lists[0], i));
@@ -246,17 +235,18 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
         good = !isnan(x[i]) && !isnan(y[i]);
     }
     if (!good || count == 0)
-        error_set(r->error, MR_MALFORMED,
+        error_set(fatal, MR_MALFORMED,
                   "no pairs of readings: %s: %s has %zu and %zu; give %s and %s, lists of as many "
                   "numbers, at most %d",
                   r->path, r->test, count, json_array_size(lists[1]), x_name, y_name, READINGS_MAX);
-    else if (params_spring(x, y, count, &spring, r->error) == MR_OK && spring.within)
-        error_set(r->error, MR_MALFORMED,
+    params_spring(x, y, count, &spring, fatal);
+    if (spring.within)
+        error_set(fatal, MR_MALFORMED,
                   "readings within the free travel: %s: %s: %zu of %zu lie below where "
                   "their line begins; leave out what moved freely",
                   r->path, r->test, spring.within, count);
-    else if (r->error->status == MR_OK && !spring.known)
-        error_set(r->error, MR_TOO_FEW,
+    else if (!spring.known)
+        error_set(fatal, MR_TOO_FEW,
                   "no spring: %s: %s: %zu readings with a scatter of %.2g %s about their line do "
                   "not rise; check the signs, and give more beyond the free travel",
                   r->path, r->test, count, spring.scatter, y_unit);
@@ -293,7 +283,7 @@ static void read_hinge(struct reader *r)
     json_array_foreach(json_object_get(r->readings, "angle_deg"), i, angle)
     {
         if (number_of("angle_deg", angle) < 0.0)
-            error_set(r->error, MR_MALFORMED,
+            error_set(fatal, MR_MALFORMED,
                       "angle below 0: %s: hinge: %g degrees; give each way of turning on its own, "
                       "from 0",
                       r->path, number_of("angle_deg", angle));
@@ -302,8 +292,8 @@ static void read_hinge(struct reader *r)
         wider = params_friction(take(r, "joint_in"), take(r, "strip_in"));
     struct params_spring spring = take_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb");
     struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
-    if (r->error->status == MR_OK && tad.value < -3.0 * tad.error)
-        error_set(r->error, MR_MALFORMED,
+    if (tad.value < -3.0 * tad.error)
+        error_set(fatal, MR_MALFORMED,
                   "a moment without turning: %s: hinge: the readings' line meets no moment at %.3g "
                   "+- %.2g degrees; check where angle and moment are 0",
                   r->path, tad.value, tad.error);
@@ -347,25 +337,22 @@ static void read_test(struct reader *r, const char *name, const json_t *readings
     json_t *value;
     for (size_t i = 0; i < sizeof tests / sizeof tests[0]; i++)
         test = strcmp(tests[i].name, name) == 0 ? &tests[i] : test;
-    if (!test || !json_is_object(readings)) {
-        error_set(r->error, MR_MALFORMED,
+    if (!test || !json_is_object(readings))
+        error_set(fatal, MR_MALFORMED,
                   "unknown test: %s: \"%s\"; tests are objects: inertia, tension, hinge, pull, "
                   "deflection",
                   r->path, name);
-        return;
-    }
     json_object_foreach((json_t *)(uintptr_t)readings, key, value)
     {
         char padded[64];
         snprintf(padded, sizeof padded, " %s ", key);
         if (key[0] != '_' && !strstr(test->names, padded))
-            error_set(r->error, MR_MALFORMED, "unknown reading: %s: %s: \"%s\"; it has%s", r->path,
+            error_set(fatal, MR_MALFORMED, "unknown reading: %s: %s: \"%s\"; it has%s", r->path,
                       name, key, test->names);
     }
     r->test = name;
     r->readings = readings;
-    if (r->error->status == MR_OK)
-        test->read(r);
+    test->read(r);
 }
 
 static void read_file(struct reader *r)
@@ -374,18 +361,18 @@ static void read_file(struct reader *r)
     const char *name;
     json_t *readings, *root = json_load_file(r->path, JSON_REJECT_DUPLICATES, &where);
     if (!root && json_error_code(&where) == json_error_cannot_open_file)
-        error_set(r->error, MR_IO, "cannot open readings: %s; check the path", r->path);
+        error_set(fatal, MR_IO, "cannot open readings: %s; check the path", r->path);
     else if (!root)
-        error_set(r->error, MR_MALFORMED,
+        error_set(fatal, MR_MALFORMED,
                   "no JSON object: %s: line %d column %d: %s; see matrig params --help", r->path,
                   where.line, where.column, where.text);
     json_object_foreach(root, name, readings)
     {
-        if (name[0] != '_' && r->error->status == MR_OK)
+        if (name[0] != '_')
             read_test(r, name, readings);
     }
-    if (r->error->status == MR_OK && r->count == 0)
-        error_set(r->error, MR_MALFORMED,
+    if (r->count == 0)
+        error_set(fatal, MR_MALFORMED,
                   "no readings: %s: it has no object of a test; see matrig params --help", r->path);
     json_decref(root);
 }
@@ -473,26 +460,23 @@ static int params_command(int argc, char **argv, const struct cli *cli)
     const char *words[1];
     struct params_request r = {0};
     struct push push = {0};
-    struct error error = {0};
     command_parse(&command_params, argc, argv, cli, &r, words, fatal);
     check_outputs(&r, words[0]);
-    struct reader reader = {.path = words[0], .error = &error};
+    struct reader reader = {.path = words[0]};
     if (words[0])
         read_file(&reader);
-    if (error.status == MR_OK && r.push_path)
+    if (r.push_path)
         read_push(&r, &reader, &push);
     json_t *scene = scene_of(&reader);
-    if (error.status == MR_OK && r.output_path)
-        output_json(r.output_path, scene, 17, &error);
-    if (error.status == MR_OK && r.plot_path)
-        push_plot(&r, &push, &error);
-    struct answer *answer = error.status == MR_OK
-                              ? answer_of(&reader, scene, r.push_path ? &push : NULL)
-                              : NULL;
+    if (r.output_path)
+        output_json(r.output_path, scene, 17, fatal);
+    if (r.plot_path)
+        push_plot(&r, &push);
+    struct answer *answer = answer_of(&reader, scene, r.push_path ? &push : NULL);
     json_decref(scene);
     push_readings_free(&push.readings);
     push_ground_free(&push.ground);
-    return answer_end(cli, answer, 0, &error);
+    return answer_show(cli, answer, 0);
 }
 
 #define VALUES struct params_request

@@ -15,8 +15,8 @@ int program_end(int exit_code);
 int program_run(int (*run)(int argc, char **argv, const struct cli *cli), int argc, char **argv,
                 const struct cli *cli);
 
-/* Opens the campaign of a command. It is closed when the program ends, and what was not committed is
- * taken back. One that cannot be opened ends the program. */
+/* Opens the campaign of a command. It is closed when the program ends, and what was not committed
+ * is taken back. One that cannot be opened ends the program. */
 struct store *program_campaign(const char *db, enum store_mode mode);
 
 /* matrig's own options (--json, --quiet, --si), as they were given, into `words`, which has room

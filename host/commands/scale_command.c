@@ -336,21 +336,18 @@ static json_t *whole_study(const struct request *request, const json_t *source,
 
 /* The file on the other side. What is no scene is refused as `sim` does, what is no study as
  * `study` does. */
-static json_t *scaled_file(const struct request *request, const json_t *source, bool is_study,
-                           struct error *error)
+static json_t *scaled_file(const struct request *request, const json_t *source, bool is_study)
 {
     const char *path = request->words[0];
     struct sim_scene scene;
     struct landing_series series;
     json_t *whole;
     if (is_study) {
-        if (series_load(&series, path, error) != MR_OK)
-            return NULL;
-        whole = whole_study(request, source, &series, error);
+        series_load(&series, path, fatal);
+        whole = whole_study(request, source, &series, fatal);
         series_free(&series);
     } else {
-        if (sim_scene_load(&scene, path, error) != MR_OK)
-            return NULL;
+        sim_scene_load(&scene, path, fatal);
         whole = json_deep_copy(source);
         complete(request, source, true, whole);
         sim_scene_free(&scene);
@@ -369,18 +366,14 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
 /* A scene or a study, which has landings. */
 static int scale_file(const struct request *request, const struct cli *cli)
 {
-    struct error error = {0};
-    if (output_not_input(request->output_path, request->words[0], &error) != MR_OK)
-        return cli_fail(&error);
+    output_not_input(request->output_path, request->words[0], fatal);
     json_t *source = json_load_file(request->words[0], 0, NULL);
     bool is_study = json_object_get(source, "landings") != NULL;
-    json_t *other = scaled_file(request, source, is_study, &error);
+    json_t *other = scaled_file(request, source, is_study);
     int code = 0;
-    if (error.status == MR_OK && (request->output_path || !cli->json))
-        output_json(request->output_path, other, 17, &error);
-    if (error.status != MR_OK) {
-        code = cli_fail(&error);
-    } else if (cli->json) {
+    if (request->output_path || !cli->json)
+        output_json(request->output_path, other, 17, fatal);
+    if (cli->json) {
         struct answer *answer = scale_answer(request);
         answer_json_value(answer, is_study ? "study" : "scene", json_incref(other));
         code = answer_show(cli, answer, 0);
