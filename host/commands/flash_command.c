@@ -41,7 +41,7 @@ struct session {
     int64_t baud;
     struct imagefile image;
     unsigned chip; /* that the image is for */
-    struct dialogue dialogue;
+    struct dialogue *dialogue;
     bool same, runs;
 };
 
@@ -216,45 +216,41 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 
 /* ---- into the boot ROM ---- */
 
-static enum mr_status order_into_rom(struct session *session, struct error *error)
+static void order_into_rom(struct session *session)
 {
     struct mr_ack ack;
     const struct dialogue_order order = {.code = MR_COMMAND_BOOTROM, .answer_s = ORDER_S};
-    enum mr_status status = dialogue_order(&session->dialogue, &order, &ack, error);
+    if (dialogue_order(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
+        dialogue_lost(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
-    if (status == MR_TIMEOUT)
-        return dialogue_lost(&session->dialogue, MR_COMMAND_BOOTROM, error);
-    if (status == MR_OK && answer == MR_NOT_NOW)
-        return error_set(
-            error, MR_NOT_NOW,
+    if (answer == MR_NOT_NOW)
+        error_set(
+            fatal, MR_NOT_NOW,
             "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
-            mr_landing_state_text(session->dialogue.identity.hello.state), session->spec);
-    if (status == MR_OK && answer == MR_WAIT)
-        return error_set(error, MR_WAIT,
-                         "the black box still writes the last landing: %s; try again in a second",
-                         session->spec);
-    if (status == MR_OK && answer == MR_UNKNOWN)
-        return error_set(error, MR_UNKNOWN,
-                         "the boot ROM of this board does not listen at its serial link: %s; "
-                         "program it through its ST-LINK (docs/howto/flash.md)",
-                         session->spec);
-    if (status == MR_OK && answer != MR_OK)
-        return error_set(error, answer,
-                         "the board refuses `bootrom` (%s): %s; start it with BOOT0 high",
-                         mr_status_text(answer), session->spec);
-    if (status == MR_OK)
-        (void)poll(NULL, 0, RESTART_MS);
-    return status;
+            mr_landing_state_text(session->dialogue->identity.hello.state), session->spec);
+    if (answer == MR_WAIT)
+        error_set(fatal, MR_WAIT,
+                  "the black box still writes the last landing: %s; try again in a second",
+                  session->spec);
+    if (answer == MR_UNKNOWN)
+        error_set(fatal, MR_UNKNOWN,
+                  "the boot ROM of this board does not listen at its serial link: %s; "
+                  "program it through its ST-LINK (docs/howto/flash.md)",
+                  session->spec);
+    if (answer != MR_OK)
+        error_set(fatal, answer, "the board refuses `bootrom` (%s): %s; start it with BOOT0 high",
+                  mr_status_text(answer), session->spec);
+    (void)poll(NULL, 0, RESTART_MS);
 }
 
-/* Who runs. MR_TIMEOUT, `error` as it was: nobody says. */
-static enum mr_status hear_firmware(struct session *session, double within_s, struct error *error)
+/* Who runs. False: nobody says. */
+static bool hear_firmware(struct session *session, double within_s)
 {
-    dialogue_forget(&session->dialogue);
-    enum mr_status status = dialogue_who(&session->dialogue, within_s, error);
-    if (status == MR_TIMEOUT && link_fd(dialogue_link(&session->dialogue)) < 0)
-        return error_set(error, MR_IO, "the device went away: %s; plug it in again", session->spec);
-    return status;
+    dialogue_forget(session->dialogue);
+    bool heard = dialogue_who(session->dialogue, within_s, fatal) != MR_TIMEOUT;
+    if (!heard && link_fd(dialogue_link(session->dialogue)) < 0)
+        error_set(fatal, MR_IO, "the device went away: %s; plug it in again", session->spec);
+    return heard;
 }
 
 static const char *name_of(unsigned board)
@@ -264,81 +260,70 @@ static const char *name_of(unsigned board)
 }
 
 /* The board that runs says which it is; an image for another has other pins. */
-static enum mr_status check_board(struct session *session, struct error *error)
+static void check_board(struct session *session)
 {
-    struct identity *identity = &session->dialogue.identity;
-    if (!session->image.stamped || session->force)
-        return MR_OK;
-    enum mr_status status = dialogue_until(&session->dialogue, dialogue_flag,
-                                           &identity->board_known, BOARD_S, error);
-    if (status == MR_TIMEOUT || (status == MR_OK && identity->board == session->image.header.board))
-        return MR_OK;
-    if (status != MR_OK)
-        return status;
-    return error_set(error, MR_VERSION,
-                     "the board is %s, and the image is for %s: %s; give the image of that board, "
-                     "or --force",
-                     name_of(identity->board), name_of(session->image.header.board), session->spec);
+    struct identity *identity = &session->dialogue->identity;
+    if (session->image.stamped && !session->force &&
+        dialogue_until(session->dialogue, dialogue_flag, &identity->board_known, BOARD_S, fatal) ==
+            MR_OK &&
+        identity->board != session->image.header.board)
+        error_set(fatal, MR_VERSION,
+                  "the board is %s, and the image is for %s: %s; give the image of that board, "
+                  "or --force",
+                  name_of(identity->board), name_of(session->image.header.board), session->spec);
 }
 
 /* The firmware that runs, if any, is asked who it is and to give way. */
-static enum mr_status meet_firmware(struct session *session, struct error *error)
+static void meet_firmware(struct session *session)
 {
     char why[200];
-    enum mr_status status = hear_firmware(session, HELLO_S, error);
-    if (status == MR_TIMEOUT) {
+    if (!hear_firmware(session, HELLO_S)) {
         cli_note(session->cli,
                  "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
-        return MR_OK;
+        return;
     }
-    if (status == MR_OK)
-        status = check_board(session, error);
-    if (status != MR_OK)
-        return status;
+    check_board(session);
     session->same = session->image.stamped &&
-                    identity_runs(&session->dialogue.identity, &session->image.header, why,
+                    identity_runs(&session->dialogue->identity, &session->image.header, why,
                                   sizeof why);
     if (session->same && !session->force)
-        return MR_OK;
+        return;
     if (!session->same && session->image.stamped)
         cli_note(session->cli, "flash: %s", why);
-    return order_into_rom(session, error);
+    order_into_rom(session);
 }
 
 /* ---- out of it ---- */
 
-static enum mr_status compare(struct session *session, struct error *error)
+static void compare(struct session *session)
 {
     char why[200];
-    enum mr_status status = hear_firmware(session, HELLO_ASKED_S, error);
-    if (status == MR_TIMEOUT)
-        return error_set(error, MR_TIMEOUT,
-                         "flashed and read back, but no board says hello: %s; take BOOT0 off and "
-                         "reset the board",
-                         session->spec);
-    if (status != MR_OK)
-        return status;
-    if (!identity_runs(&session->dialogue.identity, &session->image.header, why, sizeof why))
-        return error_set(error, MR_LIMIT, "the board does not run what was flashed: %s; %s",
-                         session->spec, why);
-    session->runs = true;
-    return MR_OK;
+    if (!hear_firmware(session, HELLO_ASKED_S))
+        error_set(fatal, MR_TIMEOUT,
+                  "flashed and read back, but no board says hello: %s; take BOOT0 off and "
+                  "reset the board",
+                  session->spec);
+    session->runs = identity_runs(&session->dialogue->identity, &session->image.header, why,
+                                  sizeof why);
+    if (!session->runs)
+        error_set(fatal, MR_LIMIT, "the board does not run what was flashed: %s; %s", session->spec,
+                  why);
 }
 
 /* The port's path, which stm32flash opens itself. */
-static enum mr_status take_port(const struct session *session, char path[TTY_PATH_MAX],
-                                struct error *error)
+static void take_port(const struct session *session, char path[TTY_PATH_MAX])
 {
     int baud;
-    if (strncmp(session->spec, "serial:", 7) == 0)
-        return tty_parse(session->spec + 7, "serial:TTY[:BAUD]", path, &baud, error);
+    if (strncmp(session->spec, "serial:", 7) == 0) {
+        tty_parse(session->spec + 7, "serial:TTY[:BAUD]", path, &baud, fatal);
+        return;
+    }
     if (strncmp(session->spec, "pty:", 4) != 0)
-        return error_set(error, MR_USAGE,
-                         "stm32flash needs a serial port: %s; give serial:TTY, or pty:PATH of an "
-                         "emulated board",
-                         session->spec);
+        error_set(fatal, MR_USAGE,
+                  "stm32flash needs a serial port: %s; give serial:TTY, or pty:PATH of an "
+                  "emulated board",
+                  session->spec);
     snprintf(path, TTY_PATH_MAX, "%s", session->spec + 4);
-    return MR_OK;
 }
 
 static enum mr_status program(struct session *session, const char *tty, struct error *error)
@@ -399,27 +384,24 @@ static void result_answer(const struct session *session, bool already, struct an
 }
 
 /* With the firmware, with the boot ROM, and with the firmware again: one program has the port. */
-static int flash(struct session *session, struct error *error)
+static int flash(struct session *session)
 {
     char tty[TTY_PATH_MAX];
-    enum mr_status status = take_port(session, tty, error)
-                              ?: dialogue_open(&session->dialogue, NULL, session->spec, error);
-    session->dialogue.any_layout = true;
-    if (status == MR_OK)
-        status = meet_firmware(session, error);
-    dialogue_close(&session->dialogue);
+    struct error error = {0};
+    take_port(session, tty);
+    session->dialogue = dialogue_of_command(NULL, session->spec);
+    session->dialogue->any_layout = true;
+    meet_firmware(session);
+    dialogue_close(session->dialogue);
     bool already = session->same && !session->force;
-    if (status == MR_OK && !already)
-        status = program(session, tty, error);
-    if (status == MR_OK && !already && session->image.stamped) {
-        status = dialogue_open(&session->dialogue, NULL, session->spec, error);
-        session->dialogue.any_layout = true;
-        if (status == MR_OK)
-            status = compare(session, error);
-        dialogue_close(&session->dialogue);
+    if (!already && program(session, tty, &error) != MR_OK)
+        return cli_fail(&error);
+    if (!already && session->image.stamped) {
+        session->dialogue = dialogue_of_command(NULL, session->spec);
+        session->dialogue->any_layout = true;
+        compare(session);
+        dialogue_close(session->dialogue);
     }
-    if (status != MR_OK)
-        return cli_fail(error);
     struct answer *answer = answer_new(session->cli->si);
     result_answer(session, already, answer);
     return answer_show(session->cli, answer, 0);
@@ -441,7 +423,6 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 {
     static struct session session;
     const char *words[2];
-    struct error error = {0};
     session.cli = cli;
     command_parse(&command_flash, argc, argv, cli, &session, words, fatal);
     link_check(words[0], fatal);
@@ -452,7 +433,7 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
                   "an image without matrig's header: %s; --force flashes it all the same",
                   words[1]);
     session.chip = session.image.stamped ? chip_of(&session.image) : mr_board_of(MR_BOARD_ZG)->chip;
-    int exit_code = flash(&session, &error);
+    int exit_code = flash(&session);
     imagefile_free(&session.image);
     return exit_code;
 }
