@@ -362,22 +362,6 @@ static bool set(struct arguments *a, const struct option *option, const char *te
     return true;
 }
 
-static bool takes_no_value(const char *name)
-{
-    const struct option *option = find(name);
-    return option && option->kind == FLAG;
-}
-
-/* The option at argv[i] is there a second time. */
-static bool is_repeated(char **argv, int i)
-{
-    for (int k = 1; k < i; k += takes_no_value(argv[k]) ? 1 : 2) {
-        if (strcmp(argv[k], argv[i]) == 0)
-            return true;
-    }
-    return false;
-}
-
 /* The image that came with the program: where it was built, or where make install puts it. */
 static bool find_image(const struct hil_board_type *type, const char **elf)
 {
@@ -399,6 +383,7 @@ static bool find_image(const struct hil_board_type *type, const char **elf)
 
 static enum mr_status parse(struct arguments *a, int argc, char **argv)
 {
+    bool given[sizeof options / sizeof options[0]] = {false};
     *a = (struct arguments){.can = "none",
                             .serial = "none",
                             .parity = PARITY_NOT_GIVEN,
@@ -407,16 +392,17 @@ static enum mr_status parse(struct arguments *a, int argc, char **argv)
     hil_options_default(&a->options);
     a->options.log = stderr;
     for (int i = 1; i < argc; i++) {
-        if (is_repeated(argv, i))
+        const struct option *option = find(argv[i]);
+        if (option && given[option - options])
             return refuse("%s is given twice; give it once", argv[i]);
         if (strncmp(argv[i], "--", 2) != 0)
             return refuse("what is `%s`? Everything is given by options; see matrig-board --help",
                           argv[i]);
-        if (i + 1 == argc && !takes_no_value(argv[i]))
+        if (i + 1 == argc && !(option && option->kind == FLAG))
             return refuse("%s needs a value, or is no option; see matrig-board --help", argv[i]);
-        const struct option *option = find(argv[i]);
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
+        given[option - options] = true;
         bool is_set = set(a, option, argv[i + 1]);
         if (!is_set && option->parse == parse_board)
             return refuse_board(argv[i + 1]);

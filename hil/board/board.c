@@ -195,10 +195,8 @@ static bool read_flash(const char *path, struct hil_memory *memory)
 enum mr_status hil_which_files(const char *elf, const char *flash,
                                const struct hil_board_type **type, char *error, size_t size)
 {
-    struct hil_memory *memory = calloc(1, sizeof *memory);
+    struct hil_memory *memory = hil_allocate(sizeof *memory);
     enum mr_status status = MR_OK;
-    if (!memory)
-        abort();
     if (read_elf(elf, memory) || (!elf && read_flash(flash, memory)))
         status = which_head(memory->flash, type, error, size);
     free(memory);
@@ -256,9 +254,7 @@ void hil_board_reset(struct hil_board *board)
 
 struct hil_board *hil_board_create(const struct hil_options *options)
 {
-    struct hil_board *board = calloc(1, sizeof *board);
-    if (!board)
-        abort();
+    struct hil_board *board = hil_allocate(sizeof *board);
     /* Zero and page-aligned; what is never touched of it costs nothing. */
     board->memories = mmap(NULL, sizeof *board->memories, PROT_READ | PROT_WRITE,
                            MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -573,14 +569,6 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
     return fail(board, MR_IO, told, "cannot be written; make room or give another");
 }
 
-static uint8_t *must_allocate(size_t n)
-{
-    uint8_t *bytes = malloc(n);
-    if (!bytes)
-        abort();
-    return bytes;
-}
-
 static bool take_options(struct hil_board *board, const uint8_t *bytes)
 {
     uint16_t half[8];
@@ -594,7 +582,7 @@ static bool take_options(struct hil_board *board, const uint8_t *bytes)
 
 enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
 {
-    uint8_t *bytes = must_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
+    uint8_t *bytes = hil_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
     size_t n;
     memset(bytes, 0xff, HIL_FLASH_SIZE);
     enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
@@ -614,7 +602,7 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
 
 enum mr_status hil_board_save_flash(struct hil_board *board, const char *path)
 {
-    uint8_t *bytes = must_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
+    uint8_t *bytes = hil_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
     bool factory = board->state.mcu.flash.options == HIL_FLASH_OPTIONS_FACTORY;
     memcpy(bytes, board->core.memory->flash, HIL_FLASH_SIZE);
     for (unsigned i = 0; i < OPTION_BYTES; i++)
@@ -628,7 +616,7 @@ enum mr_status hil_board_save_flash(struct hil_board *board, const char *path)
 
 enum mr_status hil_board_load_nor(struct hil_board *board, const char *path)
 {
-    uint8_t *bytes = must_allocate(HIL_NOR_SIZE);
+    uint8_t *bytes = hil_allocate(HIL_NOR_SIZE);
     size_t n;
     enum mr_status status = read_file(board, path, bytes, HIL_NOR_SIZE, &n);
     if (status == MR_OK)
@@ -639,7 +627,7 @@ enum mr_status hil_board_load_nor(struct hil_board *board, const char *path)
 
 enum mr_status hil_board_save_nor(struct hil_board *board, const char *path)
 {
-    uint8_t *bytes = must_allocate(HIL_NOR_SIZE);
+    uint8_t *bytes = hil_allocate(HIL_NOR_SIZE);
     enum mr_status status = hil_w25q_peek(&board->w25q, 0, bytes, HIL_NOR_SIZE);
     if (status == MR_OK)
         status = write_file(board, path, bytes, HIL_NOR_SIZE);
@@ -649,7 +637,7 @@ enum mr_status hil_board_save_nor(struct hil_board *board, const char *path)
 
 enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path)
 {
-    uint8_t *old = must_allocate(HIL_FLASH_SIZE), *flash = board->core.memory->flash;
+    uint8_t *old = hil_allocate(HIL_FLASH_SIZE), *flash = board->core.memory->flash;
     memcpy(old, flash, HIL_FLASH_SIZE);
     enum mr_status status = hil_board_load_elf(board, path);
     for (unsigned sector = 0; status == MR_OK && sector < HIL_FLASH_SECTORS; sector++) {

@@ -183,6 +183,15 @@ static inline void hil_must(uc_err err, const char *what)
     abort();
 }
 
+/* Zeroes; without memory there is no board. */
+static inline void *hil_allocate(size_t size)
+{
+    void *bytes = calloc(1, size);
+    if (!bytes)
+        abort();
+    return bytes;
+}
+
 /* A reset of the chip that was asked for, and not yet made. */
 struct hil_reset {
     bool asked;

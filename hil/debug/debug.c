@@ -150,13 +150,13 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
                   : kind == HIL_WATCH_READ  ? UC_HOOK_MEM_READ
                                             : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
         uint64_t low = address < 8 ? 0 : address - 8u;
-        if (uc_hook_add(board->core.uc, &place->hook[0], types, (void *)(uintptr_t)on_access, board,
+        if (uc_hook_add(board->core.uc, &place->hook, types, (void *)(uintptr_t)on_access, board,
                         low, (uint64_t)address + size - 1u) != UC_ERR_OK) {
             place->size = 0;
             return MR_FULL;
         }
     } else {
-        uc_hook_del(board->core.uc, there->hook[0]);
+        uc_hook_del(board->core.uc, there->hook);
         there->size = 0;
     }
     hil_cpu_forget_code(&board->core); /* translated code has the look-out built in, or has not */
@@ -294,20 +294,6 @@ struct bystander {
     struct hil_callbacks callbacks;
 };
 
-static void remember(const struct hil_board *board, struct bystander *b)
-{
-    b->core = board->core;
-    b->state = board->state;
-    b->callbacks = board->lines.callbacks;
-}
-
-static void forget(struct hil_board *board, const struct bystander *b)
-{
-    board->core = b->core;
-    board->state = b->state;
-    board->lines.callbacks = b->callbacks;
-}
-
 static bool is_bus(uint32_t address)
 {
     return (address >= 0x40000000u && address < 0x60000000u) ||
@@ -319,47 +305,50 @@ static unsigned access_size(uint32_t address, size_t n)
     return !(address & 3u) && n >= 4 ? 4 : !(address & 1u) && n >= 2 ? 2 : 1;
 }
 
-enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n)
+static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint8_t *bytes,
+                                 size_t n, bool write)
 {
     static struct bystander before; /* large; one debugger talks at a time */
-    if (hil_board_peek(board, address, out, n) == MR_OK)
-        return MR_OK;
+    struct hil_core *core = &board->core;
     if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
         return MR_UNKNOWN;
-    remember(board, &before);
-    board->lines.callbacks = (struct hil_callbacks){0};
-    board->core.trace = NULL;
-    board->core.onlookers.tracer = NULL;
-    board->core.stopped = false;
-    for (size_t i = 0; i < n && !board->core.stopped;) {
-        unsigned size = access_size(address + (uint32_t)i, n - i);
-        uint32_t value = hil_bus_read(&board->core, address + (uint32_t)i, size);
-        memcpy(out + i, &value, size);
-        i += size;
+    before = (struct bystander){*core, board->state, board->lines.callbacks};
+    if (!write) {
+        board->lines.callbacks = (struct hil_callbacks){0};
+        core->trace = NULL;
+        core->onlookers.tracer = NULL;
+        core->stopped = false;
     }
-    enum mr_status status = board->core.stopped ? MR_UNKNOWN : MR_OK;
-    forget(board, &before);
-    return status;
-}
-
-enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes,
-                               size_t n)
-{
-    static struct bystander before;
-    if (hil_board_poke(board, address, bytes, n) == MR_OK)
-        return MR_OK;
-    if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
-        return MR_UNKNOWN;
-    remember(board, &before);
-    for (size_t i = 0; i < n && !board->core.stopped;) {
+    for (size_t i = 0; i < n && !core->stopped;) {
         uint32_t value = 0;
         unsigned size = access_size(address + (uint32_t)i, n - i);
         memcpy(&value, bytes + i, size);
-        hil_bus_write(&board->core, address + (uint32_t)i, size, value);
+        if (write)
+            hil_bus_write(core, address + (uint32_t)i, size, value);
+        else
+            value = hil_bus_read(core, address + (uint32_t)i, size);
+        memcpy(bytes + i, &value, size);
         i += size;
     }
-    if (!board->core.stopped || before.core.stopped)
-        return MR_OK;
-    forget(board, &before);
-    return MR_UNKNOWN;
+    bool failed = core->stopped && !(write && before.core.stopped);
+    if (failed || !write) {
+        *core = before.core;
+        board->state = before.state;
+        board->lines.callbacks = before.callbacks;
+    }
+    return failed ? MR_UNKNOWN : MR_OK;
+}
+
+enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n)
+{
+    return hil_board_peek(board, address, out, n) == MR_OK
+             ? MR_OK
+             : access_bus(board, address, out, n, false);
+}
+
+enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, uint8_t *bytes, size_t n)
+{
+    return hil_board_poke(board, address, bytes, n) == MR_OK
+             ? MR_OK
+             : access_bus(board, address, bytes, n, true);
 }

@@ -39,7 +39,7 @@ enum hil_watch { HIL_WATCH_WRITE = 2, HIL_WATCH_READ = 3, HIL_WATCH_ACCESS = 4 }
 struct hil_watchpoint {
     enum hil_watch kind;
     uint32_t address, size; /* size 0: free */
-    size_t hook[2];
+    size_t hook;
 };
 
 struct hil_debug {
@@ -98,7 +98,6 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
  * Flash is written as a probe would. MR_UNKNOWN: nothing there, or not modelled; then nothing has
  * changed. */
 enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n);
-enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes,
-                               size_t n);
+enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, uint8_t *bytes, size_t n);
 
 #endif

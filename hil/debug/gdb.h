@@ -37,7 +37,7 @@ struct hil_gdb {
     struct hil_debug debug;
     bool attached;
     bool reported; /* the debugger knows that the board is held */
-    bool killed, ended;
+    bool killed;
 };
 
 /* Listen. MR_USAGE, MR_IO, with the reason in `error`. */

@@ -73,9 +73,7 @@ static const struct hil_profiler_calls calls = {.count = count};
 
 void hil_profile_begin(struct hil_board *board)
 {
-    struct hil_profile *profile = calloc(1, sizeof *profile);
-    if (!profile)
-        abort();
+    struct hil_profile *profile = hil_allocate(sizeof *profile);
     profile->core = &board->core;
     board->core.onlookers.profiler_who = profile;
     board->core.onlookers.profiler = &calls;
@@ -129,9 +127,7 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
 {
     struct hil_profile *profile = board->core.onlookers.profiler_who;
     uint64_t total = profile->elsewhere;
-    struct row *rows = calloc(symbols->count + 1u, sizeof *rows);
-    if (!rows)
-        abort();
+    struct row *rows = hil_allocate((symbols->count + 1u) * sizeof *rows);
     size_t count = collect(profile, symbols, rows);
     for (size_t i = 0; i < count; i++)
         total += rows[i].instructions;

@@ -188,9 +188,7 @@ static const struct hil_tracer_calls calls = {
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
                             const struct mr_symbols *symbols, char *error, size_t size)
 {
-    struct hil_vcd *vcd = calloc(1, sizeof *vcd);
-    if (!vcd)
-        abort();
+    struct hil_vcd *vcd = hil_allocate(sizeof *vcd);
     vcd->file = fopen(path, "w");
     vcd->path = strdup(path);
     if (!vcd->file || !vcd->path) {

@@ -13,9 +13,7 @@
 #define FCR          0x14u
 #define CR_EN        1u
 #define CR_CIRC      0x100u
-#define CR_PINC      0x200u
 #define CR_MINC      0x400u
-#define FCR_DMDIS    4u
 #define FCR_RESET    0x21u
 /* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF never rise here. */
 #define FLAG_TE      8u
@@ -239,13 +237,6 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
-    uint32_t direction = s->cr >> 6 & 3u;
-    if (direction > 1)
-        hil_bus_refuse(dev->core, "memory to memory");
-    if (s->fcr & FCR_DMDIS)
-        hil_bus_refuse(dev->core, "FIFO mode between peripheral and memory");
-    if (s->cr & CR_PINC)
-        hil_bus_refuse(dev->core, "peripheral address increment");
     if (flags(dma, stream) || s->ndtr == 0) { /* as silicon: it does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
                   (unsigned)flags(dma, stream), (unsigned)s->ndtr);
@@ -291,7 +282,7 @@ void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (at == CR)
         cr_write(dev, unit, stream, value);
     else if (at == FCR)
-        s->fcr = (s->fcr & 0x38u) | (value & 0x87u);
+        s->fcr = (s->fcr & 0x38u) | (value & 0x83u);
     else if (s->cr & CR_EN)
         hil_trace(dev->core, "DMA%u stream %u is on: write to offset 0x%x ignored", unit + 1,
                   stream, (unsigned)offset);

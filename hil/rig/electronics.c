@@ -19,7 +19,6 @@
 #define MID_V                1.65 /* nominal values of hil/rig/rig.h */
 #define GAGE_V_PER_LB        0.005
 #define SHUNT_LB             40.0
-#define STAIRCASE_CHANNEL    (HIL_RUN_COLUMNS)
 #define STAIRCASE_ZERO_CODES (HIL_STAIRCASE_ZERO_V * CODES / HIL_NOMINAL_VDDA_V)
 _Static_assert(HIL_RUN_COLUMNS + 2u <= HIL_ADC_SOURCES, "a source for each channel");
 
@@ -161,15 +160,6 @@ static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f,
     e->relay_bounce_ps = ps_of_us(1e3 * f->relay_bounce_ms * chance(random));
 }
 
-static void set_sources(struct hil_adc_errors *adc, unsigned from, unsigned count, double noise_lsb,
-                        double kick_rel)
-{
-    for (unsigned i = from; i < from + count; i++) {
-        adc->noise[i] = noise_lsb / HIL_ADC_NOISE_LSB;
-        adc->kick_rel[i] = kick_rel;
-    }
-}
-
 static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures *f,
                             uint64_t *random)
 {
@@ -181,22 +171,29 @@ static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures
         adc->offset_lsb[unit] = normal(random, f->adc_offset_lsb);
         adc->gain_lsb[unit] = normal(random, f->adc_gain_lsb);
     }
-    set_sources(adc, 0, HIL_RUN_TRANSDUCERS, hypot(f->adc_noise_lsb, f->transducer_noise_lsb),
-                f->transducer_kick_rel);
-    set_sources(adc, HIL_RUN_TRANSDUCERS, HIL_RUN_GAGES, hypot(f->adc_noise_lsb, f->gage_noise_lsb),
-                f->gage_kick_rel);
-    set_sources(adc, STAIRCASE_CHANNEL, 1, f->adc_noise_lsb, f->staircase_kick_rel);
-    set_sources(adc, STAIRCASE_CHANNEL + 1u, 1, f->adc_noise_lsb, f->reference_kick_rel);
 }
 
-static void set_ohms(struct hil_adc_errors *adc, const struct hil_figures *f)
+/* What the converters see of each channel, in its order. */
+static void set_sources(struct hil_adc_errors *adc, const struct hil_figures *f)
 {
-    for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
-        adc->source_ohm[i] = f->transducer_source_ohm;
-    for (unsigned i = 0; i < HIL_RUN_GAGES; i++)
-        adc->source_ohm[HIL_RUN_TRANSDUCERS + i] = f->gage_source_ohm;
-    adc->source_ohm[STAIRCASE_CHANNEL] = f->staircase_source_ohm;
-    adc->source_ohm[STAIRCASE_CHANNEL + 1u] = f->reference_source_ohm;
+    const struct {
+        unsigned count;
+        double noise_lsb, kick_rel, ohm;
+    } kinds[] = {
+        {HIL_RUN_TRANSDUCERS, hypot(f->adc_noise_lsb, f->transducer_noise_lsb),
+         f->transducer_kick_rel, f->transducer_source_ohm},
+        {HIL_RUN_GAGES, hypot(f->adc_noise_lsb, f->gage_noise_lsb), f->gage_kick_rel,
+         f->gage_source_ohm},
+        {1, f->adc_noise_lsb, f->staircase_kick_rel, f->staircase_source_ohm},
+        {1, f->adc_noise_lsb, f->reference_kick_rel, f->reference_source_ohm},
+    };
+    for (unsigned kind = 0, channel = 0; kind < sizeof kinds / sizeof kinds[0]; kind++) {
+        for (unsigned i = 0; i < kinds[kind].count; i++, channel++) {
+            adc->noise[channel] = kinds[kind].noise_lsb / HIL_ADC_NOISE_LSB;
+            adc->kick_rel[channel] = kinds[kind].kick_rel;
+            adc->source_ohm[channel] = kinds[kind].ohm;
+        }
+    }
 }
 
 void hil_electronics_make(struct hil_electronics *electronics, const struct hil_options *options,
@@ -207,7 +204,7 @@ void hil_electronics_make(struct hil_electronics *electronics, const struct hil_
     hil_figures_reference(&reference);
     const struct hil_figures *f = figures ? figures : &reference;
     make_ideal(electronics, options);
-    set_ohms(&electronics->adc, f);
+    set_sources(&electronics->adc, f);
     if (!options->board_drawn)
         return;
     electronics->drawn = true;
