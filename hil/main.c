@@ -190,26 +190,18 @@ static const struct option {
     const char *help;
 } options[] = {
 #define AT(member) offsetof(struct arguments, member)
-#define OF_TEXT(name, value, member, help)                    \
-    {                                                         \
-        name, value, TEXT, AT(member), 0, 0, NULL, NULL, help \
+#define ROW(...)    \
+    {               \
+        __VA_ARGS__ \
     }
-#define OF_FLAG(name, member, help)                        \
-    {                                                      \
-        name, "", FLAG, AT(member), 0, 0, NULL, NULL, help \
-    }
-#define OF_NUMBER(name, value, kind, member, low, high, help)      \
-    {                                                              \
-        name, value, kind, AT(member), low, high, NULL, NULL, help \
-    }
-#define OF_WORD(name, value, member, words, help)              \
-    {                                                          \
-        name, value, WORD, AT(member), 0, 0, words, NULL, help \
-    }
-#define OF_OWN(name, value, parse, help)             \
-    {                                                \
-        name, value, OWN, 0, 0, 0, NULL, parse, help \
-    }
+#define OF_TEXT(name, value, member, help) \
+    ROW(name, value, TEXT, AT(member), 0, 0, NULL, NULL, help)
+#define OF_FLAG(name, member, help) ROW(name, "", FLAG, AT(member), 0, 0, NULL, NULL, help)
+#define OF_NUMBER(name, value, kind, member, low, high, help) \
+    ROW(name, value, kind, AT(member), low, high, NULL, NULL, help)
+#define OF_WORD(name, value, member, words, help) \
+    ROW(name, value, WORD, AT(member), 0, 0, words, NULL, help)
+#define OF_OWN(name, value, parse, help) ROW(name, value, OWN, 0, 0, 0, NULL, parse, help)
     OF_TEXT("--elf", "F", elf, "firmware image (ELF); else the one that came with matrig-board"),
     OF_OWN("--board", "B", parse_board,
            "which board it is, by the name in common/boards.def: zg, discovery ...; else\n"

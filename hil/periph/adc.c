@@ -262,6 +262,19 @@ static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
     return a->sqr[2u - k / 6u] >> (5u * (k % 6u)) & 31u;
 }
 
+/* Hold the rule SAMPLING for an input with a source of so many Ohm. */
+static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
+                          unsigned sample_clocks, double clock_hz)
+{
+    double most_ohm = hil_adc_most_ohm(sample_clocks, clock_hz);
+    if (ohm <= most_ohm)
+        hil_rules_kept(rules, HIL_RULE_SAMPLING);
+    else
+        hil_rules_broken(rules, HIL_RULE_SAMPLING, 0,
+                         "input %u of ADC%u has %.0f Ohm, and %u clocks of %.1f MHz take %.0f",
+                         input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
+}
+
 /* The sequence as the registers say. False: it cannot be. */
 static bool plan(struct hil_adc_device *dev, unsigned unit)
 {
@@ -290,10 +303,10 @@ static bool plan(struct hil_adc_device *dev, unsigned unit)
         a->source[k] = (int8_t)dev->outside.source(dev->outside.who, port, pin);
         a->end_clock[k] = (uint16_t)clocks;
         if (a->source[k] >= 0 && dev->outside.source_ohm)
-            hil_adc_hold_sampling(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
-                                  dev->outside.source_ohm(dev->outside.who, a->source[k]),
-                                  sample_clocks[smp & 7u],
-                                  (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
+            hold_sampling(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
+                          dev->outside.source_ohm(dev->outside.who, a->source[k]),
+                          sample_clocks[smp & 7u],
+                          (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
         if (dev->errors)
             a->left[k] = hil_adc_left(dev->errors, a->source[k],
                                       (double)sample_clocks[smp & 7u] * a->clock_cycles /
@@ -520,16 +533,4 @@ double hil_adc_most_ohm(unsigned sample_clocks, double clock_hz)
 {
     return ((double)sample_clocks - 0.5) / (clock_hz * SAMPLE_FARAD * log(exp2((int)BITS + 2))) -
            SWITCH_OHM;
-}
-
-void hil_adc_hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
-                           unsigned sample_clocks, double clock_hz)
-{
-    double most_ohm = hil_adc_most_ohm(sample_clocks, clock_hz);
-    if (ohm <= most_ohm)
-        hil_rules_kept(rules, HIL_RULE_SAMPLING);
-    else
-        hil_rules_broken(rules, HIL_RULE_SAMPLING, 0,
-                         "input %u of ADC%u has %.0f Ohm, and %u clocks of %.1f MHz take %.0f",
-                         input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }

@@ -3,8 +3,7 @@
  *
  * A sequence takes its real time. Each channel is sampled at the end of its own sampling window and
  * its code delivered 12 ADC clocks later; codes are worked out in bulk at the end of the sequence,
- * or earlier when DMA raises a flag inside it or somebody looks. Injected channels, analogue
- * watchdog, continuous and discontinuous mode, temperature sensor are refused.
+ * or earlier when DMA raises a flag inside it or somebody looks.
  *
  * Codes are relative to VDDA (VREF+ is tied to it). A converter is ideal but for its noise unless
  * it is given errors (hil/periph/adc.h). */
@@ -128,9 +127,5 @@ double hil_adc_left(const struct hil_adc_errors *errors, int source, double wind
 
 /* The most that a window of so many ADC clocks takes; below 0: not even 0 Ohm. */
 double hil_adc_most_ohm(unsigned sample_clocks, double clock_hz);
-/* Hold the rule (rules.def, SAMPLING) for an input of ADC1 (1) or ADC3 (3) with a source of so many
- * Ohm. */
-void hil_adc_hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
-                           unsigned sample_clocks, double clock_hz);
 
 #endif

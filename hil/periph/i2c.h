@@ -8,10 +8,8 @@
  * it sees nothing. A byte at a time: the acknowledge that ends a byte is what ACK says then (POS:
  * what it said when the byte before ended); a line that is held low loses the arbitration of the
  * first 1 sent. What the program does to the pins as outputs is seen by the chip behind them as
- * clocks, starts and stops, not as bytes. Refused: slave mode, 10-bit addresses, SMBus, PEC, DMA,
- * interrupts; CR2.FREQ other than PCLK1 or CCR below its least while PE is set; CCR and TRISE
- * written while PE is set; CR1 written while START or STOP waits, but for a software reset; PE
- * cleared in a transfer. FLTR is not in this chip. */
+ * clocks, starts and stops, not as bytes. Refused beside registers.def: 10-bit addresses, and
+ * settings that change where silicon would not take them. FLTR is not in this chip. */
 #ifndef MATRIG_HIL_I2C_H
 #define MATRIG_HIL_I2C_H
 

@@ -2,9 +2,8 @@
  * PB12 driven by software, DMA1 streams 3 (receive) and 4 (send).
  *
  * A byte takes eight periods of PCLK1 / 2^(BR+1). While the three pins are not SPI2's, the memory
- * sees no clock and 0xff is received. Refused: slave, NSS by hardware or low by software, CPOL
- * unlike CPHA, the lowest bit first, 16 bits, one-line modes, CRC, TI mode, I2S, interrupts, a
- * change of settings in mid transfer. */
+ * sees no clock and 0xff is received. Refused beside registers.def: I2S, a change of settings in
+ * mid transfer. */
 #ifndef MATRIG_HIL_SPI_H
 #define MATRIG_HIL_SPI_H
 

@@ -284,15 +284,10 @@ static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
     return f < 4 ? of_dts[f] : of_dts[f] * dts;
 }
 
-static uint64_t capture_delay(const struct hil_tim_device *dev, unsigned channel)
+uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel)
 {
     return (uint64_t)filter_clocks(&dev->state[HIL_TIM2], channel) *
            hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1);
-}
-
-uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev)
-{
-    return capture_delay(dev, 0);
 }
 
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at)
@@ -306,7 +301,7 @@ void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at
     if ((channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
-            *cycle = at + capture_delay(dev, channel);
+            *cycle = at + hil_tim2_capture_delay(dev, channel);
             t->capture_level[channel] = level;
         }
     }

@@ -36,6 +36,7 @@
 #include "common/status.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/gpio.h"
+#include "hil/periph/options.h"
 #include "hil/rig/runfile.h"
 
 struct hil_board_type;
@@ -47,8 +48,6 @@ struct hil_options;
 struct hil_usart_device;
 
 #define HIL_RIG_SHUNT_LB 40.0
-
-#define HIL_RIG_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
 
 /* A contact that has moved: the staircase follows it from `level` (0 closed, 1 open) since then. */
 struct hil_contact {
@@ -79,9 +78,9 @@ enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 
 struct hil_rig {
     struct hil_contact contact[24];
-    uint8_t channel_fault[HIL_RIG_CHANNELS]; /* enum hil_channel_fault */
-    double held[HIL_RIG_CHANNELS];           /* of a channel that sticks: inches, pounds, volts */
-    double gain_drift[HIL_RUN_GAGES];        /* gain less 1 */
+    uint8_t channel_fault[HIL_BOARD_CHANNELS]; /* enum hil_channel_fault */
+    double held[HIL_BOARD_CHANNELS];           /* of a channel that sticks: inches, pounds, volts */
+    double gain_drift[HIL_RUN_GAGES];          /* gain less 1 */
     double offset_lb[HIL_RUN_GAGES];
     bool shunted;
     bool shunt_wanted;      /* level of PE1 */
