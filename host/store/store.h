@@ -77,37 +77,89 @@ enum mr_status store_landing_put(struct store *store, const struct store_landing
                                  struct error *error);
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error);
-enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
-                              struct error *error);
 
 /* Rows of a landing, in order, for the caller to free: store_edges(store, run, &rows, &count,
  * error), rows of struct store_edge. Of switch events `code` is the reason (common/switches.h),
  * `detail` the switch, 0 when not known, `count` how many times; of channel events the validity
  * (common/channels.h), the channel, `board_us` since when. Restarts: the starts of the board that
  * ended the landing, `detail` the bits of hello's reset_cause, 0: not received. Backlogs: blocks in
- * which others waited for the predictor. */
-#define STORE_ROWS_OF_LANDING(X)                   \
-    X(store_switches, switch, SWITCHES)            \
-    X(store_segments, segment, SEGMENTS)           \
-    X(store_edges, edge, EDGES)                    \
-    X(store_motions, motion, MOTIONS)              \
-    X(store_zones, zone, ZONES)                    \
-    X(store_gaps, gap, GAPS)                       \
-    X(store_time_maps, time_map, TIME_MAPS)        \
-    X(store_film_frames, film_frame, FILM_FRAMES)  \
-    X(store_switch_events, fault, SWITCH_EVENTS)   \
-    X(store_channel_events, fault, CHANNEL_EVENTS) \
-    X(store_restarts, fault, RESTARTS)             \
-    X(store_bands, band, BANDS)                    \
-    X(store_band_events, band_event, BAND_EVENTS)  \
-    X(store_risks, risk, RISKS)                    \
-    X(store_predictions, prediction, PREDICTIONS)  \
-    X(store_backlogs, backlog, BACKLOGS)           \
-    X(store_trusts, trust, TRUSTS)
+ * which others waited for the predictor. Readings: of a gage survey (`run`: its id), in the order
+ * in which they were written. */
+#define STORE_ROWS_OF_LANDING(X)                        \
+    X(store_switches, switch, SWITCHES)                 \
+    X(store_segments, segment, SEGMENTS)                \
+    X(store_edges, edge, EDGES)                         \
+    X(store_motions, motion, MOTIONS)                   \
+    X(store_zones, zone, ZONES)                         \
+    X(store_gaps, gap, GAPS)                            \
+    X(store_time_maps, time_map, TIME_MAPS)             \
+    X(store_film_frames, film_frame, FILM_FRAMES)       \
+    X(store_switch_events, fault, SWITCH_EVENTS)        \
+    X(store_channel_events, fault, CHANNEL_EVENTS)      \
+    X(store_restarts, fault, RESTARTS)                  \
+    X(store_bands, band, BANDS)                         \
+    X(store_band_events, band_event, BAND_EVENTS)       \
+    X(store_risks, risk, RISKS)                         \
+    X(store_predictions, prediction, PREDICTIONS)       \
+    X(store_backlogs, backlog, BACKLOGS)                \
+    X(store_trusts, trust, TRUSTS)                      \
+    X(store_predict_items, predict_item, PREDICT_ITEMS) \
+    X(store_risk_items, risk_item, RISK_ITEMS)          \
+    X(store_changes, change, CHANGES)                   \
+    X(store_observations, observation, OBSERVATIONS)    \
+    X(store_gage_readings, gage_reading, GAGE_READINGS)
 #define STORE_ROWS_DECLARED(function, row, NAME)                                         \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error);
 STORE_ROWS_OF_LANDING(STORE_ROWS_DECLARED)
+
+/* The same of the campaign: store_landings(store, &rows, &count, error). */
+#define STORE_ROWS_OF_CAMPAIGN(X)        \
+    X(store_landings, landing, LANDINGS) \
+    X(store_series_all, series, SERIES)  \
+    X(store_advices, advice, ADVICES)    \
+    X(store_gage_surveys, gage_survey, GAGE_SURVEYS)
+#define STORE_ALL_ROWS_DECLARED(function, row, NAME)                                       \
+    enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
+                            struct error *error);
+STORE_ROWS_OF_CAMPAIGN(STORE_ALL_ROWS_DECLARED)
+
+/* store_event_put(store, &event, error). A row of the slow log that is there already gets its time
+ * when it had none, no more. A time map is the board's clock against this computer's, by one link:
+ * of a landing, or of all that was heard of the board until it began again or the session ended
+ * (run STORE_NONE); host/link/timemap.h says how it comes about. Advices: what was advised before
+ * landings, and kept. */
+#define STORE_PUT_OF_CAMPAIGN(X)    \
+    X(store_event_put, event)       \
+    X(store_time_map_put, time_map) \
+    X(store_slow_put, slow)         \
+    X(store_series_add, series)     \
+    X(store_advice_add, advice)
+#define STORE_ADD_DECLARED(function, row)                                         \
+    enum mr_status function(struct store *store, const struct store_##row *value, \
+                            struct error *error);
+STORE_PUT_OF_CAMPAIGN(STORE_ADD_DECLARED)
+
+/* store_day_newest(store, &run, error): the newest landing that happened here, neither imported nor
+ * disarmed before the gear came; the newest session that was logged here; the newest session.
+ * 0: none. */
+#define STORE_NUMBERS_OF_CAMPAIGN(X)  \
+    X(store_day_newest, DAY_NEWEST)   \
+    X(store_day_session, DAY_SESSION) \
+    X(store_newest_session, SESSION_NEWEST)
+#define STORE_NUMBER_DECLARED(function, NAME) \
+    enum mr_status function(struct store *store, int64_t *value, struct error *error);
+STORE_NUMBERS_OF_CAMPAIGN(STORE_NUMBER_DECLARED)
+
+/* A number of a landing: how many blocks it has, the first of them; -1: none. When a board was
+ * given a gage survey (`run`: its id) last; 0: never. */
+#define STORE_NUMBERS_OF_LANDING(X)     \
+    X(store_blocks_count, BLOCKS_COUNT) \
+    X(store_block_first, BLOCK_FIRST)   \
+    X(store_gage_loaded, GAGE_LOADED)
+#define STORE_NUMBER_OF_DECLARED(function, NAME) \
+    enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error);
+STORE_NUMBERS_OF_LANDING(STORE_NUMBER_OF_DECLARED)
 
 /* store_edge_put(store, run, &edge, error): what the board said, once, whichever link it came by;
  * what becomes of a row that is there: tables.def. */
@@ -160,11 +212,7 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
 enum mr_status store_block_indexes_each(struct store *store, int64_t run,
                                         void (*each)(void *context, int64_t index), void *context,
                                         struct error *error);
-enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
-                                  struct error *error);
-/* A landing's first block, and its first one from `from` to `to`; -1: none. */
-enum mr_status store_block_first(struct store *store, int64_t run, int64_t *index,
-                                 struct error *error);
+/* A landing's first block from `from` to `to`; -1: none. */
 enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
                                   int64_t *index, struct error *error);
 
@@ -199,9 +247,6 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 /* A quantity over a landing; told 0: the campaign keeps no column of it. */
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error);
-/* A row that is there already gets its time when it had none, no more. */
-enum mr_status store_slow_put(struct store *store, const struct store_slow *row,
-                              struct error *error);
 /* Rows of a board, or of all (NULL), in order. */
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error);
@@ -210,8 +255,6 @@ enum mr_status store_slow_rows(struct store *store, const char *board_uid, struc
  * event keeps it. */
 enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count,
                                  struct error *error);
-enum mr_status store_event_put(struct store *store, const struct store_event *event,
-                               struct error *error);
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
                                 bool *found, struct error *error);
 /* Faults of the landing's board and session up to the landing's end: the newest row of each
@@ -239,12 +282,6 @@ const char *store_trouble_kind(int link);
  * that is known. */
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
                              const struct store_gap *gap, struct error *error);
-
-/* The board's clock against this computer's, by one link: of a landing, or of all that was heard of
- * the board until it began again or the session ended (run STORE_NONE). host/link/timemap.h says
- * how it comes about. */
-enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map,
-                                  struct error *error);
 
 /* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown,
  * aligned with the measured. */
@@ -387,9 +424,6 @@ struct store_follower {
 };
 enum mr_status store_follow(struct store *store, struct store_follow_place *place, int64_t most,
                             const struct store_follower *follower, bool *more, struct error *error);
-
-/* 0: none. */
-enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error);
 
 /* ---- what matrig log, which must not lose what comes, needs beyond writing: to know whether
  * waiting helps, to write a transaction again, and to go on elsewhere when somebody has taken the

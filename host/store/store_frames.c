@@ -101,11 +101,6 @@ enum mr_status store_frames_place(struct store *store, int64_t session, int64_t 
 
 #define BLOCKS_A_TURN 5000
 
-enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error)
-{
-    return STORE_NUMBER(store, error, SESSION_NEWEST, session);
-}
-
 enum mr_status store_follow_from(struct store *store, int64_t frames,
                                  struct store_follow_place *place, struct error *error)
 {

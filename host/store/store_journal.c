@@ -29,12 +29,6 @@ enum mr_status store_change_add(struct store *store, const struct store_change *
     return status == MR_OK ? STORE_PUT(store, error, change, &row) : status;
 }
 
-enum mr_status store_changes(struct store *store, int64_t run, struct store_change **rows,
-                             size_t *count, struct error *error)
-{
-    STORE_ROWS(CHANGES, BIND(run));
-}
-
 enum mr_status store_change_get(struct store *store, int64_t run, const char *field,
                                 char value[STORE_JOURNAL_TEXT], char reason[STORE_JOURNAL_TEXT],
                                 struct error *error)
@@ -120,50 +114,10 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
     return STORE_PUT(store, error, observation, &row);
 }
 
-enum mr_status store_observations(struct store *store, int64_t run, struct store_observation **rows,
-                                  size_t *count, struct error *error)
-{
-    STORE_ROWS(OBSERVATIONS, BIND(run));
-}
-
-enum mr_status store_series_add(struct store *store, const struct store_series *series,
-                                struct error *error)
-{
-    return STORE_PUT(store, error, series, series);
-}
-
-enum mr_status store_series_all(struct store *store, struct store_series **rows, size_t *count,
-                                struct error *error)
-{
-    STORE_ROWS(SERIES);
-}
-
-enum mr_status store_advice_add(struct store *store, const struct store_advice *advice,
-                                struct error *error)
-{
-    return STORE_PUT(store, error, advice, advice);
-}
-
-enum mr_status store_advices(struct store *store, struct store_advice **rows, size_t *count,
-                             struct error *error)
-{
-    STORE_ROWS(ADVICES);
-}
-
-enum mr_status store_day_newest(struct store *store, int64_t *run, struct error *error)
-{
-    return STORE_NUMBER(store, error, DAY_NEWEST, run);
-}
-
 enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *count,
                                struct error *error)
 {
     return STORE_NUMBER(store, error, DAY_COUNT, count, BIND(since_us));
-}
-
-enum mr_status store_day_session(struct store *store, int64_t *session, struct error *error)
-{
-    return STORE_NUMBER(store, error, DAY_SESSION, session);
 }
 
 /* Its own corrections stand for the landing alone. */
@@ -356,23 +310,10 @@ enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_
     return STORE_RUN(store, error, GAGE_SURVEY_END, BIND(ended_us), BIND(survey));
 }
 
-enum mr_status store_gage_surveys(struct store *store, struct store_gage_survey **rows,
-                                  size_t *count, struct error *error)
-{
-    STORE_ROWS(GAGE_SURVEYS);
-}
-
 enum mr_status store_gage_reading_add(struct store *store, int64_t survey,
                                       const struct store_gage_reading *reading, struct error *error)
 {
     return STORE_PUT(store, error, gage_reading, reading, survey);
-}
-
-enum mr_status store_gage_readings(struct store *store, int64_t survey,
-                                   struct store_gage_reading **rows, size_t *count,
-                                   struct error *error)
-{
-    STORE_ROWS(GAGE_READINGS, BIND(survey));
 }
 
 enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
@@ -380,10 +321,4 @@ enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t 
 {
     const struct store_gage_load_row row = {.made_us = made_us, .link = link, .segments = segments};
     return STORE_PUT(store, error, gage_load_row, &row, survey);
-}
-
-enum mr_status store_gage_loaded(struct store *store, int64_t survey, int64_t *made_us,
-                                 struct error *error)
-{
-    return STORE_NUMBER(store, error, GAGE_LOADED, made_us, BIND(survey));
 }

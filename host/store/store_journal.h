@@ -10,8 +10,6 @@
  * touchdown_ft is used in place of what the board said from then on. */
 enum mr_status store_change_add(struct store *store, const struct store_change *change,
                                 struct error *error);
-enum mr_status store_changes(struct store *store, int64_t run, struct store_change **rows,
-                             size_t *count, struct error *error);
 /* The newest value of a field; empty: never said. `reason` may be NULL. */
 enum mr_status store_change_get(struct store *store, int64_t run, const char *field,
                                 char value[STORE_JOURNAL_TEXT], char reason[STORE_JOURNAL_TEXT],
@@ -28,31 +26,16 @@ enum mr_status store_observation_add(struct store *store,
 enum mr_status store_observation_withdraw(struct store *store, int64_t run, int64_t id,
                                           int64_t made_us, const char *who, const char *reason,
                                           struct error *error);
-enum mr_status store_observations(struct store *store, int64_t run, struct store_observation **rows,
-                                  size_t *count, struct error *error);
 
-enum mr_status store_series_add(struct store *store, const struct store_series *series,
-                                struct error *error);
-enum mr_status store_series_all(struct store *store, struct store_series **rows, size_t *count,
-                                struct error *error);
 /* The series that a landing belongs to: that of its correction, else the newest one begun before it
  * was armed; id 0: none. */
 enum mr_status store_series_of(struct store *store, const struct store_landing *landing,
                                struct store_series *series, struct error *error);
 
-/* What was advised before landings, and kept. */
-enum mr_status store_advice_add(struct store *store, const struct store_advice *advice,
-                                struct error *error);
-enum mr_status store_advices(struct store *store, struct store_advice **rows, size_t *count,
-                             struct error *error);
-
-/* The newest landing that happened here, 0: none; and how many were armed since. Neither imported
- * ones, nor such as were disarmed before the gear came. */
-enum mr_status store_day_newest(struct store *store, int64_t *run, struct error *error);
+/* How many landings were armed here since; neither imported ones, nor such as were disarmed before
+ * the gear came. */
 enum mr_status store_day_count(struct store *store, int64_t since_us, int64_t *count,
                                struct error *error);
-/* The newest session that was logged here; 0: none. */
-enum mr_status store_day_session(struct store *store, int64_t *session, struct error *error);
 
 /* ---- one landing twice in a campaign ---- */
 
@@ -97,21 +80,12 @@ enum mr_status store_gage_survey_add(struct store *store, struct store_gage_surv
                                      struct error *error);
 enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_t ended_us,
                                      struct error *error);
-enum mr_status store_gage_surveys(struct store *store, struct store_gage_survey **rows,
-                                  size_t *count, struct error *error);
 enum mr_status store_gage_reading_add(struct store *store, int64_t survey,
                                       const struct store_gage_reading *reading,
                                       struct error *error);
-/* In the order in which they were written. */
-enum mr_status store_gage_readings(struct store *store, int64_t survey,
-                                   struct store_gage_reading **rows, size_t *count,
-                                   struct error *error);
 /* That a board was given the survey. */
 enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us,
                                    const char *link, int64_t segments, struct error *error);
-/* When one was given it last; 0: never. */
-enum mr_status store_gage_loaded(struct store *store, int64_t survey, int64_t *made_us,
-                                 struct error *error);
 /* From now on a commit is on disk when it returns, also for a campaign that was not opened to be
  * created. */
 enum mr_status store_durable(struct store *store, struct error *error);

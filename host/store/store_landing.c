@@ -25,11 +25,35 @@ STORE_ROWS_OF_LANDING(ROWS)
     }
 STORE_PUT_OF_LANDING(PUT)
 
-enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
-                              struct error *error)
-{
-    STORE_ROWS(LANDINGS);
-}
+#define ALL_ROWS(function, row, NAME)                                                      \
+    enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
+                            struct error *error)                                           \
+    {                                                                                      \
+        STORE_ROWS(NAME);                                                                  \
+    }
+STORE_ROWS_OF_CAMPAIGN(ALL_ROWS)
+
+#define ADD(function, row)                                                        \
+    enum mr_status function(struct store *store, const struct store_##row *value, \
+                            struct error *error)                                  \
+    {                                                                             \
+        return STORE_PUT(store, error, row, value);                               \
+    }
+STORE_PUT_OF_CAMPAIGN(ADD)
+
+#define NUMBER(function, NAME)                                                        \
+    enum mr_status function(struct store *store, int64_t *value, struct error *error) \
+    {                                                                                 \
+        return STORE_NUMBER(store, error, NAME, value);                               \
+    }
+STORE_NUMBERS_OF_CAMPAIGN(NUMBER)
+
+#define NUMBER_OF(function, NAME)                                                                  \
+    enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error) \
+    {                                                                                              \
+        return STORE_NUMBER(store, error, NAME, value, BIND(run));                                 \
+    }
+STORE_NUMBERS_OF_LANDING(NUMBER_OF)
 
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error)
@@ -121,18 +145,6 @@ enum mr_status store_result_get(struct store *store, int64_t run, struct store_r
     enum mr_status status = STORE_ONE(store, error, RESULT_GET, result, BIND(run));
     *found = status == MR_OK;
     return status == MR_TOO_FEW ? MR_OK : status;
-}
-
-enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count,
-                                  struct error *error)
-{
-    return STORE_NUMBER(store, error, BLOCKS_COUNT, count, BIND(run));
-}
-
-enum mr_status store_block_first(struct store *store, int64_t run, int64_t *index,
-                                 struct error *error)
-{
-    return STORE_NUMBER(store, error, BLOCK_FIRST, index, BIND(run));
 }
 
 enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
@@ -309,22 +321,10 @@ enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count
     return STORE_RUN(store, error, EDGE_REFUSE, BIND(run), BIND(count));
 }
 
-enum mr_status store_event_put(struct store *store, const struct store_event *event,
-                               struct error *error)
-{
-    return STORE_PUT(store, error, event, event);
-}
-
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
                              const struct store_gap *gap, struct error *error)
 {
     return STORE_PUT(store, error, gap, gap, session, run);
-}
-
-enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map,
-                                  struct error *error)
-{
-    return STORE_PUT(store, error, time_map, map);
 }
 
 /* ---- configuration ---- */
@@ -372,12 +372,6 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
     }
 }
 
-enum mr_status store_slow_put(struct store *store, const struct store_slow *row,
-                              struct error *error)
-{
-    return STORE_PUT(store, error, slow, row);
-}
-
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error)
 {
@@ -388,22 +382,24 @@ enum mr_status store_slow_rows(struct store *store, const char *board_uid, struc
  *
  * Comparisons of landings with the simulation. */
 
+/* What the two structs of a channel have in common. */
+/* clang-format off */
+#define PLAIN_FIELDS(from)                                                                 \
+    .number = (from)->number, .station_ft = (from)->station_ft,                            \
+    .peak_measured_in = (from)->peak_measured_in,                                          \
+    .peak_measured_error_in = (from)->peak_measured_error_in,                              \
+    .peak_simulated_in = (from)->peak_simulated_in,                                        \
+    .peak_simulated_error_in = (from)->peak_simulated_error_in, .rms_in = (from)->rms_in,  \
+    .end_measured_in = (from)->end_measured_in,                                            \
+    .end_simulated_in = (from)->end_simulated_in, .t0_s = (from)->t0_s, .dt_s = (from)->dt_s
+/* clang-format on */
+
 static enum mr_status put_channel(struct store *store, int64_t simulation,
                                   const struct store_simulation *from, struct error *error)
 {
     const size_t bytes = from->length * sizeof *from->series_in;
     const struct store_simulation_channel row = {
-        .number = from->number,
-        .station_ft = from->station_ft,
-        .peak_measured_in = from->peak_measured_in,
-        .peak_measured_error_in = from->peak_measured_error_in,
-        .peak_simulated_in = from->peak_simulated_in,
-        .peak_simulated_error_in = from->peak_simulated_error_in,
-        .rms_in = from->rms_in,
-        .end_measured_in = from->end_measured_in,
-        .end_simulated_in = from->end_simulated_in,
-        .t0_s = from->t0_s,
-        .dt_s = from->dt_s,
+        PLAIN_FIELDS(from),
         .series_in = {from->series_in, bytes},
         .spread_in = {from->spread_in, from->spread_in ? bytes : 0},
     };
@@ -445,17 +441,7 @@ static float *floats(const struct store_bytes *bytes, size_t *length)
 static struct store_simulation simulation_of(const struct store_simulation_channel *row)
 {
     struct store_simulation made = {
-        .number = row->number,
-        .station_ft = row->station_ft,
-        .peak_measured_in = row->peak_measured_in,
-        .peak_measured_error_in = row->peak_measured_error_in,
-        .peak_simulated_in = row->peak_simulated_in,
-        .peak_simulated_error_in = row->peak_simulated_error_in,
-        .rms_in = row->rms_in,
-        .end_measured_in = row->end_measured_in,
-        .end_simulated_in = row->end_simulated_in,
-        .t0_s = row->t0_s,
-        .dt_s = row->dt_s,
+        PLAIN_FIELDS(row),
     };
     size_t spreads = 0;
     made.series_in = floats(&row->series_in, &made.length);
@@ -594,20 +580,13 @@ enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t 
     return STORE_PUT(store, error, predict_item, &row, run);
 }
 
-static enum mr_status predict_items(struct store *store, int64_t run,
-                                    struct store_predict_item **rows, size_t *count,
-                                    struct error *error)
-{
-    STORE_ROWS(PREDICT_ITEMS, BIND(run));
-}
-
 enum mr_status store_predict_config(struct store *store, int64_t run,
                                     struct mr_predictor_config *config, size_t *items,
                                     struct error *error)
 {
     struct store_predict_item *rows;
     memset(config, 0, sizeof *config);
-    enum mr_status status = predict_items(store, run, &rows, items, error);
+    enum mr_status status = store_predict_items(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++)
         mr_predict_item_set(config, (unsigned)rows[i].item, (float)rows[i].value);
     free(rows);
@@ -621,19 +600,13 @@ enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t ite
     return STORE_PUT(store, error, risk_item, &row, run);
 }
 
-static enum mr_status risk_items(struct store *store, int64_t run, struct store_risk_item **rows,
-                                 size_t *count, struct error *error)
-{
-    STORE_ROWS(RISK_ITEMS, BIND(run));
-}
-
 enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
                               float *lamp_limit, size_t *items, struct error *error)
 {
     struct store_risk_item *rows;
     mr_risk_plan_clear(plan);
     *lamp_limit = MR_NAN;
-    enum mr_status status = risk_items(store, run, &rows, items, error);
+    enum mr_status status = store_risk_items(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++) {
         if (!mr_risk_item_set(plan, (unsigned)rows[i].item, (float)rows[i].value))
             *lamp_limit = (float)rows[i].value;
