@@ -68,8 +68,8 @@ struct link {
  * MR_IO. */
 enum mr_status link_fill(struct link *link, struct error *error);
 
-/* All of it to a socket or a terminal; waits at most 1 s for room. `spec` is for errors. */
-enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length,
+/* All of it to a socket or a terminal; waits at most 1 s for room. */
+enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length,
                           struct error *error);
 
 /* Count a trouble. */

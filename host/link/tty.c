@@ -20,39 +20,39 @@
 
 /* ---- pseudo-terminals, which libserialport does not take: Linux keeps no parity for them ---- */
 
-static enum mr_status pts_line(const char *spec, int fd, int baud, struct error *error)
+static enum mr_status pts_line(struct link *link, int baud, struct error *error)
 {
     struct termios2 t;
-    bool set = ioctl(fd, TCGETS2, &t) == 0;
+    bool set = ioctl(link->fd, TCGETS2, &t) == 0;
     if (set) {
         t.c_iflag = t.c_oflag = t.c_lflag = 0;
         t.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
         t.c_ispeed = t.c_ospeed = (speed_t)baud;
         t.c_cc[VMIN] = 1;
         t.c_cc[VTIME] = 0;
-        set = ioctl(fd, TCSETS2, &t) == 0;
+        set = ioctl(link->fd, TCSETS2, &t) == 0;
     }
     if (!set)
         return error_set(error, MR_IO, "no terminal (%s): %s; write unix:PATH for a socket",
-                         strerror(errno), spec);
-    ioctl(fd, TCFLSH, TCIFLUSH);
+                         strerror(errno), link->spec);
+    ioctl(link->fd, TCFLSH, TCIFLUSH);
     return MR_OK;
 }
 
-static enum mr_status pts_open(const char *spec, const char *path, int baud, int *fd,
-                               struct error *error)
+static enum mr_status pts_open(struct link *link, const char *path, int baud, struct error *error)
 {
-    *fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (*fd < 0)
+    link->fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (link->fd < 0)
         return error_set(error, MR_IO,
                          "cannot open the terminal (%s): %s; start the emulated board there first",
-                         strerror(errno), spec);
-    if (flock(*fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
-        return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first", spec);
-    return pts_line(spec, *fd, baud, error);
+                         strerror(errno), link->spec);
+    if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
+        return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first",
+                         link->spec);
+    return pts_line(link, baud, error);
 }
 
-/* ---- ports ---- */
+/* ---- serial: ---- */
 
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
@@ -188,8 +188,9 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
     return status ?: set_line(tty, baud, error);
 }
 
-static void tty_close(struct tty *tty)
+static void serial_close(struct link *link)
 {
+    struct tty *tty = link->tty;
     if (!tty)
         return;
     if (tty->port) {
@@ -201,43 +202,55 @@ static void tty_close(struct tty *tty)
         close(tty->fd);
     }
     free(tty);
+    link->tty = NULL;
 }
 
-static enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty,
-                               struct error *error)
+static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
 {
-    char real[4096]; /* PATH_MAX; libserialport does not follow the links of /dev/serial */
+    char path[TTY_PATH_MAX], real[4096]; /* PATH_MAX; libserialport does not follow links of /dev */
+    int baud;
+    enum mr_status status = tty_parse(text, link->form, path, &baud, error);
+    if (status != MR_OK)
+        return status;
     if (!realpath(path, real))
-        return no_port(spec, strerror(errno), error);
-    struct tty *made = calloc(1, sizeof *made);
-    if (!made)
-        return error_set(error, MR_FULL, "no memory: link %s; close other programs", spec);
-    made->spec = spec;
-    made->fd = -1;
-    enum mr_status status = strncmp(real, PTS_FOLDER, strlen(PTS_FOLDER)) == 0
-                              ? pts_open(spec, real, baud, &made->fd, error)
-                              : open_port(made, real, baud, error);
+        return no_port(link->spec, strerror(errno), error);
+    struct tty *tty = calloc(1, sizeof *tty);
+    if (!tty)
+        return error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
+    tty->spec = link->spec;
+    tty->fd = -1;
+    link->tty = tty;
+    if (strncmp(real, PTS_FOLDER, strlen(PTS_FOLDER)) == 0) {
+        status = pts_open(link, real, baud, error);
+        tty->fd = link->fd;
+    } else {
+        status = open_port(tty, real, baud, error);
+    }
+    link->fd = -1;
     if (status != MR_OK) {
-        tty_close(made);
+        serial_close(link);
         return status;
     }
-    made->counts = ioctl(made->fd, TIOCGICOUNT, &made->counted) == 0;
-    *tty = made;
+    tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counted) == 0;
+    link->fd = tty->fd;
+    link_hear_anew(link, baud);
     return MR_OK;
 }
 
-static enum mr_status tty_line(struct tty *tty, int baud, struct error *error)
+static enum mr_status serial_line(struct link *link, int baud, struct error *error)
 {
+    struct tty *tty = link->tty;
     if (!tty->port)
-        return pts_line(tty->spec, tty->fd, baud, error);
+        return pts_line(link, baud, error);
     enum mr_status status = set_line(tty, baud, error);
     if (status == MR_OK)
         sp_flush(tty->port, SP_BUF_INPUT);
     return status;
 }
 
-static ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
+static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
 {
+    const struct tty *tty = link->tty;
     ssize_t count = tty->port ? (ssize_t)sp_nonblocking_read(tty->port, bytes, size)
                               : read(tty->fd, bytes, size);
     if (count > 0)
@@ -255,11 +268,12 @@ static ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
     return -1;
 }
 
-static enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length,
-                                struct error *error)
+static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_t length,
+                                  struct error *error)
 {
+    const struct tty *tty = link->tty;
     if (!tty->port)
-        return link_write(tty->spec, tty->fd, bytes, length, error);
+        return link_write(link, bytes, length, error);
     enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_WAIT_MS);
     if (count < 0)
         return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",
@@ -270,8 +284,9 @@ static enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t le
     return MR_OK;
 }
 
-static void tty_news(struct tty *tty, struct link *link)
+static void serial_service(struct link *link)
 {
+    struct tty *tty = link->tty;
     struct serial_icounter_struct now = {0}, *before = &tty->counted;
     if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
@@ -282,48 +297,6 @@ static void tty_news(struct tty *tty, struct link *link)
                  (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
                      (unsigned)(now.brk - before->brk));
     *before = now;
-}
-
-/* ---- serial: ---- */
-
-static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
-{
-    char path[TTY_PATH_MAX];
-    int baud;
-    enum mr_status status = tty_parse(text, link->form, path, &baud, error)
-                              ?: tty_open(link->spec, path, baud, &link->tty, error);
-    if (status != MR_OK)
-        return status;
-    link_hear_anew(link, baud);
-    link->fd = link->tty->fd;
-    return MR_OK;
-}
-
-static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
-{
-    return tty_read(link->tty, bytes, size);
-}
-
-static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_t length,
-                                  struct error *error)
-{
-    return tty_write(link->tty, bytes, length, error);
-}
-
-static void serial_service(struct link *link)
-{
-    tty_news(link->tty, link);
-}
-
-static enum mr_status serial_line(struct link *link, int baud, struct error *error)
-{
-    return tty_line(link->tty, baud, error);
-}
-
-static void serial_close(struct link *link)
-{
-    tty_close(link->tty);
-    link->tty = NULL;
 }
 
 const struct link_ops link_serial_ops = {
@@ -342,30 +315,19 @@ const struct link_ops link_serial_ops = {
 #define OPEN_TRIES    250
 #define OPEN_PAUSE_MS 20 /* 5 s in all, as unix: does: the board may just be starting */
 
-static enum mr_status pty_line(struct link *link, int baud, struct error *error)
-{
-    return pts_line(link->spec, link->fd, baud, error);
-}
-
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
     bool first = link->away.status == MR_OK; /* one that was there is waited for in link.c */
     for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
     link_hear_anew(link, TTY_BAUD_DEFAULT);
-    return pts_open(link->spec, path, TTY_BAUD_DEFAULT, &link->fd, error);
-}
-
-static enum mr_status pty_send(struct link *link, const uint8_t *bytes, size_t length,
-                               struct error *error)
-{
-    return link_write(link->spec, link->fd, bytes, length, error);
+    return pts_open(link, path, TTY_BAUD_DEFAULT, error);
 }
 
 const struct link_ops link_pty_ops = {
     .kinds = 1u << LINK_SERIAL,
     .waits = true,
     .open = pty_open,
-    .send = pty_send,
-    .line = pty_line,
+    .send = link_write,
+    .line = pts_line,
 };

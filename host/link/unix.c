@@ -74,33 +74,27 @@ static enum mr_status unix_receive_frame(struct link *link, struct link_frame *f
     return MR_OK;
 }
 
-enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length,
+enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length,
                           struct error *error)
 {
     while (length > 0) {
-        ssize_t count = send(fd, bytes, length, MSG_NOSIGNAL);
+        ssize_t count = send(link->fd, bytes, length, MSG_NOSIGNAL);
         if (count < 0 && errno == ENOTSOCK)
-            count = write(fd, bytes, length);
+            count = write(link->fd, bytes, length);
         if (count > 0) {
             bytes += count;
             length -= (size_t)count;
             continue;
         }
-        struct pollfd ready = {.fd = fd, .events = POLLOUT};
+        struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
         if (count < 0 && errno != EAGAIN && errno != EINTR)
             return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?",
-                             strerror(errno), spec);
+                             strerror(errno), link->spec);
         if (poll(&ready, 1, SEND_WAIT_MS) == 0)
             return error_set(error, MR_TIMEOUT, "the board accepts no data: %s; is it stopped?",
-                             spec);
+                             link->spec);
     }
     return MR_OK;
-}
-
-static enum mr_status unix_send(struct link *link, const uint8_t *bytes, size_t length,
-                                struct error *error)
-{
-    return link_write(link->spec, link->fd, bytes, length, error);
 }
 
 const struct link_ops link_unix_ops = {
@@ -108,5 +102,5 @@ const struct link_ops link_unix_ops = {
     .waits = true,
     .open = unix_open,
     .receive_frame = unix_receive_frame,
-    .send = unix_send,
+    .send = link_write,
 };
