@@ -70,8 +70,7 @@ static void begin_messages(struct messages *m, struct store *store,
 {
     *m = (struct messages){.collector = {.store = store,
                                          .session = landing->session,
-                                         .hello = true,
-                                         .identity = *landing},
+                                         .told = {.hello = true, .identity = *landing}},
                            .side = {.kind = THE_BOX, .boot = landing->boot},
                            .slot = {.row = *landing}};
     m->side.current = &m->slot;

@@ -24,11 +24,11 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
         account_start(&side->account, side->kind);
         mr_deframer_init(&side->deframer);
     }
-    made->identity.image_crc = STORE_NONE;
-    made->identity.config_crc = STORE_NONE;
-    made->identity.clock_source = STORE_NONE;
-    made->identity.touchdown_ft = (double)NAN;
-    made->identity.switch_error_ft = (double)NAN;
+    made->told.identity.image_crc = STORE_NONE;
+    made->told.identity.config_crc = STORE_NONE;
+    made->told.identity.clock_source = STORE_NONE;
+    made->told.identity.touchdown_ft = (double)NAN;
+    made->told.identity.switch_error_ft = (double)NAN;
 
     struct store_session session = {.started_us = (int64_t)link_now_us(),
                                     .can_link = can_spec,
@@ -255,18 +255,18 @@ static void tell_other_on_can(const struct collector *collector,
                               struct collector_progress *progress)
 {
     const struct side *can = &collector->side[LINK_CAN];
-    progress->other_on_can = collector->uid_vouched && !can->own_heard &&
+    progress->other_on_can = collector->told.uid_vouched && !can->own_heard &&
                              can->others >= COLLECT_OTHERS_IN_ROW;
     snprintf(progress->can_uid, sizeof progress->can_uid, "%08X%08X", (unsigned)can->other_uid[0],
              (unsigned)can->other_uid[1]);
     snprintf(progress->serial_uid, sizeof progress->serial_uid, "%08X%08X",
-             (unsigned)collector->uid[0], (unsigned)collector->uid[1]);
+             (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1]);
 }
 
 void collector_progress(const struct collector *collector, struct collector_progress *progress)
 {
     *progress =
-        (struct collector_progress){.hello = collector->hello,
+        (struct collector_progress){.hello = collector->told.hello,
                                     .block = -1,
                                     .before_first = collector->side[LINK_CAN].account.before_first};
     tell_other_on_can(collector, progress);
@@ -320,34 +320,12 @@ void collector_move(struct collector *collector, struct store *store)
     collector->store = store;
 }
 
-/* What the board says of itself when it is asked, or once. */
-static void inherit(struct collector *now, const struct collector *before)
-{
-    now->hello = before->hello;
-    now->identity = before->identity;
-    memcpy(now->uid, before->uid, sizeof now->uid);
-    now->uid_parts = before->uid_parts;
-    now->uid_vouched = before->uid_vouched;
-    memcpy(now->channel_known, before->channel_known, sizeof now->channel_known);
-    memcpy(now->zero_known, before->zero_known, sizeof now->zero_known);
-    memcpy(now->channel, before->channel, sizeof now->channel);
-    memcpy(now->items_known, before->items_known, sizeof now->items_known);
-    memcpy(now->switch_known, before->switch_known, sizeof now->switch_known);
-    memcpy(now->place, before->place, sizeof now->place);
-    memcpy(now->segment_known, before->segment_known, sizeof now->segment_known);
-    memcpy(now->segment, before->segment, sizeof now->segment);
-    memcpy(now->predict_known, before->predict_known, sizeof now->predict_known);
-    memcpy(now->predict_item, before->predict_item, sizeof now->predict_item);
-    memcpy(now->risk_known, before->risk_known, sizeof now->risk_known);
-    memcpy(now->risk_item, before->risk_item, sizeof now->risk_item);
-}
-
 enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
                                struct collector **collector, struct error *error)
 {
     enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->can_base,
                                            before->side[LINK_SERIAL].spec, collector, error);
     if (status == MR_OK && !whole)
-        inherit(*collector, before);
+        (*collector)->told = before->told;
     return status;
 }

@@ -31,7 +31,7 @@ static enum mr_status hello(struct collector *collector, struct side *side,
 {
     bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended &&
                            side->others + 1 < COLLECT_OTHERS_IN_ROW;
-    if (message->layout != MR_LAYOUT && (collector->hello || serial_will_say)) {
+    if (message->layout != MR_LAYOUT && (collector->told.hello || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
         return another_board(collector, side, MR_VERSION, now, error);
@@ -41,17 +41,18 @@ static enum mr_status hello(struct collector *collector, struct side *side,
                          "the board speaks layout %u, this matrig layout %u: %s; use firmware and "
                          "matrig of one version",
                          message->layout, MR_LAYOUT, side->spec);
-    collector->hello = true;
-    collector->identity.clock_source = message->clock_source;
-    snprintf(collector->identity.firmware, sizeof collector->identity.firmware, "%u.%u.%u",
-             message->major, message->minor, message->patch);
+    collector->told.hello = true;
+    collector->told.identity.clock_source = message->clock_source;
+    snprintf(collector->told.identity.firmware, sizeof collector->told.identity.firmware,
+             "%u.%u.%u", message->major, message->minor, message->patch);
     return MR_OK;
 }
 
 static void uid_text(struct collector *collector)
 {
-    snprintf(collector->identity.board_uid, sizeof collector->identity.board_uid, "%08X%08X%08X",
-             (unsigned)collector->uid[0], (unsigned)collector->uid[1], (unsigned)collector->uid[2]);
+    snprintf(collector->told.identity.board_uid, sizeof collector->told.identity.board_uid,
+             "%08X%08X%08X", (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1],
+             (unsigned)collector->told.uid[2]);
 }
 
 /* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error`
@@ -59,14 +60,14 @@ static void uid_text(struct collector *collector)
 static bool take_uid(struct collector *collector, struct side *side, unsigned part,
                      const uint32_t *words, size_t count, struct error *error)
 {
-    uint32_t *known = &collector->uid[part == 1 ? 0 : 2];
+    uint32_t *known = &collector->told.uid[part == 1 ? 0 : 2];
     bool vouched = side->kind == LINK_SERIAL;
     bool same = memcmp(known, words, count * sizeof *words) == 0;
-    if (!(collector->uid_parts & part) || same || (vouched && !collector->uid_vouched)) {
+    if (!(collector->told.uid_parts & part) || same || (vouched && !collector->told.uid_vouched)) {
         if (vouched && !same) /* what CAN said until now was another's */
             collector->side[LINK_CAN].own_heard = false;
         memcpy(known, words, count * sizeof *words);
-        collector->uid_parts |= part;
+        collector->told.uid_parts |= part;
         side->others = part == 1 ? 0 : side->others;
         side->own_heard |= part == 1;
         return true;
@@ -87,7 +88,7 @@ static enum mr_status refresh_landing(struct collector *collector, struct side *
     struct slot *slot = side->current;
     if (!slot)
         return MR_OK;
-    struct store_landing row = collector->identity, *was = &slot->row;
+    struct store_landing row = collector->told.identity, *was = &slot->row;
     row.id = was->id;
     row.session = was->session;
     row.boot = was->boot;
@@ -104,9 +105,9 @@ static enum mr_status refresh_landing(struct collector *collector, struct side *
 static enum mr_status put_channel(struct collector *collector, const struct slot *slot,
                                   unsigned index, struct error *error)
 {
-    if (!slot || !collector->channel_known[index] || !collector->zero_known[index])
+    if (!slot || !collector->told.channel_known[index] || !collector->told.zero_known[index])
         return MR_OK;
-    return store_channel_put(collector->store, slot->row.id, index, &collector->channel[index],
+    return store_channel_put(collector->store, slot->row.id, index, &collector->told.channel[index],
                              error);
 }
 
@@ -115,8 +116,8 @@ static enum mr_status channel(struct collector *collector, const struct side *si
 {
     if (message->index >= MR_CHANNELS)
         return MR_OK;
-    struct mr_channel_config *known = &collector->channel[message->index];
-    if (collector->channel_known[message->index] && known->kind == message->kind &&
+    struct mr_channel_config *known = &collector->told.channel[message->index];
+    if (collector->told.channel_known[message->index] && known->kind == message->kind &&
         known->unit_per_code == message->unit_per_code &&
         (known->station_ft == message->station_ft ||
          (isnan(known->station_ft) && isnan(message->station_ft))))
@@ -124,7 +125,7 @@ static enum mr_status channel(struct collector *collector, const struct side *si
     known->kind = message->kind;
     known->station_ft = message->station_ft;
     known->unit_per_code = message->unit_per_code;
-    collector->channel_known[message->index] = true;
+    collector->told.channel_known[message->index] = true;
     return put_channel(collector, side->current, message->index, error);
 }
 
@@ -133,24 +134,25 @@ static enum mr_status channel_zero(struct collector *collector, const struct sid
 {
     if (message->index >= MR_CHANNELS)
         return MR_OK;
-    struct mr_channel_config *known = &collector->channel[message->index];
-    if (collector->zero_known[message->index] && known->number == message->number &&
+    struct mr_channel_config *known = &collector->told.channel[message->index];
+    if (collector->told.zero_known[message->index] && known->number == message->number &&
         known->band == message->band && known->zero_code == message->zero_code)
         return MR_OK;
     known->number = message->number;
     known->band = message->band;
     known->zero_code = message->zero_code;
-    collector->zero_known[message->index] = true;
+    collector->told.zero_known[message->index] = true;
     return put_channel(collector, side->current, message->index, error);
 }
 
 static enum mr_status put_calibration(struct collector *collector, const struct slot *slot,
                                       unsigned index, unsigned item, struct error *error)
 {
-    if (!slot || !(collector->items_known[index] >> item & 1u))
+    if (!slot || !(collector->told.items_known[index] >> item & 1u))
         return MR_OK;
     return store_calibration_put(collector->store, slot->row.id, index, item,
-                                 (double)mr_channel_item(&collector->channel[index], item), error);
+                                 (double)mr_channel_item(&collector->told.channel[index], item),
+                                 error);
 }
 
 static enum mr_status calibration(struct collector *collector, const struct side *side,
@@ -158,13 +160,13 @@ static enum mr_status calibration(struct collector *collector, const struct side
 {
     if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEMS)
         return MR_OK;
-    struct mr_channel_config *known = &collector->channel[message->index];
+    struct mr_channel_config *known = &collector->told.channel[message->index];
     uint32_t bit = 1u << message->item;
-    if (collector->items_known[message->index] & bit &&
+    if (collector->told.items_known[message->index] & bit &&
         mr_channel_item(known, message->item) == message->value)
         return MR_OK;
     mr_channel_item_set(known, message->item, message->value);
-    collector->items_known[message->index] |= bit;
+    collector->told.items_known[message->index] |= bit;
     return put_calibration(collector, side->current, message->index, message->item, error);
 }
 
@@ -175,14 +177,13 @@ static enum mr_status switch_place(struct collector *collector, const struct sid
         return MR_OK;
     struct store_switch place = {message->position, message->step_codes,
                                  (double)message->station_ft};
-    struct store_switch *known = &collector->place[message->position - 1];
-    if (collector->switch_known[message->position - 1] && known->step_codes == place.step_codes &&
-        known->station_ft == place.station_ft)
+    struct store_switch *known = &collector->told.place[message->position - 1];
+    if (collector->told.switch_known[message->position - 1] &&
+        known->step_codes == place.step_codes && known->station_ft == place.station_ft)
         return MR_OK;
     *known = place;
-    collector->switch_known[message->position - 1] = true;
-    return side->current ? store_switch_put(collector->store, side->current->row.id, &place, error)
-                         : MR_OK;
+    collector->told.switch_known[message->position - 1] = true;
+    return side->current ? COLLECT_PUT(switch, &place) : MR_OK;
 }
 
 static enum mr_status slack(struct collector *collector, const struct side *side,
@@ -192,19 +193,17 @@ static enum mr_status slack(struct collector *collector, const struct side *side
         return MR_OK;
     struct store_segment segment = {message->segment, message->joints, (double)message->slack_in,
                                     (double)message->start_ft, (double)message->end_ft};
-    struct store_segment *known = &collector->segment[message->segment];
-    if (collector->segment_known[message->segment] &&
+    struct store_segment *known = &collector->told.segment[message->segment];
+    if (collector->told.segment_known[message->segment] &&
         (known->slack_in == segment.slack_in ||
          (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
     /* a board that began again in a landing has forgotten its survey: the landing had it */
-    bool forgotten = collector->segment_known[message->segment] && !isnan(known->slack_in) &&
+    bool forgotten = collector->told.segment_known[message->segment] && !isnan(known->slack_in) &&
                      isnan(segment.slack_in);
     *known = segment;
-    collector->segment_known[message->segment] = true;
-    return side->current && !forgotten
-             ? store_segment_put(collector->store, side->current->row.id, &segment, error)
-             : MR_OK;
+    collector->told.segment_known[message->segment] = true;
+    return side->current && !forgotten ? COLLECT_PUT(segment, &segment) : MR_OK;
 }
 
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
@@ -217,12 +216,13 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
         status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS,
                                  i % MR_CALIBRATION_ITEMS, error);
     for (unsigned i = 0; i < STORE_SWITCHES_MAX && status == MR_OK; i++) {
-        if (collector->switch_known[i])
-            status = store_switch_put(collector->store, slot->row.id, &collector->place[i], error);
+        if (collector->told.switch_known[i])
+            status = store_switch_put(collector->store, slot->row.id, &collector->told.place[i],
+                                      error);
     }
     for (unsigned i = 0; i < MR_SEGMENTS && status == MR_OK; i++) {
-        if (collector->segment_known[i])
-            status = store_segment_put(collector->store, slot->row.id, &collector->segment[i],
+        if (collector->told.segment_known[i])
+            status = store_segment_put(collector->store, slot->row.id, &collector->told.segment[i],
                                        error);
     }
     return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
@@ -231,8 +231,8 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
 static enum mr_status site(struct collector *collector, struct side *side,
                            const struct mr_site *message, struct error *error)
 {
-    collector->identity.touchdown_ft = (double)message->touchdown_ft;
-    collector->identity.switch_error_ft = (double)message->switch_error_ft;
+    collector->told.identity.touchdown_ft = (double)message->touchdown_ft;
+    collector->told.identity.switch_error_ft = (double)message->switch_error_ft;
     return refresh_landing(collector, side, error);
 }
 
@@ -249,8 +249,8 @@ static enum mr_status board_image(struct collector *collector, struct side *side
 {
     if (!take_uid(collector, side, 2, &message->uid2, 1, error))
         return error->status;
-    collector->uid_vouched |= side->kind == LINK_SERIAL;
-    collector->identity.image_crc = message->image_crc;
+    collector->told.uid_vouched |= side->kind == LINK_SERIAL;
+    collector->told.identity.image_crc = message->image_crc;
     uid_text(collector);
     return MR_OK;
 }
@@ -294,13 +294,13 @@ static enum mr_status config_word(struct collector *collector, struct side *side
 
 bool collector_lacks_configuration(const struct collector *collector)
 {
-    bool known = collector->hello && collector->identity.config_crc != STORE_NONE;
+    bool known = collector->told.hello && collector->told.identity.config_crc != STORE_NONE;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (collector->side[kind].current)
             return false; /* the board does not tell it from arm to done */
     }
     return known && !(collector->config_kept &&
-                      collector->config_kept_crc == (uint32_t)collector->identity.config_crc);
+                      collector->config_kept_crc == (uint32_t)collector->told.identity.config_crc);
 }
 
 enum mr_status collect_identity_message(struct collector *collector, struct side *side,
@@ -313,10 +313,11 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
     case MR_PLACE_BOARD_IMAGE: return board_image(collector, side, &m->as.board_image, error);
     case MR_PLACE_IMAGE_COMMIT:
         mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more,
-                             m->as.image_commit.changed != 0, collector->identity.image_commit);
+                             m->as.image_commit.changed != 0,
+                             collector->told.identity.image_commit);
         return MR_OK;
     case MR_PLACE_BOARD_CONFIG:
-        collector->identity.config_crc = m->as.board_config.config_crc;
+        collector->told.identity.config_crc = m->as.board_config.config_crc;
         return MR_OK;
     case MR_PLACE_CONFIG_IMAGE: return config_word(collector, side, &m->as.config_image, error);
     case MR_PLACE_SITE: return site(collector, side, &m->as.site, error);

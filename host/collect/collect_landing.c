@@ -193,7 +193,7 @@ static enum mr_status make_slot(struct collector *collector, const struct side *
         each->current = each->current == oldest ? NULL : each->current;
         each->last = each->last == oldest ? NULL : each->last;
     }
-    *oldest = (struct slot){.row = collector->identity, .end_block = -1};
+    *oldest = (struct slot){.row = collector->told.identity, .end_block = -1};
     oldest->row.session = collector->session;
     oldest->row.boot = side->boot;
     oldest->row.board_landing = landing->landing;

@@ -222,9 +222,9 @@ static void note_identity(struct collector *collector, struct side *can,
                           const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
-    if (message->place != MR_PLACE_BOARD_UID || !collector->uid_vouched)
+    if (message->place != MR_PLACE_BOARD_UID || !collector->told.uid_vouched)
         return;
-    bool own = memcmp(words, collector->uid, sizeof words) == 0;
+    bool own = memcmp(words, collector->told.uid, sizeof words) == 0;
     can->own_heard |= own;
     can->others = own ? 0 : can->others + 1;
     if (!own)
@@ -237,14 +237,14 @@ static enum mr_status hear(struct collector *collector, struct side *side,
 {
     if (collector->listener)
         collector->listener->message(collector->listener->context, event);
-    if (!collector->hello && event->message->place != MR_PLACE_HELLO)
+    if (!collector->told.hello && event->message->place != MR_PLACE_HELLO)
         return MR_OK;
     if (side->kind == LINK_CAN && serial_is_record(collector)) {
         follow_serial(collector, side);
         if (mark_frames(collector, side, error) != MR_OK ||
             stamp_landing(collector, side, event, error) != MR_OK)
             return error->status;
-        if (collector->hello && is_of_both(event->message)) {
+        if (collector->told.hello && is_of_both(event->message)) {
             note_identity(collector, side, event->message);
             side->state_block = 0; /* it begins anew when serial falls silent */
             return MR_OK;
@@ -588,7 +588,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
                                     const struct slot *slot, struct error *error)
 {
     struct timemap_fit fit;
-    bool crystal = collector->identity.clock_source == 0;
+    bool crystal = collector->told.identity.clock_source == 0;
     if (side->map.count == 0)
         return MR_OK;
     timemap_fit(&side->map, crystal ? CRYSTAL_PPM : INTERNAL_PPM, &fit);

@@ -217,8 +217,7 @@ static enum mr_status result(struct collector *collector, const struct side *sid
         collect_touchdown_row(&row, &m->as.touchdown);
     else
         collect_stop_row(&row, &m->as.stop);
-    return side->current ? store_result_put(collector->store, side->current->row.id, &row, error)
-                         : MR_OK;
+    return side->current ? COLLECT_PUT(result, &row) : MR_OK;
 }
 
 static enum mr_status temperature(struct collector *collector, struct side *side,
@@ -227,9 +226,7 @@ static enum mr_status temperature(struct collector *collector, struct side *side
     struct store_mat_temperature row = {.block = collect_block(side, message),
                                         .links = collect_link_bit(side)};
     collect_temperature_row(&row, &message->as.temperature);
-    return side->current && row.block >= 0
-             ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error)
-             : MR_OK;
+    return side->current && row.block >= 0 ? COLLECT_PUT(mat_temperature, &row) : MR_OK;
 }
 
 static enum mr_status collect_gear_message(struct collector *collector, struct side *side,
@@ -265,9 +262,7 @@ static enum mr_status trust(struct collector *collector, struct side *side,
 {
     struct store_trust row = {.block = collect_block(side, m), .links = collect_link_bit(side)};
     collect_trust_row(&row, &m->as.trust);
-    return side->current && row.block >= 0
-             ? store_trust_put(collector->store, side->current->row.id, &row, error)
-             : MR_OK;
+    return side->current && row.block >= 0 ? COLLECT_PUT(trust, &row) : MR_OK;
 }
 
 /* A runway is kept when it is whole: all its joints in a row, and of the CRC that the board
@@ -311,11 +306,11 @@ static void runway_store(struct collector *collector, struct side *side,
 static enum mr_status item(struct collector *collector, const struct side *side,
                            const struct mr_predict_item *m, struct error *error)
 {
-    if (m->index >= MR_PREDICT_ITEMS ||
-        (collector->predict_known[m->index] && same(collector->predict_item[m->index], m->value)))
+    if (m->index >= MR_PREDICT_ITEMS || (collector->told.predict_known[m->index] &&
+                                         same(collector->told.predict_item[m->index], m->value)))
         return MR_OK;
-    collector->predict_known[m->index] = true;
-    collector->predict_item[m->index] = m->value;
+    collector->told.predict_known[m->index] = true;
+    collector->told.predict_item[m->index] = m->value;
     return side->current ? store_predict_item_put(collector->store, side->current->row.id, m->index,
                                                   (double)m->value, error)
                          : MR_OK;
@@ -326,14 +321,14 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
 {
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
-        if (collector->predict_known[i])
+        if (collector->told.predict_known[i])
             status = store_predict_item_put(collector->store, slot->row.id, i,
-                                            (double)collector->predict_item[i], error);
+                                            (double)collector->told.predict_item[i], error);
     }
     for (unsigned i = 0; i < MR_RISK_TOLD && status == MR_OK; i++) {
-        if (collector->risk_known[i])
+        if (collector->told.risk_known[i])
             status = store_risk_item_put(collector->store, slot->row.id, i,
-                                         (double)collector->risk_item[i], error);
+                                         (double)collector->told.risk_item[i], error);
     }
     return status;
 }
@@ -345,9 +340,9 @@ static enum mr_status risk_item(struct collector *collector, const struct side *
     if (m->index >= MR_RISK_TOLD)
         return MR_OK;
     if (m->index == 0)
-        memset(collector->risk_known, 0, sizeof collector->risk_known);
-    collector->risk_known[m->index] = true;
-    collector->risk_item[m->index] = m->value;
+        memset(collector->told.risk_known, 0, sizeof collector->told.risk_known);
+    collector->told.risk_known[m->index] = true;
+    collector->told.risk_item[m->index] = m->value;
     return side->current ? store_risk_item_put(collector->store, side->current->row.id, m->index,
                                                (double)m->value, error)
                          : MR_OK;
@@ -363,9 +358,7 @@ static enum mr_status risk(struct collector *collector, struct side *side,
     else
         collect_risk_lead_row(&part, &m->as.risk_lead);
     part.block = collect_block(side, m);
-    return side->current && part.block >= 0
-             ? store_risk_put(collector->store, side->current->row.id, &part, error)
-             : MR_OK;
+    return side->current && part.block >= 0 ? COLLECT_PUT(risk, &part) : MR_OK;
 }
 
 /* The parts of a statement. They have its block, the newest that came or one not long past. */
@@ -382,9 +375,7 @@ static enum mr_status statement(struct collector *collector, struct side *side,
     default: return MR_OK;
     }
     part.block = collect_block(side, m);
-    return side->current && part.block >= 0
-             ? store_prediction_put(collector->store, side->current->row.id, &part, error)
-             : MR_OK;
+    return side->current && part.block >= 0 ? COLLECT_PUT(prediction, &part) : MR_OK;
 }
 
 static enum mr_status collect_predict_message(struct collector *collector, struct side *side,
@@ -424,9 +415,7 @@ static enum mr_status band_event(struct collector *collector, const struct side 
     struct store_band_event row = {.block = block == STORE_NONE ? 0 : block,
                                    .links = collect_link_bit(side)};
     collect_band_event_row(&row, m);
-    return side->current
-             ? store_band_event_put(collector->store, side->current->row.id, &row, error)
-             : MR_OK;
+    return side->current ? COLLECT_PUT(band_event, &row) : MR_OK;
 }
 
 /* Result and check are two messages of one gage; the first is stored at once, the second completes
@@ -477,8 +466,7 @@ static enum mr_status band(struct collector *collector, const struct side *side,
         collect_band_most_row(&row, most);
         row.most_block = block_of(side, most->at_block16);
     }
-    return side->current ? store_band_put(collector->store, side->current->row.id, &row, error)
-                         : MR_OK;
+    return side->current ? COLLECT_PUT(band, &row) : MR_OK;
 }
 
 static enum mr_status collect_band_message(struct collector *collector, struct side *side,
@@ -521,8 +509,7 @@ static enum mr_status quality(struct collector *collector, const struct side *si
 {
     struct store_quality row;
     collect_channel_quality_row(&row, message);
-    return side->current ? store_quality_put(collector->store, side->current->row.id, &row, error)
-                         : MR_OK;
+    return side->current ? COLLECT_PUT(quality, &row) : MR_OK;
 }
 
 /* A row of the slow log comes in six messages; one that is lost loses its row. */
@@ -545,10 +532,10 @@ static enum mr_status slow_tension(struct collector *collector, struct side *sid
         return MR_OK;
     for (unsigned k = 0; k < 3u && side->slow_gages < MR_GAGES; k++)
         side->slow.tension_lb[side->slow_gages++] = (double)lb[k];
-    if (side->slow_gages < MR_GAGES || !collector->identity.board_uid[0])
+    if (side->slow_gages < MR_GAGES || !collector->told.identity.board_uid[0])
         return MR_OK;
     snprintf(side->slow.board_uid, sizeof side->slow.board_uid, "%s",
-             collector->identity.board_uid);
+             collector->told.identity.board_uid);
     return store_slow_put(collector->store, &side->slow, error);
 }
 

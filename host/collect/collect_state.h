@@ -91,19 +91,9 @@ struct side {
     uint8_t config_present[MR_CONFIG_WORDS];
 };
 
-struct collector {
-    struct store *store;
-    struct collector *mark; /* what it was at collector_mark; NULL: never */
-    int64_t session;
-    struct side side[LINK_KINDS];
-    uint16_t can_base;
-    const struct collector_listener *listener; /* NULL: nobody */
+/* What the board last said about itself, once or when it is asked. */
+struct told {
     bool hello;
-    struct slot slot[SLOTS];
-    int64_t finished[SLOTS]; /* RUNs not taken yet */
-    size_t finished_count;
-
-    /* What the board last said about itself. */
     struct store_landing identity; /* uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
     uint32_t uid_parts; /* bit 0: words 0 and 1 are known, bit 1: word 2; */
@@ -116,14 +106,28 @@ struct collector {
     struct store_switch place[STORE_SWITCHES_MAX];
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
-    uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored;  /* newest, of either link */
-    bool stored_known, stored_news; /* and nobody has asked for yet */
     bool predict_known[MR_PREDICT_ITEMS];
     float predict_item[MR_PREDICT_ITEMS];
     bool risk_known[MR_RISK_TOLD];
     float risk_item[MR_RISK_TOLD];
-    bool config_kept; /* a whole configuration is in the database: */
+};
+
+struct collector {
+    struct store *store;
+    struct collector *mark; /* what it was at collector_mark; NULL: never */
+    int64_t session;
+    struct side side[LINK_KINDS];
+    uint16_t can_base;
+    const struct collector_listener *listener; /* NULL: nobody */
+    struct told told;
+    struct slot slot[SLOTS];
+    int64_t finished[SLOTS]; /* RUNs not taken yet */
+    size_t finished_count;
+
+    uint16_t fault_count[MR_FAULT_COUNT];
+    struct mr_runway_store stored;  /* newest, of either link */
+    bool stored_known, stored_news; /* and nobody has asked for yet */
+    bool config_kept;               /* a whole configuration is in the database: */
     uint32_t config_kept_crc;
     struct crash_report crash[LINK_KINDS]; /* being put together */
     struct crash_report crashed;           /* the newest that is stored */
@@ -133,6 +137,10 @@ struct collector {
     struct mr_ack answer; /* newest to arm or disarm */
     bool answer_news;
 };
+
+/* Puts a row of the landing that the side is in. */
+#define COLLECT_PUT(table, value) \
+    store_##table##_put(collector->store, side->current->row.id, value, error)
 
 /* Newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
