@@ -43,7 +43,7 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
     bool more = true;
     for (const char *at = text; more;) {
         size_t length = strcspn(at, ","), colon = strcspn(at, ":,");
-        double t_s, a;
+        double t_s = 0.0, a = 0.0;
         if (colon >= length || !part(at, colon, "s", "s", &t_s) ||
             !part(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2", "ft/s2", &a) ||
             !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
