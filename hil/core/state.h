@@ -4,7 +4,6 @@
 #define MATRIG_HIL_STATE_H
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 /* ---- call ---- */

@@ -3,7 +3,6 @@
 #ifndef MATRIG_HIL_WALL_H
 #define MATRIG_HIL_WALL_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 /* Seconds and milliseconds of a clock that never jumps. */

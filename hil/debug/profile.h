@@ -8,7 +8,6 @@
 #define MATRIG_HIL_PROFILE_H
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 

@@ -7,9 +7,7 @@
 #ifndef MATRIG_HIL_VCD_H
 #define MATRIG_HIL_VCD_H
 
-#include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #include "common/status.h"
 #include "hil/core/elf.h"

@@ -19,8 +19,6 @@
 #ifndef MATRIG_HIL_FLASH_H
 #define MATRIG_HIL_FLASH_H
 
-#include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #include "hil/core/state.h"

@@ -8,7 +8,6 @@
 #ifndef MATRIG_HIL_MCU_H
 #define MATRIG_HIL_MCU_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "hil/periph/adc.h"

@@ -1,7 +1,6 @@
 #include "hil/periph/spi.h"
 
 #include "hil/core/core.h"
-#include "hil/core/nvic.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"

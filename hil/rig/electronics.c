@@ -1,7 +1,6 @@
 #include "hil/rig/electronics.h"
 
 #include <math.h>
-#include <stddef.h>
 
 #include "hil/core/state.h"
 #include "hil/periph/adc.h"

@@ -27,8 +27,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "common/status.h"
-
 /* the newest; at one a second ten minutes: crystals keep their rate to 0.01 ppm or so that long */
 #define TIMEMAP_PAIRS 600u
 #define TIMEMAP_LEAST 12u
