@@ -529,17 +529,6 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
 
 /* --- opening and closing --- */
 
-static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char *error,
-                                     size_t size)
-{
-    enum mr_status status = hil_socket_listen("--gdb", path, &gdb->listener, error, size);
-    if (status != MR_OK)
-        return status;
-    snprintf(gdb->path, sizeof gdb->path, "%s", path);
-    snprintf(gdb->place, sizeof gdb->place, "%s", path);
-    return MR_OK;
-}
-
 static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, char *error,
                                      size_t size)
 {
@@ -565,8 +554,13 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
 enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, size_t size)
 {
     *gdb = (struct hil_gdb){.listener = -1, .line = {.fd = -1}};
-    if (strncmp(text, "unix:", 5) == 0 && text[5])
-        return listen_on_path(gdb, text + 5, error, size);
+    if (strncmp(text, "unix:", 5) == 0 && text[5]) {
+        enum mr_status status = hil_socket_listen("--gdb", text + 5, &gdb->listener, error, size);
+        if (status == MR_OK)
+            snprintf(gdb->path, sizeof gdb->path, "%s", text + 5);
+        snprintf(gdb->place, sizeof gdb->place, "%s", text + 5);
+        return status;
+    }
     char *end;
     unsigned long port = strtoul(text, &end, 10);
     if (text[0] < '0' || text[0] > '9' || *end || port > 65535) {

@@ -95,14 +95,6 @@ static uint32_t pty_baud(int fd)
     return ioctl(fd, TCGETS2, &t) == 0 ? t.c_ospeed : 0;
 }
 
-static void pty_close(const char *path, int fd)
-{
-    if (fd < 0)
-        return;
-    close(fd);
-    unlink(path);
-}
-
 /* ---- links ---- */
 
 static const char *noun(const struct hil_link *link)
@@ -232,7 +224,7 @@ static void discard(struct hil_link *link, size_t n)
     link->dropped += link->kind == HIL_LINK_CAN ? n / FRAME_BYTES : n;
 }
 
-static void put(struct hil_link *link, const uint8_t *bytes, size_t n)
+void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
 {
     if (link->type == HIL_LINK_NONE)
         return;
@@ -258,11 +250,6 @@ static void put(struct hil_link *link, const uint8_t *bytes, size_t n)
     link->end += n;
 }
 
-void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
-{
-    put(link, bytes, n);
-}
-
 static void put_text(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
 {
     char line[80];
@@ -275,7 +262,7 @@ static void put_text(struct hil_link *link, uint64_t t_ps, const struct hil_can_
     for (unsigned i = 0; !frame->remote && i < frame->length; i++)
         n += snprintf(line + n, sizeof line - (size_t)n, "%02X", frame->data[i]);
     line[n++] = '\n';
-    put(link, (const uint8_t *)line, (size_t)n);
+    hil_link_put_bytes(link, (const uint8_t *)line, (size_t)n);
 }
 
 void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
@@ -290,7 +277,7 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
     memcpy(bytes, &id, sizeof id); /* host byte order, as the kernel's struct has it */
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
-    put(link, bytes, sizeof bytes);
+    hil_link_put_bytes(link, bytes, sizeof bytes);
 }
 
 static void hang_up(struct hil_link *link)
@@ -430,14 +417,12 @@ void hil_link_close(struct hil_link *link)
                 break;
         }
     }
-    if (link->type == HIL_LINK_PTY)
-        pty_close(link->path, link->fd);
-    else if (link->fd >= 0)
+    if (link->fd >= 0)
         close(link->fd);
-    if (link->listener >= 0) {
+    if (link->listener >= 0)
         close(link->listener);
+    if (link->listener >= 0 || (link->type == HIL_LINK_PTY && link->fd >= 0))
         unlink(link->path);
-    }
     free(link->buffer);
     link->buffer = NULL;
     link->fd = link->listener = -1;

@@ -251,13 +251,6 @@ static void start_lsi(struct hil_rcc_device *dev)
         hil_event_set_ps(dev->core, HIL_EVENT_LSI, hil_now_ps(dev->core) + LSI_START_PS);
 }
 
-/* The watchdog runs from now on; it starts the LSI by itself. */
-static void watchdog_starts(struct hil_rcc_device *dev)
-{
-    dev->state->watchdog_runs = true;
-    start_lsi(dev);
-}
-
 static void cr_write(struct hil_rcc_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->state;
@@ -538,7 +531,8 @@ static void key_write(struct hil_iwdg_device *dev, uint32_t key)
     w->unlocked = key == KEY_UNLOCK;
     if (key == KEY_START && !w->running) {
         w->running = true;
-        watchdog_starts(dev->rcc);
+        dev->rcc->state->watchdog_runs = true;
+        start_lsi(dev->rcc); /* by itself */
     }
     if (key == KEY_START || key == KEY_RELOAD)
         reload(dev);

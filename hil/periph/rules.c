@@ -52,12 +52,6 @@ static unsigned speed_of(const struct hil_rules_device *dev, unsigned port, unsi
     return dev->gpio->state->port[port].ospeedr >> (2u * pin) & 3u;
 }
 
-/* What OSPEEDR allows a pin: its slew, and its shortest period. */
-static double slew_ns_of(const struct hil_rules_device *dev, unsigned port, unsigned pin)
-{
-    return speeds[speed_of(dev, port, pin)].slew_ns;
-}
-
 double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
     return 1e3 / speeds[speed_of(dev, port, pin)].most_mhz;
@@ -209,7 +203,7 @@ void hil_rules_stored(void *device, unsigned port)
         dev->state->unplaced += !at.ps;
         at.slew_ns = high && is_open_drain(dev, port, pins[i].pin)
                        ? PULLED_NS
-                       : slew_ns_of(dev, port, pins[i].pin);
+                       : speeds[speed_of(dev, port, pins[i].pin)].slew_ns;
         follow_edge(dev, (enum hil_rules_pin)i, high, at);
     }
 }

@@ -215,14 +215,13 @@ void hil_spi_pins_changed(void *device, uint64_t at)
     hil_spi_catch_up(dev, at);
     bool in_byte = spi->shifting && at > spi->shift_end_cycle - byte_cycles(dev);
     spi->selected = selected;
-    if (selected)
+    if (selected) {
         judge_select(dev);
-    else
-        judge_deselect(dev);
-    if (selected)
         dev->slave.select(dev->slave.who, at);
-    else
+    } else {
+        judge_deselect(dev);
         dev->slave.deselect(dev->slave.who, at, in_byte);
+    }
 }
 
 void hil_spi_reset(void *device, unsigned unit)

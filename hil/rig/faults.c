@@ -208,12 +208,6 @@ static void on_late(void *device, uint64_t at)
     schedule_late(dev);
 }
 
-static void lines_order(struct hil_lines_device *dev, enum hil_line line, enum hil_line_fault kind,
-                        const struct hil_line_effect *effect)
-{
-    dev->state->effect[line][kind] = *effect;
-}
-
 static void lines_seed(struct hil_lines_device *dev, uint64_t seed)
 {
     dev->state->random = seed ^ 0xfa0175eedull;
@@ -429,9 +423,8 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *f)
     case HIL_FAULT_STICK: (void)hil_stuck_add(dev->core, f->address, f->bit, f->choice); break;
     case HIL_FAULT_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->choice); break;
     case HIL_FAULT_LINE:
-        lines_order(
-            dev->lines, f->line, (enum hil_line_fault)f->choice,
-            &(struct hil_line_effect){f->count, f->probability, f->duration_ps, f->file_line});
+        dev->lines->state->effect[f->line][f->choice] =
+            (struct hil_line_effect){f->count, f->probability, f->duration_ps, f->file_line};
         break;
     case HIL_FAULT_CHANNEL:
         hil_rig_fail(dev->rig, f->index, (enum hil_channel_fault)f->choice);
