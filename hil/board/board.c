@@ -17,7 +17,6 @@
 #include "hil/core/elf.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/options.h"
-#include "hil/periph/cells.h"
 
 /* ---- how the parts are joined: the chip's pins to the rig, its wires to the links ---- */
 
@@ -209,7 +208,7 @@ static void forget_ram(struct hil_board *board)
 {
     uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
     for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
-        uint64_t noise = hil_random(&random);
+        uint64_t noise = mr_splitmix64(&random);
         memcpy(i < HIL_SRAM_SIZE ? board->core.memory->sram + i
                                  : board->core.memory->ccm + (i - HIL_SRAM_SIZE),
                &noise, 8);

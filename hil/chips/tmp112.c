@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "hil/core/core.h"
-#include "hil/periph/cells.h"
 #include "hil/periph/options.h"
 
 #define C_PER_COUNT       0.0625
@@ -20,7 +19,7 @@ static uint64_t conversion_ps(struct hil_tmp112_device *dev)
     switch (dev->options->cell_times) {
     case HIL_TIMES_TYPICAL: return TYPICAL_PS;
     case HIL_TIMES_MAXIMUM: return LONGEST_PS;
-    default: return TYPICAL_PS + hil_random(&dev->state->random) % (LONGEST_PS - TYPICAL_PS);
+    default: return TYPICAL_PS + mr_splitmix64(&dev->state->random) % (LONGEST_PS - TYPICAL_PS);
     }
 }
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "hil/core/core.h"
-#include "hil/periph/cells.h"
+#include "hil/periph/flash.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 

@@ -6,7 +6,7 @@
  * stop the run as not modelled. While BUSY, all but status reads and reset are ignored.
  *
  * Programming turns ones into zeroes and wraps inside its page of 256 bytes. Times are drawn
- * between typical and maximum (hil/periph/cells.h). Commands act when the chip is deselected on a
+ * between typical and maximum (hil/periph/flash.h). Commands act when the chip is deselected on a
  * byte boundary; else they do not act. The content survives resets and power cuts; an operation
  * that a power cut (or 66 99) ends early leaves its cells half changed. */
 #ifndef MATRIG_HIL_W25Q_H

@@ -5,7 +5,6 @@
 #include "hil/core/core.h"
 #include "hil/core/nvic.h"
 #include "hil/periph/options.h"
-#include "hil/periph/cells.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
@@ -84,7 +83,7 @@ static unsigned ones_of(uint64_t z)
  * four sigma are slightly thinner than Gaussian. */
 static double noise_lsb(struct hil_adc *a)
 {
-    uint64_t z = hil_random(&a->noise);
+    uint64_t z = mr_splitmix64(&a->noise);
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
     return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
@@ -452,7 +451,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 /* -1 to 1 */
 static double draw(uint64_t *random)
 {
-    return (double)(hil_random(random) >> 11) * 0x1p-52 - 1.0;
+    return (double)(mr_splitmix64(random) >> 11) * 0x1p-52 - 1.0;
 }
 
 /* Capacitors of one make are off by a draw that grows with the root of their size. A carry into bit

@@ -9,7 +9,7 @@
  * on; here it stands still.
  *
  * Flash and option bytes keep their content through resets and power cuts. An operation that a
- * reset or a power cut ends early leaves cells half changed (hil/periph/cells.h); option bytes cut
+ * reset or a power cut ends early leaves cells half changed (below); option bytes cut
  * off read as erased: protection level 1, nothing write-protected (RM0090 3.7.1).
  *
  * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), write
@@ -22,6 +22,7 @@
 #include <stdint.h>
 
 #include "hil/core/state.h"
+#include "hil/periph/options.h"
 #include "hil/periph/wire.h"
 
 #define HIL_FLASH_SECTORS         12u
@@ -78,5 +79,18 @@ void hil_flash_power_lost(struct hil_flash_device *dev);
 uint32_t hil_flash_sector_start(unsigned sector);
 /* Option bytes as memory shows them from 0x1FFFC000, word 0 to 3. */
 uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word);
+
+/* Memory cells that take their time, of flash and NOR. */
+
+/* Duration of one operation in picoseconds. Spread: typical + (maximum - typical) u^8, u uniform
+ * from 0 to 1. */
+uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
+                          uint64_t *random);
+
+/* What an operation leaves that was to turn the n bytes of `cells` into `wanted` (or all into 0xff:
+ * NULL) and was cut off after `permille` of its time: each bit that was to change has changed with
+ * that probability, independently. At 1000 all have, at 0 none. */
+void hil_cells_tear(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+                    uint64_t *random);
 
 #endif

@@ -7,8 +7,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "common/splitmix.h"
 #include "hil/periph/canbits.h"
-#include "hil/periph/cells.h"
 #include "hil/periph/wire.h"
 
 /* The boards that can be emulated: chip, package, supply, and what is wired to which pin. Read out
@@ -64,6 +64,13 @@ static inline bool hil_same_pin(struct hil_pin_place place, unsigned port, unsig
 }
 
 /* ---- options ---- */
+
+/* Where in the range of its data sheet the duration of a flash or NOR operation lies. */
+enum hil_cell_times {
+    HIL_TIMES_SPREAD, /* drawn: mostly near typical, at times up to the maximum */
+    HIL_TIMES_TYPICAL,
+    HIL_TIMES_MAXIMUM,
+};
 
 struct hil_figures;
 /* What a broken rule of time or electricity does (hil/periph/rules.h). */

@@ -5,7 +5,6 @@
 #include "hil/core/state.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/options.h"
-#include "hil/periph/cells.h"
 
 #define ROOM_C               20.0
 #define S_PER_H              3600.0
@@ -34,22 +33,16 @@ void hil_figures_reference(struct hil_figures *figures)
     };
 }
 
-/* 0 to 1 */
-static double chance(uint64_t *random)
-{
-    return (double)(hil_random(random) >> 11) * 0x1p-53;
-}
-
 /* Evenly within -most to most. */
 static double evenly(uint64_t *random, double most)
 {
-    return most * (2.0 * chance(random) - 1.0);
+    return most * (2.0 * mr_splitmix64_uniform(random) - 1.0);
 }
 
 /* Box and Muller; half of what they give is enough here. */
 static double normal(uint64_t *random, double sd)
 {
-    double u = 1.0 - chance(random), v = chance(random);
+    double u = 1.0 - mr_splitmix64_uniform(random), v = mr_splitmix64_uniform(random);
     return sd * sqrt(-2.0 * log(u)) * cos(TWO_PI * v);
 }
 
@@ -148,22 +141,24 @@ static void draw_staircase(struct hil_electronics *e, const struct hil_figures *
 static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
 {
     double width_us = f->one_shot_least_us +
-                      chance(random) * (f->one_shot_most_us - f->one_shot_least_us);
+                      mr_splitmix64_uniform(random) * (f->one_shot_most_us - f->one_shot_least_us);
     e->pulse_ps = ps_of_us(width_us);
     e->lamp_sense_ps = ps_of_us(fmax(f->lamp_sense_us, f->lamp_clear_us));
     double threshold_a = f->lamp_sense_threshold_a + normal(random, f->lamp_sense_threshold_sd_a);
     e->lamp_told = fmin(f->lamp_cold_a, f->lamp_hot_a) > threshold_a;
     /* half of the most to the most: no two relays are alike */
-    e->relay_operate_ps = ps_of_us(1e3 * f->relay_operate_ms * (0.5 + 0.5 * chance(random)));
-    e->relay_release_ps = ps_of_us(1e3 * f->relay_release_ms * (0.5 + 0.5 * chance(random)));
-    e->relay_bounce_ps = ps_of_us(1e3 * f->relay_bounce_ms * chance(random));
+    e->relay_operate_ps =
+        ps_of_us(1e3 * f->relay_operate_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
+    e->relay_release_ps =
+        ps_of_us(1e3 * f->relay_release_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
+    e->relay_bounce_ps = ps_of_us(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
 }
 
 static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures *f,
                             uint64_t *random)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
-        double u = chance(random);
+        double u = mr_splitmix64_uniform(random);
         double peak = f->adc_inl_typical_lsb +
                       (f->adc_inl_most_lsb - f->adc_inl_typical_lsb) * u * u * u;
         hil_adc_draw_inl(adc->inl_lsb[unit], peak, random);
@@ -217,9 +212,9 @@ void hil_electronics_identity(uint64_t seed, uint32_t uid[3])
 {
     uint64_t random = seed * 0xd1342543de82ef95ull + 0x2545f4914f6cdd1dull;
     uint8_t lot[7];
-    uint64_t place = hil_random(&random);
+    uint64_t place = mr_splitmix64(&random);
     for (unsigned i = 0; i < 7; i++)
-        lot[i] = (uint8_t)('0' + hil_random(&random) % 10u);
+        lot[i] = (uint8_t)('0' + mr_splitmix64(&random) % 10u);
     uid[0] = (uint32_t)(place & 0xffu) | (uint32_t)(place >> 8 & 0xffu) << 16;
     uid[1] = (uint32_t)(1u + (place >> 16) % 25u) | (uint32_t)lot[0] << 8 | (uint32_t)lot[1] << 16 |
              (uint32_t)lot[2] << 24;

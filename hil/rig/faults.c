@@ -17,7 +17,6 @@
 #include "hil/core/elf.h"
 #include "hil/core/file_place.h"
 #include "hil/periph/can.h"
-#include "hil/periph/cells.h"
 #include "hil/periph/flash.h"
 #include "hil/periph/i2c.h"
 #include "hil/periph/options.h"
@@ -59,7 +58,7 @@ static const char *const kind_names[HIL_LINE_FAULTS] = {
 static uint32_t random_below(void *device, uint32_t bound)
 {
     struct hil_lines_device *dev = device;
-    return (uint32_t)((hil_random(&dev->state->random) >> 32) * bound >> 32);
+    return (uint32_t)((mr_splitmix64(&dev->state->random) >> 32) * bound >> 32);
 }
 
 static void schedule_late(struct hil_lines_device *dev)

@@ -165,7 +165,7 @@ struct play {
 static double board_vdda_v(uint64_t seed)
 {
     uint64_t random = seed * 0x2545f4914f6cdd1dull + 11u;
-    return 3.24 + 0.12 * (double)(hil_random(&random) >> 11) * 0x1p-53;
+    return 3.24 + 0.12 * mr_splitmix64_uniform(&random);
 }
 
 static double full(unsigned channel)

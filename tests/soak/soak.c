@@ -71,12 +71,12 @@ struct soak {
 
 static uint32_t draw(struct soak *soak, uint32_t bound)
 {
-    return (uint32_t)(hil_random(&soak->random) >> 33) % bound;
+    return (uint32_t)(mr_splitmix64(&soak->random) >> 33) % bound;
 }
 
 static double between(struct soak *soak, double least, double most)
 {
-    return least + (most - least) * (double)(hil_random(&soak->random) >> 11) * 0x1p-53;
+    return least + (most - least) * mr_splitmix64_uniform(&soak->random);
 }
 
 /* ---- accounts ---- */
