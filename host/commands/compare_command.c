@@ -76,45 +76,43 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
         compare_limits_load(&request->limits, request->limits_path, fatal);
 }
 
-static enum mr_status write_csv(const struct request *request,
-                                const struct compare_landing *landing, bool si, struct error *error)
+static void write_csv(const struct request *request, const struct compare_landing *landing, bool si)
 {
     struct output output;
-    if (output_begin(&output, request->output, error) != MR_OK)
-        return error->status;
+    output_begin(&output, request->output, fatal);
     compare_csv(output.file, landing, si);
-    return output_end(&output, error);
+    output_end(&output, fatal);
 }
 
-/* The answer is shown, or what failed before; a limit that failed is an error, too. */
+/* A limit that failed is an error, behind the answer. */
 static int conclude(const struct compare_verdict *verdict, struct answer *answer,
-                    const struct cli *cli, struct error *error)
+                    const struct cli *cli)
 {
-    int exit_code = answer_end(cli, answer, 0, error);
+    struct error error = {0};
+    int exit_code = answer_show(cli, answer, 0);
     if (verdict->failed > 1)
-        error_set(error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
+        error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
                   verdict->failed - 1, verdict->checked);
     else if (verdict->failed)
-        error_set(error, MR_LIMIT, "%s; see the table, or change the limit", verdict->text);
-    return exit_code == 0 && error->status != MR_OK ? cli_fail(error) : exit_code;
+        error_set(&error, MR_LIMIT, "%s; see the table, or change the limit", verdict->text);
+    return exit_code == 0 && verdict->failed ? cli_fail(&error) : exit_code;
 }
 
 static int compare_one(struct store *store, const struct request *request,
-                       struct compare_model *model, const struct cli *cli, struct error *error)
+                       struct compare_model *model, const struct cli *cli)
 {
-    struct compare_landing landing = {.rows = 0};
+    struct compare_landing landing;
     struct compare_verdict verdict = {0};
     struct answer *answer = answer_new(cli->si);
-    if (store_refuse_void(store, request->run, request->voided, error) == MR_OK &&
-        compare_landing(store, request->run, model, 0, &landing, error) == MR_OK && request->output)
-        write_csv(request, &landing, cli->si, error);
-    if (error->status == MR_OK) {
-        compare_judge(&landing.figures, &request->limits, &verdict);
-        compare_answer(&landing.figures, &verdict, answer);
-    }
+    store_refuse_void(store, request->run, request->voided, fatal);
+    compare_landing(store, request->run, model, 0, &landing, fatal);
+    if (request->output)
+        write_csv(request, &landing, cli->si);
+    compare_judge(&landing.figures, &request->limits, &verdict);
+    compare_answer(&landing.figures, &verdict, answer);
     measured_aside_note(&landing.measured, cli);
     compare_landing_free(&landing);
-    return conclude(&verdict, answer, cli, error);
+    return conclude(&verdict, answer, cli);
 }
 
 static void progress(void *ctx, size_t done, size_t of)
@@ -125,31 +123,28 @@ static void progress(void *ctx, size_t done, size_t of)
 }
 
 static int compare_many(struct store *store, const struct request *request,
-                        struct compare_model *model, const struct cli *cli, struct error *error)
+                        struct compare_model *model, const struct cli *cli)
 {
     struct compare_series set;
     struct answer *answer = answer_new(cli->si);
     struct cli for_progress = *cli;
-    if (compare_series_run(store, request->series, model, progress, &for_progress, &set, error) ==
-        MR_OK) {
-        compare_series_judge(&set, &request->limits);
-        compare_series_answer(&set, answer);
-    }
+    compare_series_run(store, request->series, model, progress, &for_progress, &set, fatal);
+    compare_series_judge(&set, &request->limits);
+    compare_series_answer(&set, answer);
     struct compare_verdict verdict = set.verdict;
     compare_series_free(&set);
-    return conclude(&verdict, answer, cli, error);
+    return conclude(&verdict, answer, cli);
 }
 
 static int compare_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request;
-    struct error error = {0};
     struct compare_model model;
     read_request(argc, argv, cli, &request);
     struct store *store = program_campaign(request.db, STORE_OPEN);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
-    int exit_code = request.run ? compare_one(store, &request, &model, cli, &error)
-                                : compare_many(store, &request, &model, cli, &error);
+    int exit_code = request.run ? compare_one(store, &request, &model, cli)
+                                : compare_many(store, &request, &model, cli);
     compare_model_free(&model);
     compare_limits_free(&request.limits);
     return exit_code;
