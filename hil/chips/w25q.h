@@ -31,7 +31,6 @@ struct hil_w25q_past {
 
 struct hil_core;
 struct hil_options;
-struct hil_spi_device;
 
 #define HIL_NOR_SIZE   0x01000000u
 #define HIL_NOR_SECTOR 4096u

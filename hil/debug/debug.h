@@ -19,8 +19,6 @@
 #include "common/status.h"
 #include "hil/board/board.h"
 
-struct hil_board;
-
 #define HIL_BREAKPOINTS 64u
 #define HIL_WATCHPOINTS 8u
 

@@ -16,8 +16,6 @@
 #include "common/status.h"
 #include "hil/board/board.h"
 
-struct sockaddr_un;
-
 enum hil_link_kind { HIL_LINK_CAN, HIL_LINK_SERIAL };
 enum hil_link_type { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE, HIL_LINK_PTY };
 

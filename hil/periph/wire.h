@@ -10,7 +10,6 @@
 
 struct hil_can_frame;
 
-struct hil_adc_device;
 struct hil_core;
 struct hil_dma_device;
 struct hil_gpio_device;

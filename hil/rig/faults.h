@@ -81,7 +81,6 @@ struct hil_core;
 struct hil_flash_device;
 struct hil_i2c_device;
 struct hil_nor_orders;
-struct hil_options;
 struct hil_rcc_device;
 struct hil_tmp112;
 struct hil_tmp112_device;

@@ -39,12 +39,9 @@
 #include "hil/periph/options.h"
 #include "hil/rig/runfile.h"
 
-struct hil_board_type;
 struct hil_can_device;
 struct hil_core;
 struct hil_electronics;
-struct hil_gpio_device;
-struct hil_options;
 struct hil_usart_device;
 
 #define HIL_RIG_SHUNT_LB 40.0
