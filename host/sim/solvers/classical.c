@@ -3,6 +3,25 @@
 
 #include "host/sim/solvers/stepper.h"
 
+#define FOR_STATE(s, k)                                         \
+    for (int half_ = 0; half_ < 2; half_++)                     \
+        for (int k = half_ * (s)->model->size + stepper_low(s); \
+             k < half_ * (s)->model->size + stepper_high(s); k++)
+
+/* One classical step from y, of rates f, to z_new; k3: the other stages, `at`: room. */
+static void runge_kutta(struct stepper *s, double h, const double *y, const double *f,
+                        double *const k3[3], double *at)
+{
+    static const double part[3] = {0.5, 0.5, 1.0};
+    for (int i = 0; i < 3; i++) {
+        const double *rate = i == 0 ? f : k3[i - 1];
+        FOR_STATE(s, k) at[k] = y[k] + part[i] * h * rate[k];
+        stepper_rates(s, s->t_s + part[i] * h, at, k3[i]);
+    }
+    FOR_STATE(s, k)
+    s->z_new[k] = y[k] + h / 6.0 * (f[k] + 2.0 * (k3[0][k] + k3[1][k]) + k3[2][k]);
+}
+
 /* ---- rk4 ---- */
 
 /* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed
@@ -19,15 +38,6 @@ static void rk4_restart(struct stepper *s)
     (void)s;
 }
 
-static void rk4_shift(const struct stepper *s, double h, const double *rate, double *to)
-{
-    for (int half = 0; half < 2; half++) {
-        int from = half * s->model->size;
-        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++)
-            to[k] = s->z[k] + h * rate[k];
-    }
-}
-
 static bool rk4_advance(struct stepper *s, double limit_s)
 {
     struct rk4_work *w = s->work;
@@ -36,18 +46,7 @@ static bool rk4_advance(struct stepper *s, double limit_s)
     if (last)
         h = limit_s - s->t_s;
     stepper_rates(s, s->t_s, s->z, w->k[0]);
-    rk4_shift(s, 0.5 * h, w->k[0], w->at);
-    stepper_rates(s, s->t_s + 0.5 * h, w->at, w->k[1]);
-    rk4_shift(s, 0.5 * h, w->k[1], w->at);
-    stepper_rates(s, s->t_s + 0.5 * h, w->at, w->k[2]);
-    rk4_shift(s, h, w->k[2], w->at);
-    stepper_rates(s, s->t_s + h, w->at, w->k[3]);
-    for (int half = 0; half < 2; half++) {
-        int from = half * s->model->size;
-        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++)
-            s->z_new[k] = s->z[k] +
-                          h / 6.0 * (w->k[0][k] + 2.0 * (w->k[1][k] + w->k[2][k]) + w->k[3][k]);
-    }
+    runge_kutta(s, h, s->z, w->k[0], w->k + 1, w->at);
     s->t_new_s = last ? limit_s : s->t_s + h;
     return true;
 }
@@ -103,14 +102,12 @@ static void rkgs_gill(struct stepper *s, double t_s, double h, double *z)
     struct rkgs_work *w = s->work;
     for (int i = 0; i < 4; i++) {
         stepper_rates(s, t_s + rkgs_gill_time[i] * h, z, w->rate);
-        for (int half = 0; half < 2; half++) {
-            int from = half * s->model->size;
-            for (int k = from + stepper_low(s); k < from + stepper_high(s); k++) {
-                double step = h * w->rate[k];
-                double move = rkgs_gill_a[i] * (step - rkgs_gill_b[i] * w->q[k]);
-                z[k] += move;
-                w->q[k] += 3.0 * move - rkgs_gill_c[i] * step;
-            }
+        FOR_STATE(s, k)
+        {
+            double step = h * w->rate[k];
+            double move = rkgs_gill_a[i] * (step - rkgs_gill_b[i] * w->q[k]);
+            z[k] += move;
+            w->q[k] += 3.0 * move - rkgs_gill_c[i] * step;
         }
     }
 }
@@ -209,24 +206,10 @@ static void hamming_rotate(struct hamming_work *w)
     w->known = w->known < HAMMING_PAST ? w->known + 1 : HAMMING_PAST;
 }
 
-#define HAMMING_FOR_STATE(s, k)                                 \
-    for (int half_ = 0; half_ < 2; half_++)                     \
-        for (int k = half_ * (s)->model->size + stepper_low(s); \
-             k < half_ * (s)->model->size + stepper_high(s); k++)
-
-/* One classical Runge-Kutta step from y[0], f[0] to z_new. */
 static void hamming_runge_kutta(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
-    const double *y = w->y[0], *f = w->f[0];
-    HAMMING_FOR_STATE(s, k) w->modified[k] = y[k] + 0.5 * h * f[k];
-    stepper_rates(s, s->t_s + 0.5 * h, w->modified, w->k[0]);
-    HAMMING_FOR_STATE(s, k) w->modified[k] = y[k] + 0.5 * h * w->k[0][k];
-    stepper_rates(s, s->t_s + 0.5 * h, w->modified, w->k[1]);
-    HAMMING_FOR_STATE(s, k) w->modified[k] = y[k] + h * w->k[1][k];
-    stepper_rates(s, s->t_s + h, w->modified, w->k[2]);
-    HAMMING_FOR_STATE(s, k)
-    s->z_new[k] = y[k] + h / 6.0 * (f[k] + 2.0 * (w->k[0][k] + w->k[1][k]) + w->k[2][k]);
+    runge_kutta(s, h, w->y[0], w->f[0], w->k, w->modified);
 }
 
 /* One Hamming step to z_new; its test value. */
@@ -235,7 +218,7 @@ static double hamming_predict_correct(struct stepper *s, double h)
     struct hamming_work *w = s->work;
     double *const *y = w->y, *const *f = w->f;
     double most = 0.0;
-    HAMMING_FOR_STATE(s, k)
+    FOR_STATE(s, k)
     {
         w->predicted[k] = y[3][k] + 4.0 * h / 3.0 * (2.0 * f[0][k] - f[1][k] + 2.0 * f[2][k]);
         w->modified[k] = w->predicted[k] - (w->apart_known ? 112.0 / 121.0 * w->apart[k] : 0.0);
