@@ -484,7 +484,6 @@ void summary_free(struct summary *summary)
     zones_free(&summary->zones);
     bands_free(&summary->bands);
     film_free(&summary->film);
-    free(summary->import.mapping);
     free(summary->gap);
     free(summary->fault);
     free(summary->switch_event);

@@ -150,9 +150,11 @@ static enum mr_status put_calibration(struct collector *collector, const struct 
 {
     if (!slot || !(collector->told.items_known[index] >> item & 1u))
         return MR_OK;
-    return store_calibration_put(collector->store, slot->row.id, index, item,
-                                 (double)mr_channel_item(&collector->told.channel[index], item),
-                                 error);
+    return store_calibration_put(
+        collector->store, slot->row.id,
+        &(struct store_calibration){index, item,
+                                    (double)mr_channel_item(&collector->told.channel[index], item)},
+        error);
 }
 
 static enum mr_status calibration(struct collector *collector, const struct side *side,

@@ -311,9 +311,9 @@ static enum mr_status item(struct collector *collector, const struct side *side,
         return MR_OK;
     collector->told.predict_known[m->index] = true;
     collector->told.predict_item[m->index] = m->value;
-    return side->current ? store_predict_item_put(collector->store, side->current->row.id, m->index,
-                                                  (double)m->value, error)
-                         : MR_OK;
+    return side->current
+             ? COLLECT_PUT(predict_item, (&(struct store_predict_item){m->index, (double)m->value}))
+             : MR_OK;
 }
 
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
@@ -322,13 +322,15 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
         if (collector->told.predict_known[i])
-            status = store_predict_item_put(collector->store, slot->row.id, i,
-                                            (double)collector->told.predict_item[i], error);
+            status = store_predict_item_put(
+                collector->store, slot->row.id,
+                &(struct store_predict_item){i, (double)collector->told.predict_item[i]}, error);
     }
     for (unsigned i = 0; i < MR_RISK_TOLD && status == MR_OK; i++) {
         if (collector->told.risk_known[i])
-            status = store_risk_item_put(collector->store, slot->row.id, i,
-                                         (double)collector->told.risk_item[i], error);
+            status = store_risk_item_put(
+                collector->store, slot->row.id,
+                &(struct store_risk_item){i, (double)collector->told.risk_item[i]}, error);
     }
     return status;
 }
@@ -343,9 +345,9 @@ static enum mr_status risk_item(struct collector *collector, const struct side *
         memset(collector->told.risk_known, 0, sizeof collector->told.risk_known);
     collector->told.risk_known[m->index] = true;
     collector->told.risk_item[m->index] = m->value;
-    return side->current ? store_risk_item_put(collector->store, side->current->row.id, m->index,
-                                               (double)m->value, error)
-                         : MR_OK;
+    return side->current
+             ? COLLECT_PUT(risk_item, (&(struct store_risk_item){m->index, (double)m->value}))
+             : MR_OK;
 }
 
 static enum mr_status risk(struct collector *collector, struct side *side,

@@ -107,12 +107,12 @@ static enum mr_status import(struct store *store, const struct textfile *file,
     if (result->session == 0)
         return status;
     struct error late = {0};
-    row->session = result->session;
     row->made_us = (int64_t)link_now_us();
     verdict_text(&result->verdict, row->verdict, sizeof row->verdict);
     if (status != MR_OK)
         snprintf(row->verdict, sizeof row->verdict, "given up: %.250s", error->text);
-    if (store_import_put(store, row, &late) != MR_OK || store_commit(store, &late) != MR_OK)
+    if (store_import_put(store, result->session, row, &late) != MR_OK ||
+        store_commit(store, &late) != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
     return status;
 }

@@ -53,7 +53,6 @@ static void preview_load(struct store *store, int64_t run, struct preview *glanc
         glance->seen += !glance->journal.observation[i].withdrawn;
     store_frames_base(store, run, &glance->can_base, fatal);
     store_import_get(store, landing->session, &import, &glance->imported, fatal);
-    free(import.mapping);
     store_find_twin(store, run, &glance->same, fatal);
 }
 

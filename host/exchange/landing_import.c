@@ -244,8 +244,10 @@ static enum mr_status put_configuration(struct work *w, const struct mapping_cha
         config.linearity_error = (float)channel->error;
     enum mr_status status = store_channel_put(w->store, w->run, index, &config, error);
     for (unsigned item = 0; item < MR_CALIBRATION_TABLE && status == MR_OK; item++)
-        status = store_calibration_put(w->store, w->run, index, item,
-                                       (double)mr_channel_item(&config, item), error);
+        status = store_calibration_put(
+            w->store, w->run,
+            &(struct store_calibration){index, item, (double)mr_channel_item(&config, item)},
+            error);
     return status;
 }
 

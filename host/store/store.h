@@ -163,13 +163,15 @@ STORE_NUMBERS_OF_LANDING(STORE_NUMBER_OF_DECLARED)
 
 /* store_edge_put(store, run, &edge, error): what the board said, once, whichever link it came by;
  * what becomes of a row that is there: tables.def. */
-#define STORE_PUT_OF_LANDING(X) \
-    X(quality)                  \
-    X(switch)                   \
-    X(edge)                     \
-    X(motion)                   \
-    X(zone)                     \
-    X(result) X(film_frame) X(mat_temperature) X(band) X(band_event) X(prediction) X(trust) X(risk)
+#define STORE_PUT_OF_LANDING(X)                                                           \
+    X(quality)                                                                            \
+    X(switch)                                                                             \
+    X(edge)                                                                               \
+    X(motion)                                                                             \
+    X(zone)                                                                               \
+    X(result)                                                                             \
+    X(film_frame) X(mat_temperature) X(band) X(band_event) X(prediction) X(trust) X(risk) \
+        X(calibration) X(predict_item) X(risk_item) X(import)
 #define STORE_PUT_DECLARED(row)                                        \
     enum mr_status store_##row##_put(struct store *store, int64_t run, \
                                      const struct store_##row *value, struct error *error);
@@ -187,8 +189,6 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
                                  const struct mr_channel_config *channel, struct error *error);
 /* One value of a channel's calibration: item is an enum mr_calibration_item. */
-enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item,
-                                     double value, struct error *error);
 enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error);
 /* `channels` has MR_CHANNELS places; those not reported have kind MR_KIND_NONE. `*found`: how many
@@ -343,8 +343,6 @@ enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t 
  *
  * A row that came in parts is completed by the next one put. */
 
-enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t item, double value,
-                                   struct error *error);
 /* `*lamp_limit`: NaN: none. `*items`: how many there are; 0: the board sent none. */
 enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
                               float *lamp_limit, size_t *items, struct error *error);
@@ -355,8 +353,6 @@ enum mr_status store_runway_put(struct store *store, int64_t run,
                                 struct error *error);
 enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
                                 int64_t *source, bool *there, struct error *error);
-enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t item, double value,
-                                      struct error *error);
 /* `*items`: how many there are; all MR_PREDICT_ITEMS are needed. */
 enum mr_status store_predict_config(struct store *store, int64_t run,
                                     struct mr_predictor_config *config, size_t *items,
@@ -367,19 +363,7 @@ enum mr_status store_predict_config(struct store *store, int64_t run,
  * A session of matrig import is a session like that of matrig log; its row in `imports` says from
  * which file. */
 
-struct store_import {
-    int64_t session;
-    char file[400];
-    char sha256[65]; /* of its bytes */
-    int64_t bytes;
-    char format[16]; /* candump, csv, signals (frames of other instruments) */
-    char verdict[300];
-    int64_t made_us;
-    char *mapping; /* the mapping as used; NULL: none. A read allocates it */
-};
-enum mr_status store_import_put(struct store *store, const struct store_import *import,
-                                struct error *error);
-/* Of a session; `*found` false: it was logged. The caller frees import->mapping. */
+/* Of a session; `*found` false: it was logged. Its mapping is not read. */
 enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
                                 bool *found, struct error *error);
 /* The session that took in a file of this hash with this mapping (NULL: none), and of the board at

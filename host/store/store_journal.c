@@ -270,7 +270,8 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
         float was = mr_channel_item(old, item), value = mr_channel_item(new, item);
         status = keep(store, run, index, item, was, value, how, changed, error);
         if (status == MR_OK && !same(was, value))
-            status = store_calibration_put(store, run, index, item, (double)value, error);
+            status = store_calibration_put(
+                store, run, &(struct store_calibration){index, item, (double)value}, error);
     }
     return status == MR_OK && *changed ? store_channel_put(store, run, index, &becomes, error)
                                        : status;

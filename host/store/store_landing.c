@@ -284,13 +284,6 @@ enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index
     return STORE_PUT(store, error, channel, &row, run);
 }
 
-enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item,
-                                     double value, struct error *error)
-{
-    const struct store_calibration row = {.index = index, .item = item, .value = value};
-    return STORE_PUT(store, error, calibration, &row, run);
-}
-
 enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error)
 {
@@ -573,13 +566,6 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
                               (long long)run, store->path);
 }
 
-enum mr_status store_predict_item_put(struct store *store, int64_t run, int64_t item, double value,
-                                      struct error *error)
-{
-    const struct store_predict_item row = {.item = item, .value = value};
-    return STORE_PUT(store, error, predict_item, &row, run);
-}
-
 enum mr_status store_predict_config(struct store *store, int64_t run,
                                     struct mr_predictor_config *config, size_t *items,
                                     struct error *error)
@@ -591,13 +577,6 @@ enum mr_status store_predict_config(struct store *store, int64_t run,
         mr_predict_item_set(config, (unsigned)rows[i].item, (float)rows[i].value);
     free(rows);
     return status;
-}
-
-enum mr_status store_risk_item_put(struct store *store, int64_t run, int64_t item, double value,
-                                   struct error *error)
-{
-    const struct store_risk_item row = {.item = item, .value = value};
-    return STORE_PUT(store, error, risk_item, &row, run);
 }
 
 enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_plan *plan,
@@ -617,40 +596,18 @@ enum mr_status store_risk_get(struct store *store, int64_t run, struct mr_risk_p
 
 /* ---- what came from files ---- */
 
-enum mr_status store_import_put(struct store *store, const struct store_import *import,
-                                struct error *error)
-{
-    struct store_import_row row = {
-        .bytes = import->bytes, .mapping = import->mapping, .made_us = import->made_us};
-    memcpy(row.file, import->file, sizeof row.file);
-    memcpy(row.sha256, import->sha256, sizeof row.sha256);
-    memcpy(row.format, import->format, sizeof row.format);
-    memcpy(row.verdict, import->verdict, sizeof row.verdict);
-    return STORE_PUT(store, error, import_row, &row, import->session);
-}
-
 enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
                                 bool *found, struct error *error)
 {
     sqlite3_stmt *s;
-    struct store_import_row row;
-    *import = (struct store_import){.session = session};
-    *found = false;
     enum mr_status status = STORE_QUERY(store, error, IMPORT_GET, &s, BIND(session));
     if (status == MR_OK)
-        status = STORE_NEXT(store, error, IMPORT_GET, s, &row);
-    if (status != MR_OK)
-        return status == MR_TOO_FEW ? MR_OK : status;
-    *found = true;
-    import->bytes = row.bytes;
-    import->made_us = row.made_us;
-    import->mapping = row.mapping ? strdup(row.mapping) : NULL;
-    memcpy(import->file, row.file, sizeof row.file);
-    memcpy(import->sha256, row.sha256, sizeof row.sha256);
-    memcpy(import->format, row.format, sizeof row.format);
-    memcpy(import->verdict, row.verdict, sizeof row.verdict);
-    sqlite3_reset(s);
-    return MR_OK;
+        status = STORE_NEXT(store, error, IMPORT_GET, s, import);
+    *found = status == MR_OK;
+    if (*found)
+        sqlite3_reset(s);
+    import->mapping = NULL; /* of the row, which is gone */
+    return status == MR_TOO_FEW ? MR_OK : status;
 }
 
 enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
