@@ -470,13 +470,6 @@ static int64_t faults_of_circumstances(const struct answers *answers, int link)
     return count;
 }
 
-static bool mentions_link_faults(const struct answers *answers)
-{
-    return faults_of_circumstances(answers, LINK_CAN) +
-               faults_of_circumstances(answers, LINK_SERIAL) >
-           0;
-}
-
 static void begin_row(struct comparing *c, const char *message, int link)
 {
     c->row = &c->diff->row[c->diff->rows];
@@ -513,7 +506,10 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->blocks - 1].index;
     c.broken_off = recorded->landing.state != MR_LANDING_DONE;
-    c.links_faultless = !mentions_link_faults(recorded) && !mentions_link_faults(replayed);
+    c.links_faultless = true;
+    for (int link = 0; link < LINK_KINDS; link++)
+        c.links_faultless &= faults_of_circumstances(recorded, link) == 0 &&
+                             faults_of_circumstances(replayed, link) == 0;
     c.late_blocks = late_blocks(&c);
     diff->late_blocks = c.late_blocks;
     begin_row(&c, "block", LINK_SERIAL);

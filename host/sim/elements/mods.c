@@ -91,17 +91,12 @@ static void mods_place_bands(struct mods *m, double *at)
     find_braces(m);
 }
 
-static int left_mat(const struct mods_bands *b, int segment)
-{
-    return segment > 0 ? b->mat[segment - 1] : 0;
-}
-
 static double raw_lb(const struct mods *m, const struct mods_bands *b, const struct mods_view *view,
                      int segment)
 {
     int right = segment < b->segments - 1 ? b->mat[segment] : m->mats + 1;
-    double longer_ft = view_u_ft(view, m->mats, right) -
-                       view_u_ft(view, m->mats, left_mat(b, segment));
+    int left = segment > 0 ? b->mat[segment - 1] : 0;
+    double longer_ft = view_u_ft(view, m->mats, right) - view_u_ft(view, m->mats, left);
     return b->k_lb_ft[segment] * (b->stretch_ft[segment] + longer_ft);
 }
 
@@ -182,24 +177,6 @@ static void note(struct mods *m, const struct mods_bands *b)
     }
 }
 
-void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
-                     int count)
-{
-    for (int i = 0; i < m->braces; i++)
-        m->carried_lb[i] = 0.0;
-    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        struct mods_bands *b = &m->band[g];
-        if (b->segments == 0)
-            continue;
-        for (int i = 0; i < b->segments; i++)
-            b->lb[i] = raw_lb(m, b, view, i);
-        if (b->made->pull_lb < HUGE_VAL)
-            pull_rivets(b, touch, count);
-        slide_all(m, b);
-        note(m, b);
-    }
-}
-
 /* A segment's ends are the middles of its mats; the outer ones end at the springs of the anchors,
  * at the runway's ends. */
 static void reset_group(const struct mods *m, struct mods_bands *b)
@@ -231,8 +208,9 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* Bands. */
-static void mods_reset_bands(struct mods *m)
+/* By what the mats pull now; without a view, by the scene's start. */
+void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
+                     int count)
 {
     for (int i = 0; i < m->braces; i++)
         m->carried_lb[i] = 0.0;
@@ -240,7 +218,12 @@ static void mods_reset_bands(struct mods *m)
         struct mods_bands *b = &m->band[g];
         if (b->segments == 0)
             continue;
-        reset_group(m, b);
+        if (!view)
+            reset_group(m, b);
+        for (int i = 0; view && i < b->segments; i++)
+            b->lb[i] = raw_lb(m, b, view, i);
+        if (view && b->made->pull_lb < HUGE_VAL)
+            pull_rivets(b, touch, count);
         slide_all(m, b);
         note(m, b);
     }
@@ -434,7 +417,7 @@ void mods_reset(struct mods *m)
     if (m->jointed)
         reset_joints(m);
     if (m->banded)
-        mods_reset_bands(m);
+        mods_pull_bands(m, NULL, NULL, 0);
 }
 
 /* --- cleats --- */
