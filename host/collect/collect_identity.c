@@ -48,13 +48,6 @@ static enum mr_status hello(struct collector *collector, struct side *side,
     return MR_OK;
 }
 
-static void uid_text(struct collector *collector)
-{
-    snprintf(collector->told.identity.board_uid, sizeof collector->told.identity.board_uid,
-             "%08X%08X%08X", (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1],
-             (unsigned)collector->told.uid[2]);
-}
-
 /* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error`
  * when the log cannot go on. */
 static bool take_uid(struct collector *collector, struct side *side, unsigned part,
@@ -253,7 +246,9 @@ static enum mr_status board_image(struct collector *collector, struct side *side
         return error->status;
     collector->told.uid_vouched |= side->kind == LINK_SERIAL;
     collector->told.identity.image_crc = message->image_crc;
-    uid_text(collector);
+    snprintf(collector->told.identity.board_uid, sizeof collector->told.identity.board_uid,
+             "%08X%08X%08X", (unsigned)collector->told.uid[0], (unsigned)collector->told.uid[1],
+             (unsigned)collector->told.uid[2]);
     return MR_OK;
 }
 

@@ -180,20 +180,16 @@ static const struct series_key landing_keys[] = {
 };
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
 
-static json_t *series_range_json(struct series_range range)
-{
-    return range.low == range.high ? json_real(range.low)
-                                   : json_pack("[f,f]", range.low, range.high);
-}
-
 json_t *series_key_json(const struct series_key *key, const struct landing_series *c)
 {
     const void *field = (const char *)c + key->offset;
+    const struct series_range *range = field;
     unsigned choice;
     if (key->kind == SERIES_NUMBER)
         return json_real(*(const double *)field);
     if (key->kind == SERIES_RANGE)
-        return series_range_json(*(const struct series_range *)field);
+        return range->low == range->high ? json_real(range->low)
+                                         : json_pack("[f,f]", range->low, range->high);
     memcpy(&choice, field, sizeof choice);
     return json_string(key->choices[choice]);
 }

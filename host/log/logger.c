@@ -183,13 +183,6 @@ static enum mr_status take_troubles(struct logger *logger, unsigned link, struct
     return status;
 }
 
-static enum mr_status take_frame(struct logger *logger, const struct link_frame *frame,
-                                 struct error *error)
-{
-    logger_note_other(logger, frame);
-    return collector_frame(logger->collector, frame, error);
-}
-
 static enum mr_status take_clock(struct logger *logger, unsigned link, int64_t jump_us,
                                  struct error *error)
 {
@@ -215,7 +208,9 @@ static enum mr_status take_item(struct logger *logger, unsigned link, const stru
     if (status != MR_OK)
         return status;
     switch (item->kind) {
-    case LINK_ITEM_FRAME: return take_frame(logger, &item->frame, error);
+    case LINK_ITEM_FRAME:
+        logger_note_other(logger, &item->frame);
+        return collector_frame(logger->collector, &item->frame, error);
     case LINK_ITEM_BYTES:
         return collector_bytes(logger->collector, item->bytes, item->length, item->host_us, error);
     case LINK_ITEM_CLOCK: return take_clock(logger, link, item->jump_us, error);

@@ -308,14 +308,9 @@ void logger_note_health(struct logger *logger)
             (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
-static bool typed_holds(const struct typed *typed, uint64_t now_us)
-{
-    return now_us < typed->hold_us;
-}
-
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, monotonic_us()) ||
+    if (logger->cli->quiet || !cli_terminal() || monotonic_us() < logger->typed.hold_us ||
         (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
         return;
     char queue[40] = "";

@@ -209,22 +209,20 @@ static int bind_real(sqlite3_stmt *statement, int at, double value)
                         : sqlite3_bind_double(statement, at, value);
 }
 
-static int bind_bytes(sqlite3_stmt *statement, int at, const struct store_bytes *bytes)
-{
-    return sqlite3_bind_blob64(statement, at, bytes->length ? bytes->data : "", bytes->length,
-                               SQLITE_STATIC);
-}
-
 static int bind_field(sqlite3_stmt *statement, int at, const struct store_column *column,
                       const void *field)
 {
+    const struct store_bytes *bytes;
     switch ((enum store_kind)column->kind) {
     case STORE_INT: return sqlite3_bind_int(statement, at, *(const int *)field);
     case STORE_BOOL: return sqlite3_bind_int(statement, at, *(const bool *)field);
     case STORE_DOUBLE: return bind_real(statement, at, *(const double *)field);
     case STORE_POINTER:
         return sqlite3_bind_text(statement, at, *(const char *const *)field, -1, SQLITE_STATIC);
-    case STORE_BLOB: return bind_bytes(statement, at, field);
+    case STORE_BLOB:
+        bytes = field;
+        return sqlite3_bind_blob64(statement, at, bytes->length ? bytes->data : "", bytes->length,
+                                   SQLITE_STATIC);
     case STORE_CHARACTERS: break;
     case STORE_INT64:
     case STORE_OWNER: abort(); /* store_bind_row binds them */
