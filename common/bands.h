@@ -17,32 +17,8 @@
  *     sum of dT_j L_j / AE + (dT_first + dT_last) / K = 0,
  * wherever the mats push. A connection that takes the force R from the mats is a step of it, dT_n +
  * R - dT_(n-1) = 0 (before C.6): R (1 - a ...) more behind (C.7), less ahead (C.6). So, each
- * "recognised as", never proven:
- *
- *   slack      T_0 - nF' + dT_n >= 0 (before C.8) is about to fail: a gage ahead of the wheel below
- *              MR_BANDS_SLACK of the band's pretension for MR_BANDS_LOW_STEPS steps. Value: the
- *              tension.
- *   loose      the same where no wheel is behind the gage: there C.7 asks for more tension, not
- *              less. Value: the tension.
- *   slip       the sum of C.5 falls at once and stays down: within two steps a gage drops by
- *              MR_BANDS_STEP of the pretension (5 lb at least), another drops with it
- *              (MR_BANDS_SHARE of that), none rises as much, and MR_BANDS_HOLD steps later the mean
- *              of the band, weighted by length, is still down by half of its step. An end, a splice
- *              or an anchor gave way; the step is largest beside it. Value: the drop of the gage.
- *   pull-out   the sum of C.5 stays and a step of force vanishes. Within the same steps two
- *              neighbouring gages go opposite ways (the smaller change MR_BANDS_SHARE of the
- *              larger) and what they differed by shrinks: the connection between them no longer
- *              takes R. Value: the load it let go, as far as the two gages see it. Or gages rise
- *              and none beside them drops: a band that grew longer has less tension everywhere, so
- *              the load moved on from a connection whose other side has no gage; no other gage is
- *              named. Value: the rise. Also a rivet that slips in its hole.
- *   step       one gage alone drops so and stays: a connection beside it slipped or pulled out, but
- *              what the band did on its other side no gage shows. Value: the change.
- *   unequal    at rest before the landing the gages of a band spread over more than MR_BANDS_SPREAD
- *              of their mean, beyond three standard errors. Friction of earlier landings does that
- *              too (figure C.2 b). Value: the spread.
- *   overload   T_max = T_0 + R/2 <= A f_y (before C.9) failed: a gage at or above band.yield_lb.
- *              Value: the tension.
+ * "recognised as", never proven (docs/howto/bands.md): slack, loose, slip, pull-out (of a rivet),
+ * step, unequal, overload.
  *
  * A change counts as sudden when it happens within two steps of 4 ms and is three times what the
  * two steps before and after it brought: what the gear does, 1.5 lb in 8 ms at most in tests/runs,

@@ -26,26 +26,7 @@
  *                          taken raw, whatever VDDA is (mr_staircase_code). So is the reference.
  *     nothing              times: ticks of the crystal. No voltage enters them.
  *
- * What a fault of the wiring looks like to the two polarities, and what is said of it (codes; a
- * driven transducer swings about mid-scale, 2048, which is its common mode):
- *
- *     plus and minus                              said          because
- *     both at the lower end                       OPEN          the signal lead is pulled to ground
- *                                                               when it is off; shorted to ground
- *                                                               it looks the same
- *     common mode off, no difference between them OPEN          the signal lead floats
- *     both at the upper end                       SHORT         signal at the supply
- *     common mode off, but they differ            SHORT         leak from the signal to a supply:
- *                                                               the signal still comes through
- *     both at mid-scale                           EXCITATION    no amplitude: both excitation leads
- *                                                               off, or shorted together; found
- *                                                               where the zero is set off
- *                                                               mid-scale. A movement to just there
- *                                                               (0.1 in upfield as built in, +-
- *                                                               MR_UNEXCITED_CODES) looks the same
- *     at opposite ends                            SATURATED     one excitation lead off: the cell
- *                                                               follows the other; or too far
- *     inside a range, but low..high exceeded      RANGE
+ * What a fault of the wiring looks like to the two polarities: docs/explanation/errors.md.
  *
  * A bridge has one polarity: a whole block at the lower end is OPEN (the amplifier's output when
  * the bridge is off), at the upper end SHORT (which an arm that is open can do too). What needs

@@ -5,13 +5,8 @@
  * calls and no contraction: board and host agree bit for bit.
  *
  * Mats 1..mats from the upfield end, joint j between mats j-1 and j; joints 1 and mats+1 join the
- * ground. Feet, pounds, seconds; downfield positive. A joint is open by g = gap + u_j - u_(j-1):
- *     g > slack           T = kl (g - slack) + cl g'     hooked
- *     reach <= g <= slack T = 0                          open; `reach` is the least opening since
- *                                                        it last opened
- *     0 < g < reach       T = kl (g - reach) + cl g', held between -grit and 0; at -grit the joint
- *                         closes on (reach follows)
- *     g <= 0              T = kl g + cl g'               pressed together
+ * ground. Feet, pounds, seconds; downfield positive. A joint is open by g = gap +
+ * u_j - u_(j-1); what it pulls: host/sim/README.md, "Joint force" and "Chain and landings".
  * A mat at rest stays while |X| <= friction, X the force without friction; one that would turn
  * round within a step stops.
  *

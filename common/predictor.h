@@ -18,18 +18,7 @@
  * (its resistance is that of the weakest still open, followed every 4 blocks), and the openings of
  * each go on by the same rule when the level changes.
  *
- * Cost of a block, in mat updates: steps x mats awake, 6 x 420 with 1/6 ms and all awake; the
- * search 64; at a look 210 more: 2,800 at worst, and the level goes down as soon as those of a
- * second exceed its budget, or those since the last look one and a half of a look's. Met: 1,150 in
- * hard landings, 1,290 with locked wheels, 2,700 with friction 0.05
- * (tests/host/test_predictor_extremes.c prints them).
- *
- * The search for zones is spread over blocks: MR_PREDICTOR_VISITS_PER_BLOCK joints in each, the
- * budget counts them. A whole one takes 1,300 visits at most on 420 mats with the wheel at their
- * beginning, 11 blocks, and fewer further on. The deciding sample is in most landings that of the
- * switch edge that changes the deceleration: then the search begins anew in that block. What it
- * finds on the way speaks at once when it is worse than what was said; what is better waits for the
- * end. So a verdict is 11 blocks behind an edge at most; behind what grows by itself, 22.
+ * Cost of a block, and how the search for zones is spread over blocks: docs/measured/predictor.md.
  *
  * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they
  * are read. */

@@ -75,22 +75,8 @@ double hil_replay_duration_s(const struct hil_replay *replay);
 
 /* ---- replayfile ---- */
 
-/* The replay file: a recorded landing as the board saw it, as text (`matrig-replay 1`), read once.
- *
- *     matrig-replay 1
- *     uid <word 0> <word 1> <word 2>       identity of the board that recorded it, 8 hex digits
- *                                          each; may be left out
- *     crystal <1 or 0>                     0: the crystal did not start
- *     command <block> <code> <index> <tag> <argument>      taken by the board in that block; in
- *                                                          order
- *     edge <tick>                          capture of TIM2's channel 1; ticks since TIM2 began, not
- *                                          wrapped; rising
- *     frame <tick>                         film frame: PB3 rises; in order, a millisecond apart
- *     block <hex>                          a block record as it goes over the wire
- *                                          (common/block.h); consecutive
- *     end <crc32>                          of everything before this line, 8 hex digits
- *
- * Lines that begin with # say nothing. Blocks count from the moment the board's scans begin, as the
+/* The replay file: a recorded landing as the board saw it, as text, read once. Its lines:
+ * hil/README.md, "Replay file". Blocks count from the moment the board's scans begin, as the
  * records say; before the first record its codes hold, after the last one its. */
 
 struct hil_replay_command {

@@ -3,12 +3,8 @@
  * On which pin each of these is says the board's type (hil/periph/options.h); the pins named
  * here are those of zg.
  *
- * Three rules say what is relative to what (common/channels.h has them for the firmware; these are
- * the rig's own, of the circuits):
- *   the 2.500 V reference R   transducers (their drive is supplied from it) and bridges (excited by
- *                             it): volts at the pin do not follow VDDA
- *   VDDA                      the staircase (its gates are supplied by it), and every code
- *   nothing                   edges, excitation: times
+ * R is the 2.500 V reference: it supplies the transducers' drive and excites the bridges. VDDA
+ * supplies the staircase and scales every code. Edges and excitation are times.
  *
  * Switches: each opens for good, fires a one-shot of 20 us on PA15, and adds its own step to the
  * staircase on PC4:

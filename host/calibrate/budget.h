@@ -7,20 +7,8 @@
  * each of its contributions is mr_reading_error (common/channels.h) with all others taken away, so
  * that the part adds up to it. It says how well the channel repeats what its calibration said. The
  * second is what the calibration itself and the place of use leave uncertain, which the stated
- * error leaves out:
- *
- *     certificate   the laboratory's uncertainty at this reading
- *     baseline      what a straight line leaves of the sensor's curve where a movement begins: the
- *                   stated error counts it at the reading alone, which is right for a table of
- *                   points, whose zero is a point (common/channels.h)
- *     position      that of the station, as the site states it for its switches, times the
- *                   steepest movement along the mat: every joint closed by its slack. A band's
- *                   tension is the same along it
- *     temperature   it differs from that of the calibration by up to so many kelvins, evenly.
- *                   Of a transducer the cell's gain, from hil/circuits/figures.def; where nobody
- *                   calibrated the channel that is in its stated gain already (firmware/config.c).
- *                   Of a gage the zero's drift of its electronics, as far as the stated zero and
- *                   drift do not cover it
+ * error leaves out: certificate, baseline, position, temperature (docs/explanation/errors.md, "What
+ * a calibration leaves out").
  *
  * Contributions are taken as independent (GUM 5.1.2), degrees of freedom as infinite, the sum as
  * normal, but for the cell's temperature, which may be most of it: the coverage factor is that of a

@@ -163,15 +163,18 @@ STORE_NUMBERS_OF_LANDING(STORE_NUMBER_OF_DECLARED)
 
 /* store_edge_put(store, run, &edge, error): what the board said, once, whichever link it came by;
  * what becomes of a row that is there: tables.def. */
-#define STORE_PUT_OF_LANDING(X)                                                           \
-    X(quality)                                                                            \
-    X(switch)                                                                             \
-    X(edge)                                                                               \
-    X(motion)                                                                             \
-    X(zone)                                                                               \
-    X(result)                                                                             \
-    X(film_frame) X(mat_temperature) X(band) X(band_event) X(prediction) X(trust) X(risk) \
-        X(calibration) X(predict_item) X(risk_item) X(import)
+#define STORE_PUT_OF_LANDING(X) \
+    X(quality)                  \
+    X(switch)                   \
+    X(edge)                     \
+    X(motion)                   \
+    X(zone)                     \
+    X(result)                   \
+    X(film_frame)               \
+    X(mat_temperature)          \
+    X(band)                     \
+    X(band_event)               \
+    X(prediction) X(trust) X(risk) X(calibration) X(predict_item) X(risk_item) X(import)
 #define STORE_PUT_DECLARED(row)                                        \
     enum mr_status store_##row##_put(struct store *store, int64_t run, \
                                      const struct store_##row *value, struct error *error);

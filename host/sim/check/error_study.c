@@ -389,9 +389,7 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
                                        .single = true,
                                        .dt_s = study->dt_limit_s * FIRST *
                                                pow(2.0, -0.5 * (i - CHAIN_RUNS))};
-        struct error_run *row = add_run(study);
-        if (!row)
-            break;
+        struct error_run *row = add_run(study); /* there is room */
         chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_apart_ft(scene, u, reference) : (double)NAN;
         for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {

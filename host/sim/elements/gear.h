@@ -1,18 +1,6 @@
 /* Gear: an aircraft with weight on ground that gives way elastically along the runway. README.md,
  * "Gear on elastic ground".
  *
- * A mat with `share` axles on it is held by the ground under it through a spring that is fresh when
- * the gear enters the mat, and gone when it has left:
- *
- *     m u'' = T+ - T- + F share - q - c u'
- *     q'    = k u' while |q| grows, (k/rho) u' while it falls;  |q| <= f (W + P share)
- *
- * with k = gear_k_lb_ft touching^gear_axle_law, c = 2 gear_damping sqrt(k m), rho = gear_unloading,
- * P the scene's wheel_load and F its thrust, both of one axle. A mat that no axle touches is under
- * Coulomb's law as ever. When an axle comes to a mat, its spring is fresh and q stays; when one
- * leaves, it takes its part of q along. So the ground stores rho q^2/(2 k) and never gives back
- * more than it got.
- *
  * An axle loads a foot of gear_foot_ft evenly, its middle where the path is: `share` is the sum
  * over the axles of what each has on this mat, `touching` counts those that have anything on it, as
  * a mat is a plate that brings all of its ground to bear. Without foot both are the share of the

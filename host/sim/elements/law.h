@@ -52,25 +52,10 @@ LAW_INLINE double law_most(double a, double b)
 /* Joint: what two mats pull each other with along the runway. README.md, "Joint force" and "Chain
  * and landings".
  *
- * At opening g (ft, positive: open), tension positive:
- *   slack 0:   T = KL g + CL g'
- *   slack s:   g > s    KL (g - s) + CL g'        hooked
- *              g < 0    KL g + CL g'              pressed together
- *              between  0, or what grit gives
- *   grit G > 0 (with slack): a rigid-plastic stop at `reach`, the opening down to which the grit
- *   has been compacted. Rigid is as stiff as the joint itself: compression held = -KL (g - reach) -
- *   CL g', never below 0, never above G. When the spring's part exceeds G, reach moves towards
- *   closed and the joint transmits G while it closes; at reach = 0 the joint is closed and can
- *   transmit more. Up to G an open joint gives way by G/KL only (0.0004 in for 10 lb). Pulled open
- *   again: nothing resists, and reach goes along with the opening; to close it again takes G again.
- *   Loose grit is not carried away: it falls back into an opened joint. So a joint's state is its
- *   opening alone, and the final gaps are all that the next landing needs; the compression that
- *   grit still held at the end is dropped with it (G/KL).
- *
  * Sampled (joint_pull, joint_pull_one): the case is looked up from the opening; fixed steps,
  * solvers/chain.h and landing.h. Located (joint_located_lb): the case is a mode, which holds
- * while
- * joint_margin_ft is not negative; the planar models. */
+ * while joint_margin_ft is not
+ * negative; the planar models. */
 
 /* What the joints of a scene need; the least is evaluated. */
 enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };

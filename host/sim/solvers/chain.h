@@ -8,15 +8,8 @@
  * above 0; without it second order while nothing slips, opens or hits, and between first and second
  * with friction and contacts.
  *
- * Checks: a step beyond the stability limit is refused. During a run the energy must stay below
- * four times what the start and the thrust have put in, which a growing oscillation breaks and a
- * NaN cannot pass. Every run is done twice, at the step and at double the step (half, when double
- * would be beyond the limit); the error estimate is their largest difference (twice that when
- * checked against half). It has to be below rtol times the largest movement, or a tenth of it when
- * no rtol is given. A given step that misses that is `unstable`; otherwise the step is halved until
- * it is met, 8 times at most, then `step_underflow`. A step that is not given begins at half the
- * stability limit, so the check runs at the limit itself: when its energy grows there, the pair is
- * halved once. With options->single one pass answers; only its energy is checked.
+ * How a run is checked: PLANAR.md, "What an answer is worth". With options->single one pass
+ * answers; only its energy is checked.
  *
  * Only the mats between the outermost awake ones and one more on either side are integrated: a mat
  * at rest is moved by its neighbours only, so the motion spreads at most one mat per step and the

@@ -712,10 +712,8 @@ static void leave_mat(struct motion *m, int n)
     bool slides = m->friction == SIM_STICK ||
                   (m->friction == SIM_TANH && fabs(v) > FAR * m->scene->veps_ft_s);
     m->limit_lb[n] = m->weight_limit_lb;
-    if (m->slide[n] == RIDDEN)
-        set_slide(m, n, slides ? (v > 0.0) - (v < 0.0) : 2);
-    else
-        set_slide(m, n, m->slide[n]);
+    int left = slides ? (v > 0.0) - (v < 0.0) : 2;
+    set_slide(m, n, m->slide[n] == RIDDEN ? left : m->slide[n]);
 }
 
 /* What the wheel does from now on to the next break. */

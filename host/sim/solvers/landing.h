@@ -24,18 +24,8 @@
  * what lies between them shows it. A joint with slack that closed in the last step is damped for
  * the share of it in which it was closed. With options->single neither is done.
  *
- * Checks: a step beyond the stability limit is refused. Every run is done at the step, at 1.9
- * times the step and, where those are stable, at 3.6 and 2.6 times the step: not at 2 and 4, as the
- * ends of the shorter steps would then be those of the longer ones too, and every other switch
- * would be sampled at the same moment in both. The error estimate is the largest of twice the
- * difference of the first two and the differences of all pairs that say the same; for lifts no less
- * than what a node that lands moves in a step. Where that is more than 1e-3 of what moves, switches
- * decide much: a run more, at 1.37 times the step, joins, and the largest counts 1.5 times. The
- * difference of the first two must stay below a fifth of the largest movement, the lifts within a
- * fifth of the bow wave's threshold or of each other, and both must agree on whether there is a
- * bow wave; else the step is shortened, 4 times at most, then the result is `unpredictable`
- * (`unstable` when dt was given). An angle beyond 85 degrees ends `folded`. With
- * options->single one march answers, unchecked (sim.h). */
+ * How a run is checked: PLANAR.md, "What an answer is worth". With options->single one march
+ * answers, unchecked (sim.h). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H
 

@@ -7,29 +7,7 @@
  * over. Everything here therefore rests on an ensemble of simulated data sets, each with joints,
  * noise and calibration errors of its own, that go through the same statistics as the measured one:
  *
- * 1. A design: parameters spread evenly (a Sobol sequence) about the present estimate, one draw of
- * everything else for each.
- * 2. A response surface: each statistic, by least squares, as a polynomial of second degree of the
- * parameters. What is left is
- *    the scatter at given parameters, with its covariance (shrunk as Ledoit and Wolf, 2004). No
- *    difference quotient of the simulation itself is ever taken: it sticks and closes, so it has
- *    none that means anything.
- * 3. Scores: the q combinations of the statistics that say most about the q parameters, B' S^-1 s
- * (B slopes, S covariance).
- * 4. The estimate: least squares of scores and priors, weighted with their covariance (GSL
- * multifit_nlinear). Two or more rounds of this find the place, each with the scores that the
- * ensemble before it chose. A last ensemble, about that place, gives surface and covariance of the
- * scores, the estimate, and its errors:
- *
- * - information of the data alone: B' S^-1 B, B and S of the scores, S with what the surface itself
- * is uncertain by.
- * - error and interval: a bootstrap at the estimate. Each left-over of the ensemble is a fresh data
- * set's departure; with it, and
- *   with priors drawn alike, the fit is done again. The spread of these estimates is the error of
- *   the fit, Student's t of it the interval (in z, so that the interval of a parameter is as wide
- *   upwards as downwards by its factor), their offset the bias.
- * - replicas: data sets from the posterior, fitted again, for the check of
- * landings.h to hold the measured one against.
+ * The method step by step: README.md.
  *
  * Parameters here are z: in units of their prior's standard deviation, from its middle; the priors
  * are independent. Deterministic: the same seed gives the same answer, however many threads. */
