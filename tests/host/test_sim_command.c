@@ -1,10 +1,12 @@
 /* matrig sim: exit codes, one line per error, and the JSON object. */
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "host/commands/commands.h"
@@ -34,31 +36,27 @@ static void write_text(const char *path, const char *text)
 
 enum form { TEXT, JSON };
 
-/* Run `sim` with these words (NULL at the end); what it printed is in out and err afterwards. */
+/* Run `sim` with these words (NULL at the end) in a process of its own, which it may end; what it
+ * printed is in out and err afterwards. */
 static int sim(enum form form, const char *const *words)
 {
     const struct cli cli = {.json = form == JSON};
     char *argv[12] = {"sim"};
-    int argc = 1;
+    int argc = 1, status = 0;
     for (; words[argc - 1]; argc++)
-        argv[argc] = strdup(words[argc - 1]);
-    fflush(stdout);
-    fflush(stderr);
-    int kept_out = dup(STDOUT_FILENO), kept_err = dup(STDERR_FILENO);
-    assert_non_null(freopen(FOLDER "sim.out", "wb", stdout));
-    assert_non_null(freopen(FOLDER "sim.err", "wb", stderr));
-    int code = command_sim.run(argc, argv, &cli);
-    fflush(stdout);
-    fflush(stderr);
-    dup2(kept_out, STDOUT_FILENO);
-    dup2(kept_err, STDERR_FILENO);
-    close(kept_out);
-    close(kept_err);
-    for (int i = 1; i < argc; i++)
-        free(argv[i]);
+        argv[argc] = (char *)(uintptr_t)words[argc - 1];
+    fflush(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        if (!freopen(FOLDER "sim.out", "wb", stdout) || !freopen(FOLDER "sim.err", "wb", stderr))
+            _exit(99);
+        exit(command_sim.run(argc, argv, &cli));
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
     read_text(FOLDER "sim.out", out, sizeof out);
     read_text(FOLDER "sim.err", err, sizeof err);
-    return code;
+    return WEXITSTATUS(status);
 }
 
 #define SIM(form, ...) sim(form, (const char *const[]){__VA_ARGS__, NULL})
