@@ -10,7 +10,6 @@
  *
  * How a run is checked: PLANAR.md, "What an answer is worth". With options->single one pass
  * answers; only its energy is checked.
- *
  * Only the mats between the outermost awake ones and one more on either side are integrated: a mat
  * at rest is moved by its neighbours only, so the motion spreads at most one mat per step and the
  * results are those of integrating all. A pass ends early when its mats are at rest and the path is

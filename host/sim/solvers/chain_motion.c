@@ -504,7 +504,7 @@ static void shrink(struct motion *m)
     }
 }
 
-static void set_part(struct motion *m, struct part *part, int mode)
+static void set_part(struct motion *m, struct part *part, enum part_mode mode)
 {
     double limit_lb = motion_part_limit_lb(m, part);
     part->mode = mode;

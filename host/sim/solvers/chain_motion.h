@@ -26,6 +26,8 @@ enum mode {
     YIELDS, /* dirt gives way: its reach follows */
 };
 
+enum part_mode { LOADS, UNLOADS, GIVES, RIDES };
+
 /* What the wheel does to one mat from `from_s` on. */
 struct part {
     int mat;
@@ -35,7 +37,7 @@ struct part {
     /* gear on elastic ground (gear.h): stiffness and damping of the mat, what it holds, and how */
     double k_lb_ft, hold_lb, rate_lb_ft;
     int side; /* of hold_lb */
-    enum { LOADS, UNLOADS, GIVES, RIDES } mode;
+    enum part_mode mode;
 };
 
 struct motion {
