@@ -199,8 +199,10 @@ static void run_scene(const struct chain_plan *plan, size_t index, struct chain_
     sim_scene_free(&scene);
 }
 
-static void work(const struct chain_plan *plan, struct shared *shared)
+static void work(const void *of, void *with)
 {
+    const struct chain_plan *plan = of;
+    struct shared *shared = with;
     for (;;) {
         size_t i = plan->from + shared->next++ * plan->every;
         if (i >= plan->scenes || time(NULL) > shared->begin + 60 * (time_t)plan->minutes)
@@ -445,7 +447,6 @@ int chain_study(const struct chain_plan *plan)
     struct shared *shared = mmap(NULL, sizeof *shared + plan->scenes * sizeof shared->rows[0],
                                  PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     bool good = shared != MAP_FAILED, keeps = false;
-    int status;
     if (!good)
         return 3;
     shared->begin = time(NULL);
@@ -458,17 +459,9 @@ int chain_study(const struct chain_plan *plan)
         good = write_scene(path, &scene);
         sim_scene_free(&scene);
         run_scene(plan, plan->only, &shared->rows[plan->only]);
+    } else {
+        good = study_in_jobs(plan->jobs, work, plan, shared);
     }
-    for (size_t j = 0; plan->only >= plan->scenes && j < plan->jobs; j++) {
-        pid_t child = fork();
-        if (child == 0) {
-            work(plan, shared);
-            _exit(0);
-        }
-        good = good && child > 0;
-    }
-    while (wait(&status) > 0)
-        good = good && WIFEXITED(status) && WEXITSTATUS(status) == 0;
     good = good && summarise(plan, shared->rows, &keeps);
     munmap(shared, sizeof *shared + plan->scenes * sizeof shared->rows[0]);
     return !good ? 3 : !keeps;

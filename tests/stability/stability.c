@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -50,8 +49,10 @@ static enum mr_status draw(const struct plan *plan, size_t index, struct sim_sce
                                                  &error);
 }
 
-static void work(const struct plan *plan, struct shared *shared)
+static void work(const void *of, void *with)
 {
+    const struct plan *plan = of;
+    struct shared *shared = with;
     for (;;) {
         size_t turn = shared->next++, i = plan->from + turn * plan->every;
         struct sim_scene scene;
@@ -69,23 +70,6 @@ static void work(const struct plan *plan, struct shared *shared)
             study_scene(&scene, i, &limits, shared->answers[i]);
         sim_scene_free(&scene);
     }
-}
-
-static bool run_all(const struct plan *plan, struct shared *shared)
-{
-    bool good = true;
-    int status;
-    for (size_t j = 0; j < plan->jobs; j++) {
-        pid_t child = fork();
-        if (child == 0) {
-            work(plan, shared);
-            _exit(0);
-        }
-        good = good && child > 0;
-    }
-    while (wait(&status) > 0)
-        good = good && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-    return good;
 }
 
 struct summary {
@@ -334,7 +318,8 @@ int main(int count, char **words)
         return 3;
     }
     shared->begin = time(NULL);
-    bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary, &confidence, &bars);
+    bool good = study_in_jobs(plan.jobs, work, &plan, shared) &&
+                tabulate(&plan, shared, &summary, &confidence, &bars);
     free(plan.exponents);
     if (!good)
         return 3;

@@ -362,3 +362,21 @@ void bins_print(const struct bins *bins, const char *what)
         printf("  <=%g: %zu", edges[i], bins->counts[i]);
     printf("  more: %zu  worst: %.3g\n", bins->counts[BINS - 1], bins->worst);
 }
+
+bool study_in_jobs(size_t jobs, void (*work)(const void *plan, void *shared), const void *plan,
+                   void *shared)
+{
+    bool good = true;
+    int status;
+    for (size_t j = 0; j < jobs; j++) {
+        pid_t child = fork();
+        if (child == 0) {
+            work(plan, shared);
+            _exit(0);
+        }
+        good = good && child > 0;
+    }
+    while (wait(&status) > 0)
+        good = good && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return good;
+}

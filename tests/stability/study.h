@@ -117,6 +117,10 @@ struct study_truth study_truth(const struct sim_scene *scene, const struct study
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
                                       const struct study_answer *b);
 
+/* work(plan, shared) in so many processes at once. False: one of them did not end well. */
+bool study_in_jobs(size_t jobs, void (*work)(const void *plan, void *shared), const void *plan,
+                   void *shared);
+
 /* Bins: ratios of a difference to what was stated, counted up to 0.1, 0.3, 1, 3, 10 and beyond. */
 #define BINS 6
 
