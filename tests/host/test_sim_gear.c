@@ -117,7 +117,8 @@ static double stored_lb_ft(const struct gear *gear)
     double sum = 0.0;
     for (int i = 0; i < gear->loaded_count; i++) {
         int mat = gear->loaded[i];
-        double k = gear->k_lb_ft * pow(gear->touching[mat], gear->scene->gear.axle_law);
+        double k = gear->scene->element[ELEMENT_gear_ground] *
+                   pow(gear->touching[mat], gear->scene->gear.axle_law);
         sum += gear->scene->gear.unloading * gear->hold_lb[mat] * gear->hold_lb[mat] / (2.0 * k);
     }
     return sum;

@@ -24,7 +24,6 @@ struct gear *gear_make(const struct sim_scene *scene)
     size_t count = lines->count > 0 ? lines->count : 1;
     struct sim_path_row *rows = xcalloc(count * (scene->path_count + 1), sizeof *rows);
     *gear = (struct gear){.scene = scene,
-                          .k_lb_ft = value_of(scene),
                           .mass_slug = scene->weight_lb / scene->g_ft_s2,
                           .lines = (int)count,
                           .rows = rows,
@@ -68,19 +67,20 @@ void gear_start(struct gear *gear, double drift_s)
     }
 }
 
-static double stiffness_lb_ft(const struct gear *gear, double touching)
+double gear_stiffness_lb_ft(const struct sim_scene *scene, double touching)
 {
-    double power = gear->scene->gear.axle_law;
+    double power = scene->gear.axle_law, k_lb_ft = value_of(scene);
     if (touching == 1.0 || power == 0.0)
-        return touching > 0.0 ? gear->k_lb_ft : 0.0;
-    return gear->k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
+        return touching > 0.0 ? k_lb_ft : 0.0;
+    return k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
 }
 
 void gear_press(struct gear *gear, int mat, double touching)
 {
     double before = gear->touching[mat];
     if (touching < before)
-        gear->hold_lb[mat] *= stiffness_lb_ft(gear, touching) / stiffness_lb_ft(gear, before);
+        gear->hold_lb[mat] *= gear_stiffness_lb_ft(gear->scene, touching) /
+                              gear_stiffness_lb_ft(gear->scene, before);
     gear->touching[mat] = touching;
 }
 
@@ -194,7 +194,8 @@ static struct piece follow(double free_ft_s, double per_lb, double damping, doub
 double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
                        double as_if_s)
 {
-    double rho = gear->scene->gear.unloading, k = stiffness_lb_ft(gear, gear->touching[mat]);
+    double rho = gear->scene->gear.unloading,
+           k = gear_stiffness_lb_ft(gear->scene, gear->touching[mat]);
     double per_lb = as_if_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
     double load = k * gear->drift_s, q = gear->hold_lb[mat];

@@ -19,7 +19,6 @@
 
 struct gear {
     const struct sim_scene *scene;
-    double k_lb_ft; /* of a mat with one axle */
     double mass_slug;
     double drift_s; /* in which the mats move at the speeds of a kick */
     int lines;
@@ -33,6 +32,9 @@ struct gear {
     int lead_mat;                            /* under the lead axle; 0: none */
     double *storage;
 };
+
+/* Of a mat that so many axles touch. */
+double gear_stiffness_lb_ft(const struct sim_scene *scene, double touching);
 
 /* NULL when the scene has none. */
 struct gear *gear_make(const struct sim_scene *scene);

@@ -121,7 +121,6 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         for (int i = 0; m->gear && i < m->part_count; i++)
             m->parts[i].hold_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
         motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
-        m->most_u_ft = law_most(m->most_u_ft, motion_largest(m->c[0], first, last));
         m->most_v_ft_s = law_most(m->most_v_ft_s, motion_largest(m->c[1], first, last));
         if (m->t_s > 0.0 && last - first + 1 > run->awake_max)
             run->awake_max = last - first + 1;
@@ -146,8 +145,8 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         order = order < ORDER_LEAST       ? ORDER_LEAST
               : order > POLYNOMIAL_DEGREE ? POLYNOMIAL_DEGREE
                                           : order;
-        if (!isfinite(m->most_u_ft) || !isfinite(m->most_v_ft_s) ||
-            at_once > MOST_AT_ONCE * (unsigned)(m->mats + 1) || run->steps > MOST_STEPS) {
+        if (!isfinite(m->most_v_ft_s) || at_once > MOST_AT_ONCE * (unsigned)(m->mats + 1) ||
+            run->steps > MOST_STEPS) {
             run->status = SIM_STEP_UNDERFLOW;
             run->mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;
         } else if (run->steps % STEPS_BETWEEN_ASKING == 0 && options->go_on &&

@@ -8,6 +8,7 @@
 #include "host/base/elementary.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
+#include "host/sim/elements/gear.h"
 #include "host/sim/elements/law.h"
 
 #define PADDING   8
@@ -390,7 +391,7 @@ static bool joint_end(const struct motion *m, int j, int which, const double *g,
             s[k] = way * (m->kl * g[k] + m->cl * (k + 1) * g[k + 1]);
         s[0] -= way * (m->kl * m->reach_ft[j] + at);
         s[order] = 0.0;
-        *noise = m->kl * noise_ft(m, j) + m->cl * noise_ft_s(m) + ROUNDING * m->grit_lb[j];
+        *noise = noise_lb(m, j);
         break;
     }
     return true;
@@ -551,6 +552,7 @@ static void switch_mat(struct motion *m, int n, int which)
     set_slide(m, n, held ? 0 : x > 0.0 ? 1 : -1);
     shrink(m);
 }
+
 /* ---- the wheel ---- */
 
 static int by_value(const void *a, const void *b)
@@ -562,6 +564,18 @@ static int by_value(const void *a, const void *b)
 static size_t lines_of(const struct motion *m)
 {
     return m->gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
+}
+
+static double behind_ft(const struct motion *m, size_t line)
+{
+    const struct sim_list *lines = &m->scene->gear.lines_ft;
+    return m->gear && lines->count > 0 ? lines->values[line] : 0.0;
+}
+
+static double axles_of(const struct motion *m, size_t line)
+{
+    const struct sim_list *axles = &m->scene->gear.axles;
+    return m->gear && axles->count > 0 ? axles->values[line] : 1.0;
 }
 
 static void add_break(struct motion *m, double t_s)
@@ -592,8 +606,7 @@ static void make_breaks(struct motion *m)
         if (i + 1 == m->wheel.count || row[1].x_ft == row->x_ft || !(row[1].t_s > row->t_s))
             continue;
         for (size_t line = 0; line < lines_of(m); line++) {
-            const struct sim_list *lines = &scene->gear.lines_ft;
-            double ahead_ft = m->gear && lines->count > 0 ? -lines->values[line] : 0.0;
+            double ahead_ft = -behind_ft(m, line);
             add_hops(m, row, ahead_ft);
             if (scene->thrust == SIM_LINEAR)
                 add_hops(m, row, ahead_ft + 0.5 * scene->length_ft);
@@ -674,13 +687,6 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
     }
 }
 
-static double stiffness_lb_ft(const struct motion *m, double touching)
-{
-    return touching > 0.0 ? m->scene->element[ELEMENT_gear_ground] *
-                                elementary_pow(touching, m->scene->gear.axle_law)
-                          : 0.0;
-}
-
 static void near_mat(struct motion *m, int n)
 {
     m->near_low = n < m->near_low ? n : m->near_low;
@@ -691,7 +697,7 @@ static void near_mat(struct motion *m, int n)
 static void lay_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
-    part->k_lb_ft = stiffness_lb_ft(m, part->touching);
+    part->k_lb_ft = gear_stiffness_lb_ft(m->scene, part->touching);
     part->hold_lb = before ? before->hold_lb : 0.0;
     if (before && part->touching < before->touching)
         part->hold_lb *= part->k_lb_ft / before->k_lb_ft;
@@ -741,12 +747,8 @@ void motion_press(struct motion *m)
                            (row[1].force_lb - row->force_lb) * ((m->t_s - row->t_s) / long_s)
                      : 0.0;
     }
-    for (size_t i = 0; there && i < lines_of(m); i++) {
-        const struct sim_gear *gear = &m->scene->gear;
-        double behind_ft = m->gear && gear->lines_ft.count > 0 ? gear->lines_ft.values[i] : 0.0;
-        double axles = m->gear && gear->axles.count > 0 ? gear->axles.values[i] : 1.0;
-        add_line(m, x_ft - behind_ft, speed_ft_s, half_s, axles, force);
-    }
+    for (size_t i = 0; there && i < lines_of(m); i++)
+        add_line(m, x_ft - behind_ft(m, i), speed_ft_s, half_s, axles_of(m, i), force);
     for (int i = 0; i < count; i++) {
         int n = before[i].mat;
         near_mat(m, n);
@@ -832,8 +834,8 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
     double w = 4.0 * m->kl * m->per_slug, d = 4.0 * m->cl * m->per_slug;
     double axles = 0.0;
     for (size_t i = 0; i < lines_of(m); i++)
-        axles += scene->gear.axles.count > 0 ? scene->gear.axles.values[i] : 1.0;
-    double ground = m->gear ? stiffness_lb_ft(m, axles) * m->per_slug : 0.0;
+        axles += axles_of(m, i);
+    double ground = m->gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
     m->rate = d + sqrt(w + ground / law_least(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
               2.0 * scene->gear.damping * sqrt(ground);
     m->bend_rate = (m->weight_limit_lb + m->load_limit_lb) * m->per_slug / scene->veps_ft_s;
@@ -874,7 +876,7 @@ void motion_start(struct motion *m)
     memset(m->storage, 0, doubles * sizeof(double) + 2 * m->length);
     m->next_break = 0;
     m->part_count = 0;
-    m->t_s = m->most_u_ft = m->most_v_ft_s = 0.0;
+    m->t_s = m->most_v_ft_s = 0.0;
     m->low = m->mats + 1;
     m->high = 0;
     m->near_low = m->mats + 1;

@@ -75,7 +75,7 @@ struct motion {
     bool gear; /* on elastic ground */
     double rho;
     double t_s;
-    double most_u_ft, most_v_ft_s;
+    double most_v_ft_s;
 };
 
 /* The first switch within a step. */
