@@ -39,8 +39,7 @@ bool chain_event_can(const struct sim_scene *scene)
     return !mods_any(scene);
 }
 
-/* The largest of what a joint transmits in a step: at its ends, or the top of a parabola
- * between. */
+/* The largest of what a joint transmits in a step: at its ends, or a parabola's top between. */
 static void note_tensions(struct motion *m, int first, int last, int order, double h)
 {
     int parts = 2 + (int)law_least(2.0 * h * m->rate, 60.0);
@@ -52,11 +51,10 @@ static void note_tensions(struct motion *m, int first, int last, int order, doub
         for (int k = 0; k < order; k++)
             s[k] = m->pull[k][j];
         for (int i = 0; i <= parts; i++) {
-            double after = polynomial_value(s, order - 1, h * i / parts),
-                   bend = before - 2.0 * middle + after;
-            double top = middle;
+            double after = polynomial_value(s, order - 1, h * i / parts), top = middle;
             if (i >= 2 && (middle - before) * (middle - after) > 0.0)
-                top -= (after - before) * (after - before) / (8.0 * bend);
+                top -= (after - before) * (after - before) /
+                       (8.0 * (before - 2.0 * middle + after));
             m->pull_most_lb[j] = law_most(m->pull_most_lb[j], law_most(after, i ? top : after));
             m->push_most_lb[j] = law_most(m->push_most_lb[j], -law_least(after, i ? top : after));
             before = middle;

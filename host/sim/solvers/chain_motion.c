@@ -325,8 +325,7 @@ static void look_at_mat(const struct motion *m, int n, int order, struct event *
     }
 }
 
-/* What ends a joint's mode, as what must not be below 0: `which` 0, 1, 2. False: no more of
- * them. */
+/* What ends a joint's mode, as what must not be below 0: `which` 0, 1, 2. False: no more. */
 static bool joint_end(const struct motion *m, int j, int which, const double *g, int order,
                       double *s, double *noise)
 {
