@@ -86,9 +86,10 @@ static void find_residuals(const struct calibrate_point *point, size_t count,
     for (unsigned i = 1; i + 1 < channel->points; i++) {
         const float *x = channel->point_reading, *y = channel->point_value;
         float along = y[i - 1] + (y[i + 1] - y[i - 1]) * (x[i] - x[i - 1]) / (x[i + 1] - x[i - 1]);
-        curve = fmax(curve, fabs((double)(y[i] - along)) / 4.0);
+        curve = fmax(curve, fabs((double)(y[i] - along)));
     }
-    fit->linearity_error = hypot(fit->linearity_error, curve);
+    fit->linearity_error = hypot(fit->linearity_error, curve / 4.0);
+    fit->miss = fmax(fit->worst, curve);
 }
 
 enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error,
@@ -144,4 +145,28 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     channel->zero_error = (float)fit->zero_error;
     channel->linearity_error = (float)fit->linearity_error;
     return status;
+}
+
+size_t calibrate_outlier(const struct calibrate_point *point, size_t count, bool table, double most,
+                         const struct mr_channel_config *channel, double *miss)
+{
+    size_t best = count;
+    double least = (double)INFINITY, second = (double)INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        struct calibrate_point rest[CALIBRATE_POINTS_MAX];
+        struct mr_channel_config trial = *channel;
+        struct calibrate_fit fit;
+        struct error none = {0};
+        memcpy(rest, point, i * sizeof *rest);
+        memcpy(rest + i, point + i + 1, (count - 1 - i) * sizeof *rest);
+        if (calibrate_fit(rest, count - 1, 0.0, table, &trial, &fit, &none) != MR_OK)
+            continue;
+        second = fmin(second, fmax(fit.miss, least));
+        if (fit.miss < least) {
+            least = fit.miss;
+            best = i;
+        }
+    }
+    *miss = least;
+    return least <= most && 2.0 * least < second ? best : count;
 }

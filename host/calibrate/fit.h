@@ -24,6 +24,8 @@ struct calibrate_fit {
     size_t worst_point;
     double residual[CALIBRATE_POINTS_MAX]; /* calibrated reading less the known value */
     double low, high;                      /* known values */
+    /* what a reading is off its fit, at most: of a table also a point off its neighbours' chord */
+    double miss;
 };
 
 /* `known_error`: standard error of the known values, common to all (a gage block's set, a
@@ -35,5 +37,10 @@ struct calibrate_fit {
 enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error,
                              bool table, struct mr_channel_config *channel,
                              struct calibrate_fit *fit, struct error *error);
+
+/* The point without which the others fit to `most`, and twice as well as without any other; its
+ * index, and what the others miss then. `count`: no single point explains it. */
+size_t calibrate_outlier(const struct calibrate_point *point, size_t count, bool table, double most,
+                         const struct mr_channel_config *channel, double *miss);
 
 #endif

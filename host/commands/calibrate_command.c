@@ -23,6 +23,7 @@
 #include "host/commands/annotation.h"
 #include "host/link/link.h"
 #include "host/base/output.h"
+#include "host/base/xmalloc.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 
@@ -32,9 +33,9 @@
 struct request {
     const struct cli *cli;
     const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
-        *reason, *who, *db, *certificate;
+        *reason, *who, *db, *certificate, *accept;
     bool table, zeros, force;
-    double days, known; /* days: NaN while it is not given */
+    double days, known, miss_percent; /* days: NaN while it is not given */
     int64_t run;
     unsigned channel; /* index */
 };
@@ -85,13 +86,19 @@ static int tell(const struct request *r, const struct calibrate_points *points,
             answer_words(answer, NULL, " ", "worst");
     }
     answer_close(answer);
+    answer_words_or_none(answer, "accepted", r->accept ? "accepted" : NULL, r->accept, NULL);
     answer_words_or_none(answer, "file", r->output ? "written to" : NULL, r->output, NULL);
     return answer_show(r->cli, answer, 0);
 }
 
 static void write_config(const struct request *r, const struct mr_config *config)
 {
-    char *text = config_text_write(config);
+    char *text = config_text_write(config), *all;
+    if (r->accept) { /* in front, as a comment: whoever reads the file sees it */
+        all = xasprintf("# %s: accepted off its fit: %s\n%s", r->word, r->accept, text);
+        free(text);
+        text = all;
+    }
     output_bytes(r->output, text, strlen(text), fatal);
     free(text);
 }
@@ -131,6 +138,32 @@ static void check_gain(const struct request *r, const struct mr_config *config,
     if (jump_find(old, channel, text))
         cli_note(r->cli, "%s: %s, compared with %s: look at unit and points", r->word, text,
                  old->calibrated_day ? "the last calibration" : "the configuration");
+}
+
+/* Points that do not fit as a sensor does are a slip of the pen, or a sensor that is ill: the table
+ * is shown, nothing is written, but with --accept. */
+static void check_fit(struct request *r, const struct calibrate_points *points,
+                      const struct calibrate_fit *fit, const struct mr_channel_config *channel)
+{
+    char mend[200] = "no single point explains it: read them again";
+    double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
+    if (fit->miss <= most)
+        r->accept = NULL;
+    if (fit->miss <= most || r->accept)
+        return;
+    size_t i = calibrate_outlier(points->point, points->count, r->table, most, channel, &rest);
+    if (i < points->count)
+        snprintf(mend, sizeof mend,
+                 "without point %zu (%.6g %s, %.6g codes) the others fit to %.2g %s: read it again",
+                 i + 1, points->point[i].value, unit_text(r), points->point[i].code, rest,
+                 unit_text(r));
+    r->output = NULL;
+    (void)tell(r, points, fit, channel);
+    error_set(
+        fatal, MR_LIMIT,
+        "the points miss their fit by %.3g %s, %.2g %% of their span (at most %g): %s; %s, or "
+        "write why it is right so: --accept REASON",
+        fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
 }
 
 /* ---- points from a board ---- */
@@ -272,7 +305,7 @@ static void read_board(const struct request *r, struct mr_config *config,
     dialogue_close(dialogue);
 }
 
-static void calibrate(const struct request *r)
+static void calibrate(struct request *r)
 {
     static struct mr_config config;
     static struct calibrate_points points;
@@ -297,6 +330,7 @@ static void calibrate(const struct request *r)
         memcpy(channel->serial, r->sensor, strlen(r->sensor));
     }
     check_gain(r, &config, &old);
+    check_fit(r, &points, &fit, channel);
     if (r->output)
         write_config(r, &config);
     (void)tell(r, &points, &fit, channel);
@@ -425,7 +459,7 @@ static void check(struct request *r)
     struct mr_channel_config room;
     if (r->recompute) {
         if (r->db || r->certificate || r->serial || r->points || r->config || r->output ||
-            r->sensor || !isnan(r->days) || r->known_text || r->table)
+            r->sensor || !isnan(r->days) || r->known_text || r->table || r->accept)
             error_set(fatal, MR_USAGE,
                       "--recompute goes with --series, --run, --zeros, --reason and --who "
                       "alone; see matrig calibrate --help");
@@ -453,6 +487,10 @@ static void check(struct request *r)
         error_set(fatal, MR_USAGE,
                   "--config F goes with --points; with --serial the board tells its own: "
                   "matrig calibrate");
+    if (r->accept && (!r->output || !r->accept[0] || r->accept[strcspn(r->accept, "\r\n")]))
+        error_set(fatal, MR_USAGE,
+                  "--accept needs -o F and a reason of one line: matrig calibrate; the file keeps "
+                  "the reason");
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
         error_set(fatal, MR_USAGE, "serial number too long: '%s'; %zu characters at most",
                   r->sensor, sizeof room.serial);
@@ -504,6 +542,12 @@ static const struct command_part parts[] = {
         "standard error of the known values, in or lb, or with its unit (0.05mm), common to all"),
     OPTION_FLAG("--table", table,
                 "the values become a table of points (2 to 8); else a straight line"),
+    OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, 1.0,
+                  "what a reading may be off its fit, in % of the span of the known values; else "
+                  "{standard}. Beyond it nothing is\n"
+                  "written, and the point that explains it is named"),
+    OPTION_TEXT("--accept", "T", accept,
+                "such points are right, and why: the written file begins with this reason"),
     OPTION_TEXT("--db", "DB", db, "the campaign that keeps the certificate"),
     OPTION_TEXT(
         "--certificate", "C", certificate,
@@ -536,7 +580,7 @@ const struct command command_calibrate = {
     "calibrate",
     calibrate_command,
     "CHANNEL (--serial LINK | --points F --config F) [-o F] [--force] [--sensor S] "
-    "[--days N] [--known E] [--table] |\n"
+    "[--days N] [--known E] [--table] [--miss P] [--accept T] |\n"
     "                         CHANNEL --certificate C --db DB [--sensor S] |\n"
     "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason "
     "T [--who W]",

@@ -75,6 +75,16 @@ mistakes_are_refused() {
     calibrate d3 2>"$tmp/err" && grep -q 'd3: gain 0.001611 -> 0.004093 in per code, 2.54 times, compared with' "$tmp/err" &&
         cp "$tmp/new.cfg" "$tmp/jump.cfg" && $matrig board config check "$tmp/jump.cfg"
 }
+a_slip_of_the_pen_is_refused() { # 628.6 for 682.6: the gain would be 9 % off; the others fit to 0.0003 in
+    printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,628.6\n12.7,372.3\n0,62.0\n' >"$tmp/points.csv"
+    refuses d3 1 'the points miss their fit by 0.029 in, 2.9 % of their span .at most 1.: .*points.csv; without point 3 .1 in, 628.6 codes. the others fit to 8.1e-05 in: .* --accept REASON$' &&
+        refuses d3 1 'without point 3' --table && refuses d3 2 'a reason of one line' --accept "" || return 1
+    calibrate d3 >"$tmp/out" 2>/dev/null
+    grep 'worst$' "$tmp/out" && calibrate d3 --miss 5 && ! grep accepted "$tmp/new.cfg" && calibrate d3 --accept 'stop bent at 1 in' &&
+        [ "$(head -n 1 "$tmp/new.cfg")" = '# d3: accepted off its fit: stop bent at 1 in' ] && $matrig board config check "$tmp/new.cfg" || return 1
+    printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,628.6\n' >"$tmp/points.csv" # of three, any
+    refuses d3 1 'no single point explains it'
+}
 check_and_set_refuse_what_is_impossible() {
     sed -E 's/^(channel\[3\].unit_per_code = ).*/\10.0409309603/' "$tmp/rig.cfg" >"$tmp/mm.cfg"
     fails_with 1 'channel\[3\].unit_per_code is 0.0409.*mm.cfg:[0-9]+; a transducer gives .*; were the values mm\?$' $matrig board config check "$tmp/mm.cfg" &&
@@ -100,6 +110,7 @@ check "columns go by their names" columns_go_by_their_names
 check "values without a unit are refused" without_a_unit_it_is_refused
 check "nor is a name of a column that is not understood" an_odd_name_is_refused
 check "mistakes of units and columns are refused, and named" mistakes_are_refused
+check "a transposed digit is refused, and its point named; a reason takes it" a_slip_of_the_pen_is_refused
 check "config check and config set refuse an impossible gain" check_and_set_refuse_what_is_impossible
 check "config set refuses a jump" set_refuses_a_jump
 check "and sends it with --force" set_sends_it_with_force

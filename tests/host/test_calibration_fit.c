@@ -65,6 +65,16 @@ TEST(residuals_by_hand)
      * that */
     assert_true(fabs(fit.zero_error - sqrt(0.024 * (0.25 + pow(1.5 - 0.08 / 1.12, 2) / 5.0))) <
                 1e-6);
+    /* without the last the others lie on one line; without another three miss it by as much as two
+     * decide it: 0.4 / 6 at least */
+    double rest;
+    assert_int_equal(calibrate_outlier(point, 4, false, 0.03, &channel, &rest), 3);
+    assert_true(rest < 1e-6 && fabs(fit.miss - 0.16) < 1e-6);
+    /* of three any one explains it */
+    assert_int_equal(calibrate_outlier(point + 1, 3, false, 0.03, &channel, &rest), 3);
+    /* a table goes through all points: the third is off its neighbours' chord by 0.2 */
+    assert_int_equal(calibrate_fit(point, 4, 0.0, true, &channel, &fit, &error), MR_OK);
+    assert_true(fit.worst < 1e-6 && fabs(fit.miss - 0.2) < 1e-6);
 }
 
 TEST(stated_errors_hold)
