@@ -28,6 +28,15 @@ static bool take(struct cursor *at, char c)
     return true;
 }
 
+/* Programs pad their fields, so that they stand one below the other. */
+static bool take_blanks(struct cursor *at)
+{
+    const char *from = at->p;
+    while (take(at, ' ') || take(at, '\t'))
+        ;
+    return at->p > from;
+}
+
 /* Decimal digits; returns how many there were. */
 static unsigned take_decimal(struct cursor *at, uint64_t *value)
 {
@@ -85,7 +94,7 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
             frame->length = (uint8_t)(*at->p++ - '0');
         return true;
     }
-    while (at->p < at->end && *at->p != ' ' && *at->p != '\r') {
+    while (at->p < at->end && !strchr(" \t\r_", *at->p)) {
         if (frame->length == 8 || at->end - at->p < 2)
             return false;
         uint32_t high = hex_value(at->p[0]);
@@ -98,20 +107,32 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
     return true;
 }
 
+/* A length code beyond 8, for 8 bytes: "_9" to "_F". */
+static bool take_length_code(struct cursor *at, const struct link_frame *frame)
+{
+    if (!take(at, '_'))
+        return true;
+    uint32_t code = at->p < at->end ? hex_value(*at->p) : 0;
+    if (frame->length != 8 || code < 9 || code > 15)
+        return false;
+    at->p++;
+    return true;
+}
+
 static bool take_line(struct cursor *at, struct candump_line *line)
 {
     struct link_frame *frame = &line->frame;
-    if (!take_time(at, &frame->host_us) || !take(at, ' '))
+    if (!take_time(at, &frame->host_us) || !take_blanks(at))
         return false;
     line->interface = at->p;
-    while (at->p < at->end && *at->p != ' ')
+    while (at->p < at->end && *at->p != ' ' && *at->p != '\t')
         at->p++;
     line->interface_length = (size_t)(at->p - line->interface);
-    if (line->interface_length == 0 || !take(at, ' ') || !take_id(at, &frame->id) ||
-        !take(at, '#') || !take_data(at, frame))
+    if (line->interface_length == 0 || !take_blanks(at) || !take_id(at, &frame->id) ||
+        !take(at, '#') || !take_data(at, frame) || !take_length_code(at, frame))
         return false;
-    if (take(at, ' ') && !take(at, 'R') && !take(at, 'T'))
-        return false;
+    if (take_blanks(at) && (take(at, 'R') || take(at, 'T')))
+        take_blanks(at);
     take(at, '\r');
     return at->p == at->end;
 }

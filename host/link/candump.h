@@ -5,8 +5,10 @@
  *     (1436509053.850870) can0 123#R8             remote frame, with the length it asks for
  *
  * The time is in seconds, here with 6 decimals; an 8-digit identifier with bit 29 set is an error
- * frame. Newer versions of candump add the direction, R or T, at the end; it is allowed and not
- * kept. CAN FD lines (##) are malformed here. */
+ * frame. Between two fields is any run of blanks: versions of 2018 to 2021 pad the interface when
+ * they record several. Newer ones add the direction, R or T, at the end, or a length code beyond 8
+ * (_9 to _F) behind 8 bytes; both are allowed and not kept. CAN FD lines (##) are malformed
+ * here. */
 #ifndef MATRIG_HOST_LINK_CANDUMP_H
 #define MATRIG_HOST_LINK_CANDUMP_H
 

@@ -113,6 +113,17 @@ TEST(candump_lines)
     assert_int_equal(f.length, 8);
     parse("(1.0) can0 20000004#0000000000000000", MR_OK, &f);
     assert_true(f.id & LINK_ID_ERROR);
+    /* as can-utils 2020.11 pads it beside slcan0, with blanks of other programs, with the length
+     * code of can-utils 2021 */
+    parse("(1436509053.850870)   can0 044#DEADBEEF", MR_OK, &f);
+    assert_int_equal(f.length, 4);
+    parse("(1.0)\tcan0 \t 044#DEADBE   T  \r", MR_OK, &f);
+    assert_int_equal(f.length, 3);
+    parse("(1.0) can0 044#DEADBE ", MR_OK, &f);
+    parse("(1.0) can0 044#1122334455667788_F", MR_OK, &f);
+    assert_int_equal(f.length, 8);
+    parse("(1.0) can0 044#R8_9", MR_OK, &f);
+    assert_int_equal(f.length, 8);
 }
 
 TEST(refused_candump_lines)
@@ -133,6 +144,10 @@ TEST(refused_candump_lines)
         "(1.) can0 123#00",
         "(1.0)  123#00",
         "(1.0) can0 123#GG",
+        "(1.0)can0 123#00",
+        "(1.0) can0 123 #00",
+        "(1.0) can0 123#1122334455667788_8", /* 8 are no code */
+        "(1.0) can0 123#11_9",
     };
     struct link_frame f;
     for (size_t i = 0; i < COUNT_OF(lines); i++)
