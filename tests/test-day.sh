@@ -38,7 +38,7 @@ check "every line of the day in docs/howto/test-day.md runs" whole_day
 check "flashed: the board runs the image" says '^board +runs it'
 check "calibrated: the board holds it" calibrated
 check "surveyed: the board was given the slack" surveyed
-check "ready: go" says '^GO after '
+check "ready: go" says '^GO, UNCALIBRATED after '
 check "landed: touchdown speed" within '^  touchdown +([0-9.]+) .*' 0.002 "$(truth touchdown_speed_ft_s)"
 check "landed: deceleration" within '^  deceleration +([0-9.]+) .*' 0.02 "$(truth mean_deceleration_ft_s2)"
 check "warned of a zone" warned

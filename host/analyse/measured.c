@@ -440,6 +440,12 @@ void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_
                  (long long)measured->first_edge);
 }
 
+const char *measured_marks(const struct measured *measured)
+{
+    static const char *const marks[] = {"", ", torn", ", UNCALIBRATED", ", torn, UNCALIBRATED"};
+    return marks[measured->torn + 2 * measured->uncalibrated];
+}
+
 void measured_free(struct measured *measured)
 {
     free(measured->stretch);

@@ -115,14 +115,19 @@ struct measured {
     struct mr_gates_fit fit; /* the curve behind it */
 
     struct measured_channel channel[MR_CHANNELS];
-    int64_t first_edge; /* count of the first edge that came; 0: none came */
-    bool torn;          /* those before it did not, and what they would tell is not stated */
+    int64_t first_edge;   /* count of the first edge that came; 0: none came */
+    bool torn;            /* those before it did not, and what they would tell is not stated */
+    int64_t recalibrated; /* channels with another calibration than in the landing: bit of index */
+    /* another has no date of calibration; false too where the configuration was not read */
+    bool uncalibrated;
 };
 
 void measured_free(struct measured *measured);
 /* "torn: ...", for what stands above numbers; "": the landing has its first edges. */
 #define MEASURED_TORN_TEXT 100u
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
+/* What a reader must know of any number of it: "", ", torn", ", UNCALIBRATED", or both. Static. */
+const char *measured_marks(const struct measured *measured);
 /* Of MR_TRUNCATED: why no stop is known, as part of a sentence. */
 #define MEASURED_REASON 100
 void measured_no_stop_text(const struct measured *measured, char out[MEASURED_REASON]);

@@ -8,6 +8,7 @@
 #include "common/watch.h"
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
+#include "host/board/config_text.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 #include "host/store/store_journal.h"
@@ -404,11 +405,9 @@ static enum mr_status series_from_board(struct store *store, struct record *reco
 {
     struct measured *measured = record->measured;
     int64_t run = measured->landing.id;
-    bool recalibrated = false;
-    enum mr_status status = store_is_recalibrated(store, run, &recalibrated, error)
-                              ?: store_block_indexes_each(store, run, add_block, &record->moments,
-                                                          error);
-    bool messages = record->moments.groups == 0 || !recalibrated;
+    enum mr_status status = store_block_indexes_each(store, run, add_block, &record->moments,
+                                                     error);
+    bool messages = record->moments.groups == 0 || !measured->recalibrated;
     if (status == MR_OK && messages)
         status = store_frames_each(store, run, LINK_CAN, add_message, &record->moments, error);
     if (status != MR_OK)
@@ -546,11 +545,30 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
     return status;
 }
 
+/* A configuration that another matrig wrote says nothing of dates here. */
+static enum mr_status find_calibration(struct store *store, int64_t run, struct measured *measured,
+                                       struct error *error)
+{
+    struct mr_config *config = xmalloc(sizeof *config);
+    char *text = NULL;
+    struct error ignored = {0};
+    int64_t crc = measured->landing.config_crc;
+    enum mr_status status = store_recalibrated(store, run, &measured->recalibrated, error);
+    if (status == MR_OK && crc != STORE_NONE)
+        status = store_configuration_get(store, (uint32_t)crc, &text, error);
+    if (text && config_text_read(text, "", config, &ignored) == MR_OK)
+        measured->uncalibrated = (config_text_undated(config) & ~measured->recalibrated) != 0;
+    free(text);
+    free(config);
+    return status;
+}
+
 static enum mr_status load_facts(struct store *store, int64_t run, struct measured *measured,
                                  struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     return store_landing_get(store, run, &measured->landing, error) ?:
+           find_calibration(store, run, measured, error) ?:
            load_gates(store, run, measured, error) ?:
            count_unheard_edges(store, run, measured, error);
 }

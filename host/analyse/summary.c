@@ -806,8 +806,9 @@ static void board_answer(const struct store_landing *landing, int64_t can_base,
 void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING])
 {
     const struct store_landing *landing = &summary->measured.landing;
-    snprintf(out, SUMMARY_HEADING, "RUN %lld: landing %lld, %s", (long long)landing->id,
-             (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state));
+    snprintf(out, SUMMARY_HEADING, "RUN %lld: landing %lld, %s%s", (long long)landing->id,
+             (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state),
+             measured_marks(&summary->measured));
 }
 
 void summary_facts_answer(const struct summary *summary, struct answer *answer)
@@ -818,6 +819,7 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     if (torn[0])
         answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
+    answer_flag(answer, "uncalibrated", NULL, measured->uncalibrated);
     restart_answer(summary, answer);
     summary_ready_answer(summary->ready, answer);
     motion_answer(summary, answer);

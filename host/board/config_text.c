@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "common/channels.h"
 #include "common/decimal.h"
 #include "common/gain.h"
 #include "common/wire.h"
@@ -670,4 +671,13 @@ unsigned config_text_compare(const struct mr_config *old, const struct mr_config
         each(context, name, was, is);
     } while (configplace_next(&at));
     return differ;
+}
+
+uint32_t config_text_undated(const struct mr_config *config)
+{
+    uint32_t undated = 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
+        if (mr_channel_measures(&config->channel[i]) && !config->channel[i].calibrated_day)
+            undated |= 1u << i;
+    return undated;
 }

@@ -45,6 +45,9 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
 /* The same of a file. MR_IO: cannot be read. */
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error);
 
+/* Sensors that are fitted and have no date of calibration: bit of index. */
+uint32_t config_text_undated(const struct mr_config *config);
+
 /* Why a configuration is refused: "channel[3].number is 2, which channel[1] has; ...". */
 void config_text_reason(const struct mr_config *config, const struct mr_config_reason *reason,
                         char *out, size_t size);

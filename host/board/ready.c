@@ -13,6 +13,7 @@
 #include "host/base/answer.h"
 #include "host/base/units.h"
 #include "host/board/config_client.h"
+#include "host/board/config_text.h"
 #include "host/calibrate/jump.h"
 
 #define MB 1e6
@@ -116,7 +117,8 @@ void ready_print(const struct ready_report *report, double took_s, unsigned colu
     char text[READY_CHECKS * 24 + 120];
     const char *before = ": ";
     columns = columns < COLUMNS_LEAST ? COLUMNS_LEAST : columns;
-    snprintf(text, sizeof text, "%s after %.1f s", ready_text(ready_verdict(report)), took_s);
+    snprintf(text, sizeof text, "%s%s after %.1f s", ready_text(ready_verdict(report)),
+             !no_go && report->uncalibrated ? ", UNCALIBRATED" : "", took_s);
     for (unsigned i = 0; i < report->count; i++) {
         print_check(&report->check[i], columns, out);
         if (report->check[i].verdict != READY_NO_GO)
@@ -142,27 +144,28 @@ static void channel_name(const struct mr_channel_config *channel, char out[20])
 static void judge_days(const struct ready_facts *f, struct ready_report *report)
 {
     static const char limit[] = "expires_day after today";
-    unsigned never = 0, sensors = 0, expired = 0;
+    unsigned never = (unsigned)__builtin_popcount(config_text_undated(&f->config)), sensors = 0,
+             expired = 0;
     char text[120] = "", name[20];
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         const struct mr_channel_config *channel = &f->config.channel[i];
         if (!mr_channel_measures(channel))
             continue;
         sensors++;
-        never += channel->calibrated_day == 0;
         if (!channel->expires_day || channel->expires_day > f->today_day)
             continue;
         channel_name(channel, name);
         append(text, sizeof text, "%s%s", expired++ ? ", " : "", name);
     }
+    report->uncalibrated = never > 0;
     if (expired)
         ready_add(report, READY_NO_GO, "calibration", limit,
                   "calibrate, then matrig board config set with the new values and dates",
                   "expired: %s", text);
     else if (never)
         ready_add(report, READY_NOT_DONE, "calibration", NULL,
-                  "put calibrated_day and expires_day into the configuration",
-                  "%u of %u sensors have no date of calibration", never, sensors);
+                  "matrig calibrate CHANNEL; until then what is recorded is marked so",
+                  "UNCALIBRATED: %u of %u sensors, by their dates", never, sensors);
     else if (sensors)
         ready_add(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
                   sensors);

@@ -48,6 +48,7 @@ struct ready_check {
 struct ready_report {
     struct ready_check check[READY_CHECKS];
     unsigned count;
+    bool uncalibrated; /* a sensor has no date of calibration: what is recorded says so, too */
 };
 
 /* A channel at rest, by block records. */

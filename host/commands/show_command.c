@@ -70,7 +70,7 @@ static void state_text(const struct preview *glance, char *out, size_t size)
     snprintf(out, size, "%lld, %s%s%s%s", (long long)glance->measured.landing.board_landing,
              mr_landing_state_text((unsigned)glance->measured.landing.state),
              glance->journal.is_void ? ", VOID" : "", glance->imported ? ", imported" : "",
-             glance->measured.torn ? ", torn" : "");
+             measured_marks(&glance->measured));
 }
 
 static void motion_answer(const struct measured *measured, struct answer *answer)
@@ -196,6 +196,7 @@ static void preview_answer(const struct preview *glance, bool bases, struct answ
     answer_flag(answer, "void", NULL, glance->journal.is_void);
     answer_flag(answer, "imported", NULL, glance->imported);
     answer_flag(answer, "torn", NULL, glance->measured.torn);
+    answer_flag(answer, "uncalibrated", NULL, glance->measured.uncalibrated);
     motion_answer(&glance->measured, answer);
     warning_answer(glance, answer);
     lost_answer(glance, answer);

@@ -58,7 +58,6 @@ static void load_landing(struct store *store, const struct request *r, struct su
     struct store_landing *rows = NULL;
     struct error unread = {0};
     char *text = NULL;
-    bool corrected = false;
     size_t count = 0;
     store_landings(store, &rows, &count, fatal);
     s->run = r->run ? r->run : count ? rows[count - 1].id : 0;
@@ -71,10 +70,10 @@ static void load_landing(struct store *store, const struct request *r, struct su
     measured_load(store, s->run, &s->measured, fatal);
     if (s->measured.landing.config_crc != STORE_NONE)
         store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text, fatal);
-    store_is_recalibrated(store, s->run, &corrected, fatal);
     s->config_known = text && config_text_read(text, "", &s->config, &unread) == MR_OK;
-    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES && corrected; i++)
-        s->config.channel[i].calibrated_day += s->config.channel[i].calibrated_day == 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
+        if (s->measured.recalibrated >> i & 1 && !s->config.channel[i].calibrated_day)
+            s->config.channel[i].calibrated_day = 1;
     free(text);
 }
 

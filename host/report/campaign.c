@@ -48,8 +48,7 @@ static void summary_row(const struct report_facts *facts, struct answer *answer)
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
     answer_words(answer, NULL, "landing", "%lld, %s%s", (long long)facts->landing.board_landing,
-                 mr_landing_state_text((unsigned)facts->landing.state),
-                 facts->torn ? ", torn" : "");
+                 mr_landing_state_text((unsigned)facts->landing.state), facts->marks);
     answer_words(answer, NULL, "switches", "%zu of %zu", facts->gates, facts->switches);
     answer_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
                     facts->speed_ft_s.error, 3);
@@ -646,12 +645,12 @@ static void journal(const struct report *report, FILE *out)
     store_landings(report->store, &landing, &count, report->error);
     for (size_t i = 0; i < count && report->error->status == MR_OK; i++) {
         struct journal said;
-        bool recalibrated = false;
+        int64_t recalibrated = 0;
         if (report->run && landing[i].id != report->run)
             continue;
         journal_load(report->store, &landing[i], &said, report->error);
-        store_is_recalibrated(report->store, landing[i].id, &recalibrated, report->error);
-        series_row(&landing[i], &said, recalibrated, tables[0]);
+        store_recalibrated(report->store, landing[i].id, &recalibrated, report->error);
+        series_row(&landing[i], &said, recalibrated != 0, tables[0]);
         for (size_t k = 0; k < said.observations; k++) {
             if (said.observation[k].withdrawn)
                 continue;

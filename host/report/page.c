@@ -485,10 +485,11 @@ static void sensor_facts(const struct mr_channel_config *read, int64_t used_day,
     answer_words(answer, NULL, "sensor", "%.*s", (int)sizeof read->serial,
                  read->serial[0] ? read->serial : "not entered");
     day_text_of(read->calibrated_day, day);
-    answer_words(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "never");
+    answer_words(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "UNCALIBRATED")
+        ->warn = !read->calibrated_day;
     bool expired = read->expires_day && (int64_t)read->expires_day <= used_day;
     day_text_of(read->expires_day, day);
-    answer_words(answer, NULL, "expires", "%s%s", read->expires_day ? day : "never",
+    answer_words(answer, NULL, "expires", "%s%s", read->expires_day ? day : "not stated",
                  expired ? ", before the landing" : "")
         ->warn = expired;
 }

@@ -181,6 +181,8 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->series = landing->series;
     facts->source = measured->source;
     facts->torn = measured->torn;
+    facts->marks = measured_marks(measured);
+    facts->recalibrated = measured->recalibrated;
     facts->fitted = measured->fit_status == MR_OK;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
@@ -272,10 +274,8 @@ static enum mr_status load_facts(struct report *report, const struct report_land
     const struct record_given given = {measured, &landing->summary.zones};
     memset(facts, 0, sizeof *facts);
     take_facts(landing, facts);
-    return load_weight(report->store, measured->landing.id, &facts->weight_lb, error) ?:
-           store_is_recalibrated(report->store, measured->landing.id, &facts->recalibrated,
-                                 error) ?:
-           record_judge(report->store, &report->record, &given, error);
+    return load_weight(report->store, measured->landing.id, &facts->weight_lb, error)
+             ?: record_judge(report->store, &report->record, &given, error);
 }
 
 /* The outcome of its warnings. */

@@ -53,7 +53,9 @@ struct report_facts {
     struct store_series series; /* id 0: none */
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
-    bool torn, fitted, recalibrated, config_read;
+    bool torn, fitted, config_read;
+    const char *marks; /* measured_marks */
+    int64_t recalibrated;
     size_t gates, switches, surveyed, statements;
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
     struct report_moved {

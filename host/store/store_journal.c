@@ -277,13 +277,11 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
                                        : status;
 }
 
-enum mr_status store_is_recalibrated(struct store *store, int64_t run, bool *is,
-                                     struct error *error)
+enum mr_status store_recalibrated(struct store *store, int64_t run, int64_t *channels,
+                                  struct error *error)
 {
-    int64_t rows = 0;
-    enum mr_status status = STORE_NUMBER(store, error, RECALIBRATED, &rows, BIND(run));
-    *is = rows > 0;
-    return status == MR_TOO_FEW ? MR_OK : status;
+    *channels = 0;
+    return STORE_NUMBER(store, error, RECALIBRATED, channels, BIND(run));
 }
 
 /* ---- survey ---- */

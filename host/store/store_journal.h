@@ -67,9 +67,9 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
                                  const struct mr_channel_config *new,
                                  const struct store_recalibration *how, unsigned *changed,
                                  struct error *error);
-/* Whether a landing has another calibration than it was recorded with. */
-enum mr_status store_is_recalibrated(struct store *store, int64_t run, bool *is,
-                                     struct error *error);
+/* Which channels of a landing have another calibration than it was recorded with: bit of index. */
+enum mr_status store_recalibrated(struct store *store, int64_t run, int64_t *channels,
+                                  struct error *error);
 
 /* ---- surveys of the mat by gage points, as they were read ----
  *

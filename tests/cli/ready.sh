@@ -74,7 +74,7 @@ walk() { # NAME ARGUMENTS...
 
 rig rest
 a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-go
-    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 7 not done$' &&
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO, UNCALIBRATED after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 7 not done$' &&
         grep -Eq '^not done +firmware ' "$tmp/ready.txt" && grep -Eq '^not done +brown-out reset +off, as from the factory \[on\]' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
         grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: as configured, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
 }
@@ -83,7 +83,8 @@ a_landing_names_it() { # logged at once after, it says so; and the next time has
     build/matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
     wait
     cat "$tmp/log.txt"
-    grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && build/matrig --quiet report "$tmp/campaign.db" -o "$tmp/report.html" >/dev/null &&
+    grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && grep -q '^RUN 1: .*, done, UNCALIBRATED$' "$tmp/log.txt" && build/matrig show "$tmp/campaign.db" | grep 'done, UNCALIBRATED' &&
+        build/matrig --quiet report "$tmp/campaign.db" -o "$tmp/report.html" >/dev/null && [ "$(grep -o 'done, UNCALIBRATED<' "$tmp/report.html" | wc -l)" = 2 ] && ! grep '>never<' "$tmp/report.html" &&
         grep -Eq '<dt>ready</dt><dd>go, [0-9]+ min before' "$tmp/report.html" && build/matrig --quiet bundle "$tmp/campaign.db" 1 -o "$tmp/bundle.db" >/dev/null &&
         [ "$(sqlite3 "$tmp/bundle.db" 'select kind, verdict from readiness')" = 'ready|go' ]
 }
@@ -91,6 +92,13 @@ the_second_time_compares() {
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" --image $elf && grep -Eq '^GO +configuration .*as RUN 1 had' "$tmp/ready.txt" &&
         grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
         with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as RUN 1 had' "$tmp/ready.txt"
+}
+a_dated_sensor_is_calibrated() { # by its configuration, or anew: all 22 (bits 0 to 21) are known then
+    sqlite3 "$tmp/campaign.db" ".backup $tmp/dated.db" ".backup $tmp/anew.db"
+    sqlite3 "$tmp/dated.db" "update configurations set text = replace(text, 'calibrated_day = never', 'calibrated_day = 2026-03-14')"
+    sqlite3 "$tmp/anew.db" "with recursive c(i) as (select 0 union all select i + 1 from c where i < 20) insert into recalibrations(landing, idx, item, was, value, made_us) select 1, i, -1, 1, 1, 0 from c"
+    ! build/matrig show "$tmp/dated.db" 1 | grep UNCALIBRATED && build/matrig show "$tmp/anew.db" 1 | grep UNCALIBRATED && sqlite3 "$tmp/anew.db" "insert into recalibrations(landing, idx, item, was, value, made_us) values(1, 21, -1, 1, 1, 0)" &&
+        ! build/matrig show "$tmp/anew.db" 1 | grep UNCALIBRATED
 }
 an_overdue_certificate_is_no_go() { # in a copy; one that holds beside it, the others as a note
     sqlite3 "$tmp/campaign.db" ".backup $tmp/cert.db"
@@ -219,6 +227,7 @@ dead_and_swapped() {
 }
 check "the first time: go, and what could not be compared is told" a_first_time_is_go
 check "a landing, its report and its bundle say that it was go" a_landing_names_it
+check "a sensor with a date, or calibrated anew, takes the word away" a_dated_sensor_is_calibrated
 check "the second time compares image, configuration and shunts with the landing's" the_second_time_compares
 check "a certificate that is overdue is no-go, one that holds is go" an_overdue_certificate_is_no_go
 check "lines fit a terminal of 100 columns" lines_fit
