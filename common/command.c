@@ -12,10 +12,8 @@ struct command_row {
 };
 
 static const struct command_row rows[] = {
-#define MR_COMMAND_ROW(NAME, code, text, indexed, per_unit, meaning) \
-    {code, text, indexed, per_unit},
-    MR_COMMAND_TABLE(MR_COMMAND_ROW)
-#undef MR_COMMAND_ROW
+#define COMMAND(NAME, code, text, part, indexed, counts, ...) {code, text, indexed, counts},
+#include "common/catalogue.def"
 };
 
 #define ROW_COUNT (sizeof rows / sizeof rows[0])

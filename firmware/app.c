@@ -163,7 +163,7 @@ static void read_blocks_before(struct app *app)
         read_channels(app, &app->newest[(app->next_index - age) % APP_NEWEST]);
 }
 
-static enum mr_status arm(struct app *app, const struct mr_command *command)
+static enum mr_status obey_arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
@@ -172,8 +172,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         return MR_NOT_NOW;
     if (calibrate_busy(&app->calibrate))
         return MR_WAIT;
-    enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW
-                                                             : blackbox_ready(&app->box);
+    enum mr_status status = blackbox_ready(&app->box);
     if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
         status = MR_WAIT;
     if (status == MR_WAIT || status == MR_FULL)
@@ -209,15 +208,14 @@ static void end_prediction(struct app *app, uint32_t index)
 static enum mr_status obey_runway(struct app *app, const struct mr_command *command)
 {
     bool forgotten = false;
-    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command,
-                                         landing_recording(&app->landing), app->next_index,
+    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command, app->next_index,
                                          &forgotten);
     if (forgotten)
         forget_survey(app);
     return status;
 }
 
-static enum mr_status mark(struct app *app, const struct mr_command *command)
+static enum mr_status obey_mark(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > (mr_i32)UINT16_MAX)
         return MR_USAGE;
@@ -226,10 +224,8 @@ static enum mr_status mark(struct app *app, const struct mr_command *command)
     return MR_OK;
 }
 
-static enum mr_status survey(struct app *app, const struct mr_command *command)
+static enum mr_status obey_survey(struct app *app, const struct mr_command *command)
 {
-    if (landing_recording(&app->landing))
-        return MR_NOT_NOW;
     /* not more than the message `slack` can repeat */
     if (command->index >= MR_SEGMENTS || command->argument < 0 ||
         command->argument >= (int32_t)MR_MISSING_U16)
@@ -245,12 +241,11 @@ static bool box_closing(const struct app *app)
     return app->box.state == MR_BOX_CLOSING;
 }
 
-static enum mr_status enter_rom(struct app *app)
+static enum mr_status obey_bootrom(struct app *app, const struct mr_command *command)
 {
+    (void)command;
     if (!board_rom_hears())
         return MR_UNKNOWN;
-    if (landing_recording(&app->landing))
-        return MR_NOT_NOW;
     if (box_closing(app))
         return MR_WAIT;
     app->ticks_to_rom = APP_ROM_TICKS;
@@ -258,13 +253,12 @@ static enum mr_status enter_rom(struct app *app)
 }
 
 /* Nothing that was read, passed or summed under the old configuration goes on under the new one. */
-static enum mr_status apply_configuration(struct app *app, const struct mr_command *command)
+static enum mr_status obey_config_apply(struct app *app, const struct mr_command *command)
 {
-    bool locked = landing_recording(&app->landing);
     if (calibrate_busy(&app->calibrate) || box_closing(app))
         return MR_WAIT;
     enum mr_status status = configstore_apply(&app->configstore, &app->telemetry,
-                                              (uint32_t)command->argument, locked);
+                                              (uint32_t)command->argument);
     if (status == MR_OK) {
         landing_reconfigure(&app->landing);
         app_configured(app);
@@ -284,68 +278,119 @@ static void follow_base(struct app *app)
     configround_burst(&app->telemetry, &app->landing); /* hello, for who listens there */
 }
 
+/* What a part of the board says to a command that it will answer later, or not at all. */
+#define NO_ANSWER ((enum mr_status)1)
+
+static enum mr_status obey_state(struct app *app, const struct mr_command *command)
+{
+    (void)command;
+    landinglink_state(&app->telemetry, &app->landing);
+    configround_burst(&app->telemetry, &app->landing);
+    healthlink_tell_crash(&app->healthlink);
+    return MR_OK;
+}
+
+static enum mr_status obey_disarm(struct app *app, const struct mr_command *command)
+{
+    (void)command;
+    bandwatch_end(&app->bandwatch, &app->telemetry);
+    end_prediction(app, app->next_index);
+    landing_disarm(&app->landing, app->next_index);
+    landinglink_state(&app->telemetry, &app->landing);
+    return MR_OK;
+}
+
+static enum mr_status obey_reset(struct app *app, const struct mr_command *command)
+{
+    (void)command;
+    if (box_closing(app))
+        return MR_WAIT;
+    healthlink_reset(&app->healthlink);
+    return MR_OK;
+}
+
+static enum mr_status obey_self_test(struct app *app, const struct mr_command *command)
+{
+    return healthlink_self_test(&app->healthlink, command->tag);
+}
+
+static enum mr_status obey_calibrate(struct app *app, const struct mr_command *command)
+{
+    enum mr_status status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing,
+                                            command, app->next_index);
+    if (status == MR_OK && calibrate_busy(&app->calibrate))
+        return NO_ANSWER; /* until it is over */
+    follow_zeros(app);
+    return status;
+}
+
+static enum mr_status obey_config_read(struct app *app, const struct mr_command *command)
+{
+    return configstore_read(&app->configstore, (uint32_t)command->argument);
+}
+
+static enum mr_status obey_camera(struct app *app, const struct mr_command *command)
+{
+    (void)command;
+    return camera_command(&app->camera);
+}
+
+static enum mr_status obey_live(struct app *app, const struct mr_command *command)
+{
+    return live_begin(&app->live, &app->landing, command, app->next_index);
+}
+
+static enum mr_status obey_backlog(struct app *app, const struct mr_command *command)
+{
+    enum mr_status status = predict_backlog(&app->predict, command->argument);
+    return status == MR_OK ? NO_ANSWER : status; /* the landing that is replayed had none */
+}
+
+static enum mr_status obey_box(struct app *app, const struct mr_command *command)
+{
+    return boxlink_obey(&app->boxlink, &app->box, &app->telemetry, command);
+}
+
+/* The part that obeys it. No call through a pointer: the stack's bound rests on there being none. */
+static enum mr_status hand_on(struct app *app, const struct mr_command *command)
+{
+    switch (command->code) {
+/* clang-format off */
+#define COMMAND(NAME, code, text, part, ...) case code: return obey_##part(app, command);
+/* clang-format on */
+#include "common/catalogue.def"
+    default: return MR_UNKNOWN;
+    }
+}
+
+/* When each code is obeyed: enum mr_command_when; 0: there is no such code. */
+static const uint8_t allowed_when[] = {
+#define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning) \
+    [code] = MR_WHEN_##states,
+#include "common/catalogue.def"
+};
+
+static enum mr_status obey(struct app *app, const struct mr_command *command)
+{
+    if (command->code >= sizeof allowed_when || !allowed_when[command->code])
+        return MR_UNKNOWN;
+    if (!(allowed_when[command->code] >> app->landing.state & 1u))
+        return MR_NOT_NOW;
+    return hand_on(app, command);
+}
+
 /* MR_OK: answered, whatever the answer; else it was no command. */
-static enum mr_status obey(struct app *app, const uint8_t *payload, size_t length)
+static enum mr_status take_command(struct app *app, const uint8_t *payload, size_t length)
 {
     struct mr_command command;
     enum mr_status status = mr_command_get(&command, payload, length);
     if (status != MR_OK)
         return status;
     blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    switch (command.code) {
-    case MR_COMMAND_STATE:
-        landinglink_state(&app->telemetry, &app->landing);
-        configround_burst(&app->telemetry, &app->landing);
-        healthlink_tell_crash(&app->healthlink);
-        break;
-    case MR_COMMAND_ARM: status = arm(app, &command); break;
-    case MR_COMMAND_DISARM:
-        bandwatch_end(&app->bandwatch, &app->telemetry);
-        end_prediction(app, app->next_index);
-        landing_disarm(&app->landing, app->next_index);
-        landinglink_state(&app->telemetry, &app->landing);
-        break;
-    case MR_COMMAND_MARK: status = mark(app, &command); break;
-    case MR_COMMAND_SURVEY: status = survey(app, &command); break;
-    case MR_COMMAND_LIVE:
-        status = live_begin(&app->live, &app->landing, &command, app->next_index);
-        break;
-    case MR_COMMAND_CAMERA: status = camera_command(&app->camera); break;
-    case MR_COMMAND_BOOTROM: status = enter_rom(app); break;
-    case MR_COMMAND_CONFIG_APPLY: status = apply_configuration(app, &command); break;
-    case MR_COMMAND_CONFIG_READ:
-        status = configstore_read(&app->configstore, (uint32_t)command.argument,
-                                  landing_recording(&app->landing));
-        break;
-    case MR_COMMAND_ZERO:
-    case MR_COMMAND_SHUNT:
-        status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command,
-                                 app->next_index);
-        if (status == MR_OK && calibrate_busy(&app->calibrate))
-            return MR_OK; /* answered when it is over */
-        follow_zeros(app);
-        break;
-    case MR_COMMAND_BACKLOG:
-    case MR_COMMAND_RUNWAY_FORGET:
-    case MR_COMMAND_RUNWAY_READ:
-    case MR_COMMAND_RUNWAY_JOINTS:
-    case MR_COMMAND_RUNWAY_WORD:
-    case MR_COMMAND_RUNWAY_TAKE:
-    case MR_COMMAND_CHART_WORD:
-    case MR_COMMAND_CHART_TAKE:
-    case MR_COMMAND_CHART_FORGET: status = obey_runway(app, &command); break;
-    case MR_COMMAND_RESET:
-    case MR_COMMAND_SELF_TEST:
-        status = command.code == MR_COMMAND_RESET && box_closing(app)
-                   ? MR_WAIT
-                   : healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
-        break;
-    default: status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command); break;
-    }
+    status = obey(app, &command);
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    /* an input of a replay: the landing had no answer to it */
-    if (command.code != MR_COMMAND_BACKLOG || status != MR_OK)
+    if (status != NO_ANSWER)
         TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status,
              .tag = command.tag, .block = app->next_index);
     follow_base(app);
@@ -361,7 +406,7 @@ static void take_commands(struct app *app)
     app->configstore.by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
-            (void)obey(app, can.data, can.length);
+            (void)take_command(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
             configstore_word(&app->configstore, &app->telemetry, can.data, can.length,
                              landing_recording(&app->landing));
@@ -372,7 +417,7 @@ static void take_commands(struct app *app)
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&app->deframer, bytes[i], &frame);
         if (status == MR_OK && frame.type == MR_ID_COMMAND)
-            status = obey(app, frame.payload, frame.length);
+            status = take_command(app, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_CONFIG_WORD)
             configstore_word(&app->configstore, &app->telemetry, frame.payload, frame.length,
                              landing_recording(&app->landing));

@@ -294,7 +294,7 @@ enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *te
                                const struct landing *landing, const struct mr_command *command,
                                uint32_t block)
 {
-    if (landing_recording(landing) || calibrate_busy(calibrate))
+    if (calibrate_busy(calibrate))
         return MR_NOT_NOW;
     bool zero = command->code == MR_COMMAND_ZERO;
     if (zero && command->index) {

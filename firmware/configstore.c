@@ -164,12 +164,10 @@ static bool write_copy(const struct configstore *store, unsigned copy)
 }
 
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
-                                 uint32_t crc, bool locked)
+                                 uint32_t crc)
 {
     struct mr_config_reason r;
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
-    if (locked)
-        return MR_NOT_NOW;
     if (!store->staging || store->words != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
     enum mr_status status = mr_config_examine(store->image, MR_CONFIG_IMAGE);
@@ -198,10 +196,8 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     return MR_OK;
 }
 
-enum mr_status configstore_read(struct configstore *store, uint32_t word, bool locked)
+enum mr_status configstore_read(struct configstore *store, uint32_t word)
 {
-    if (locked)
-        return MR_NOT_NOW;
     if (word >= MR_CONFIG_WORDS)
         return MR_USAGE;
     zero_exchange(); /* what is configured, not what was measured since */

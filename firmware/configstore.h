@@ -50,14 +50,14 @@ void configstore_start(struct configstore *store);
 /* A word of a new configuration. `locked`: a landing is armed or going on. */
 void configstore_word(struct configstore *store, struct telemetry *telemetry,
                       const uint8_t *payload, size_t length, bool locked);
-/* config-apply. MR_OK: `config` is another now, everything derived from it must be; MR_NOT_NOW:
- * locked; MR_TOO_FEW: words are missing; MR_MALFORMED, MR_VERSION, MR_CRC: no configuration,
+/* config-apply. MR_OK: `config` is another now, everything derived from it must be;
+ * MR_TOO_FEW: words are missing; MR_MALFORMED, MR_VERSION, MR_CRC: no configuration,
  * another table's, damaged; MR_LIMIT: refused, config_refused says why; MR_IO: the flash failed.
  * All but MR_OK leave the old one in force. */
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
-                                 uint32_t crc, bool locked);
-/* config-read. MR_OK, MR_NOT_NOW: locked; MR_USAGE: no such word. */
-enum mr_status configstore_read(struct configstore *store, uint32_t word, bool locked);
+                                 uint32_t crc);
+/* config-read. MR_OK; MR_USAGE: no such word. */
+enum mr_status configstore_read(struct configstore *store, uint32_t word);
 /* Each block: what is to be told. A landing ends the telling. */
 void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked);
 /* For hello. */

@@ -1,7 +1,6 @@
 #include "firmware/healthlink.h"
 
 #include "common/channels.h"
-#include "common/command.h"
 #include "firmware/board.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
@@ -24,8 +23,9 @@ static void conclude(struct selftest *test, enum mr_self_test_number number, boo
     health_count(MR_FAULT_SELFTEST, (uint8_t)number);
 }
 
-static enum mr_status selftest_begin(struct selftest *test, uint16_t tag)
+enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag)
 {
+    struct selftest *test = &link->test;
     struct board_upkeep upkeep;
     bool good;
     if (test->running)
@@ -143,14 +143,9 @@ void healthlink_tell_crash(struct healthlink *link)
     link->crash_next = link->restart.crash ? 0 : MR_CRASH_ITEMS;
 }
 
-enum mr_status healthlink_obey(struct healthlink *link, const struct mr_command *command, bool idle)
+void healthlink_reset(struct healthlink *link)
 {
-    if (!idle)
-        return MR_NOT_NOW;
-    if (command->code == MR_COMMAND_SELF_TEST)
-        return selftest_begin(&link->test, command->tag);
     link->ticks_to_reset = HEALTHLINK_RESET_TICKS;
-    return MR_OK;
 }
 
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry)

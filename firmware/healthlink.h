@@ -49,9 +49,9 @@ struct healthlink {
 void healthlink_start(struct healthlink *link);
 /* Tell once more what a processor fault left behind, if one did. */
 void healthlink_tell_crash(struct healthlink *link);
-/* The commands reset and self-test; `idle`: nothing is recorded. */
-enum mr_status healthlink_obey(struct healthlink *link, const struct mr_command *command,
-                               bool idle);
+/* The commands reset and self-test, while nothing is recorded. MR_WAIT: a self-test goes on. */
+void healthlink_reset(struct healthlink *link);
+enum mr_status healthlink_self_test(struct healthlink *link, uint16_t tag);
 /* A landing is armed: a self-test ends here. The warning output is the caller's again. */
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry);
 void healthlink_block(struct healthlink *link, const struct mr_block *block);

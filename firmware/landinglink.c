@@ -124,8 +124,6 @@ enum mr_status live_begin(struct live *live, struct landing *landing,
 {
     if (command->argument < 0 || command->argument > LIVE_MOST_S)
         return MR_USAGE;
-    if (landing->state != MR_LANDING_IDLE)
-        return MR_NOT_NOW;
     live->until_block = index + 1000u * (uint32_t)command->argument;
     landing->live = command->argument > 0;
     return MR_OK;

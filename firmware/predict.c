@@ -392,19 +392,20 @@ static enum mr_status obey_chart(struct predict *p, const struct mr_command *com
     }
 }
 
-enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry,
-                            const struct mr_command *command, bool locked, uint32_t index,
-                            bool *forgotten)
+enum mr_status predict_backlog(struct predict *p, int32_t waiting)
 {
     if (p->status != MR_OK)
         return MR_NOT_NOW;
-    if (command->code == MR_COMMAND_BACKLOG) {
-        if (command->argument < 1 || command->argument > (int32_t)UINT16_MAX)
-            return MR_USAGE;
-        p->backlog_given = (uint16_t)command->argument;
-        return p->predictor.armed ? MR_OK : MR_NOT_NOW;
-    }
-    if (locked)
+    if (waiting < 1 || waiting > (int32_t)UINT16_MAX)
+        return MR_USAGE;
+    p->backlog_given = (uint16_t)waiting;
+    return MR_OK;
+}
+
+enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry,
+                            const struct mr_command *command, uint32_t index, bool *forgotten)
+{
+    if (p->status != MR_OK)
         return MR_NOT_NOW;
     switch (command->code) {
     case MR_COMMAND_CHART_WORD:

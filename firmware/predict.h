@@ -95,10 +95,10 @@ void predict_block(struct predict *predict, struct telemetry *telemetry,
 bool predict_end(struct predict *predict, struct telemetry *telemetry,
                  const struct landing *landing, uint32_t index);
 void predict_survey(struct predict *predict, const float *slack_in, uint32_t index);
-/* Commands backlog, runway-* and chart-*. `locked`: a landing is armed or going on. True in
- * `forgotten`: the survey holds no more. */
+/* The command backlog, while a landing is armed or goes on. */
+enum mr_status predict_backlog(struct predict *predict, int32_t waiting);
+/* Commands runway-* and chart-*. True in `forgotten`: the survey holds no more. */
 enum mr_status predict_obey(struct predict *predict, struct telemetry *telemetry,
-                            const struct mr_command *command, bool locked, uint32_t index,
-                            bool *forgotten);
+                            const struct mr_command *command, uint32_t index, bool *forgotten);
 
 #endif

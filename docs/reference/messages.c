@@ -45,20 +45,20 @@ static void write_message(FILE *out, const struct mr_message_info *message)
 
 static void write_commands(FILE *out)
 {
-    static const struct {
-        const char *name, *meaning;
-        unsigned code, per_unit;
-    } commands[] = {
-#define ROW(NAME, code, text, indexed, per_unit, meaning) {text, meaning, code, per_unit},
-        MR_COMMAND_TABLE(ROW)
-#undef ROW
-    };
-    fputs("\n## Commands to the board\n\nThe message `command` carries a code.\n\n| code | name | "
-          "counts a unit of the argument | meaning |\n|---|---|---|---|\n",
-          out);
-    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
-        fprintf(out, "| %u | `%s` | %u | %s |\n", commands[i].code, commands[i].name,
-                commands[i].per_unit, commands[i].meaning);
+    static const char *const who[] = {"anyone", "operator", "maintenance"},
+                             *const when[] = {[MR_WHEN_IDLE] = "idle",
+                                              [MR_WHEN_AT_REST] = "idle, done",
+                                              [MR_WHEN_RECORDING] = "armed, landing, settling",
+                                              [MR_WHEN_ANY] = "always"};
+    fputs(
+        "\n## Commands to the board\n\nThe message `command` carries a code. In another state than "
+        "those named the board refuses it.\n\n| code | name | who | state of the landing | counts "
+        "a unit of the argument | meaning |\n|---|---|---|---|---|---|\n",
+        out);
+#define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)        \
+    fprintf(out, "| %d | `%s` | %s | %s | %d | %s |\n", code, text, who[MR_PRIVILEGE_##privilege], \
+            when[MR_WHEN_##states], counts, meaning);
+#include "common/catalogue.def"
 }
 
 static void write_faults(FILE *out)
@@ -75,8 +75,7 @@ void reference_messages(FILE *out)
 {
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
-    reference_head(out, "Messages",
-                   "`common/catalogue*.def`, `common/command.h` and `common/fault.h`");
+    reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
         "The layout version is %u. The identifier is the CAN identifier and the serial type. On "

@@ -38,6 +38,20 @@ static const struct row {
     {"box-free 9",
      {MR_UNKNOWN, MR_UNKNOWN, MR_UNKNOWN,
       RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = MR_UNKNOWN}},
+    {"live 1", {RECORDING(MR_NOT_NOW), [CLOSING] = MR_NOT_NOW, [DONE] = MR_NOT_NOW}},
+    {"backlog 9",
+     {MR_NOT_NOW, MR_NOT_NOW, MR_NOT_NOW,
+      RECORDING(LATER), [CLOSING] = MR_NOT_NOW, [DONE] = MR_NOT_NOW}},
+    {"runway-read", {RECORDING(MR_NOT_NOW)}},
+    {"runway-word 0 1", {RECORDING(MR_NOT_NOW)}},
+    {"runway-joints 0 1", {RECORDING(MR_NOT_NOW)}},
+    {"runway-take 1",
+     {MR_CRC, MR_CRC, MR_CRC, RECORDING(MR_NOT_NOW), [CLOSING] = MR_CRC, [DONE] = MR_CRC}},
+    {"chart-word 0 1", {RECORDING(MR_NOT_NOW)}},
+    {"chart-take 1",
+     {MR_CRC, MR_CRC, MR_CRC, RECORDING(MR_NOT_NOW), [CLOSING] = MR_CRC, [DONE] = MR_CRC}},
+    {"chart-forget", {RECORDING(MR_NOT_NOW)}},
+    {"runway-forget", {RECORDING(MR_NOT_NOW)}},
 };
 
 static struct app kept_app;

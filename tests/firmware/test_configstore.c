@@ -436,7 +436,7 @@ static enum mr_status change_directly(const struct mr_config *wanted)
         configstore_word(&store, &telemetry, payload, mr_config_word_put(&word, payload), false);
     }
     fake.sent_count = fake.serial_count = 0;
-    return configstore_apply(&store, &telemetry, crc, false);
+    return configstore_apply(&store, &telemetry, crc);
 }
 
 /* Of each operation of a change, begun and 0, 30, 70, 99.9 % done. What is in force after it is the
