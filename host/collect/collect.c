@@ -123,6 +123,8 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
     struct side *side = &collector->side[kind];
     int64_t run = side->current ? side->current->row.id : STORE_NONE;
     enum mr_status status = MR_OK;
+    if (kind == LINK_CAN)
+        side->account.counts.bad = (int64_t)counters->bad_lines;
     if (side->any_pending && side->pending_run != run)
         status = record_troubles(collector, side, error);
     for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {

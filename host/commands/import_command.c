@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host/analyse/summary.h"
 #include "host/base/answer.h"
 #include "host/base/output.h"
 #include "host/commands/commands.h"
@@ -37,6 +38,7 @@ static enum mr_status result_answer(struct store *store, const struct import_req
                                     const struct import_result *result, struct answer *answer,
                                     struct error *error)
 {
+    char troubles[400];
     answer_words(answer, "file", NULL, "%s", request->path);
     answer_words(answer, NULL, "file", "%s", row->file);
     answer_words(answer, "verdict", "verdict", "%s", row->verdict);
@@ -58,6 +60,10 @@ static enum mr_status result_answer(struct store *store, const struct import_req
             request->base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
         " frames, by the board's own counts";
+    summary_troubles(result->trouble, troubles, sizeof troubles);
+    answer_json_value(answer, "troubles", summary_troubles_json(result->trouble));
+    if (troubles[0])
+        answer_words(answer, NULL, "CAN link", "%s", troubles);
     answer_list(answer, "runs", NULL);
     for (size_t i = 0; i < result->runs; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
@@ -86,7 +92,7 @@ static enum mr_status read_readings(const struct textfile *file,
                                     const struct import_request *request, struct mapping *mapping,
                                     struct import_result *result, struct error *error)
 {
-    char interface[IMPORT_INTERFACE];
+    char interface[CANDUMP_INTERFACE];
     if (!mapping->text)
         return import_candump_check(file, request, interface, error);
     return mapping->signals ? import_read_signals(file, request, mapping, result, error)
@@ -149,6 +155,10 @@ static enum mr_status describe(const struct textfile *file, const struct import_
                          "--base is for logs of a matrig board: %s is of another instrument; leave "
                          "it out",
                          request->path);
+    if (request->interface && csv)
+        return error_set(error, MR_USAGE,
+                         "--interface is for candump logs: %s is a table; leave it out",
+                         request->path);
     return MR_OK;
 }
 
@@ -205,8 +215,9 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database, made when it does not exist"),
-    HELP_ITEM("FILE", "a log that candump -L wrote of a matrig board: its landings are imported as "
-                      "if they had been logged, from\nthe bus of its first frame. With --map:"),
+    HELP_ITEM("FILE",
+              "a log that candump -L wrote of a matrig board: its landings are imported as "
+              "if they had been logged, from\nthe bus on which the board speaks. With --map:"),
     OPTION_TEXT(
         "--map", "M.json", map,
         "import a table of another instrument (CSV), or its frames in a candump log, as a landing. "
@@ -241,6 +252,8 @@ static const struct command_part parts[] = {
                "unless align names an edge"),
     OPTION_TEXT("--base", "B", base,
                 "the board spoke at this base of identifiers (0x190); else at 0"),
+    OPTION_TEXT("--interface", "I", readings.interface,
+                "take the frames of bus I of a log of several: can1"),
     OPTION_FLAG("--again", again, "import a file a second time"),
     HELP_NOTE("A file is reported as complete, or as truncated or malformed at a line and column: "
               "exit 4, and its good part is kept."),
@@ -251,7 +264,7 @@ static const struct command_part parts[] = {
 const struct command command_import = {
     "import",
     import_command,
-    "DB FILE [--map M.json] [--like RUN] [--base B] [--again]",
+    "DB FILE [--map M.json] [--like RUN] [--base B] [--interface I] [--again]",
     "logs, and other instruments' readings, into the campaign",
     COMMAND_PARTS(parts),
     {2, 2, "DB FILE"},

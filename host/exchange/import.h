@@ -21,24 +21,14 @@ struct textfile {
 enum mr_status textfile_open(const char *path, struct textfile *file, struct error *error);
 void textfile_close(struct textfile *file);
 
-/* What became of a file that was read: what is good of it is kept, whatever the verdict. */
-struct verdict {
-    enum mr_status status; /* MR_OK complete, MR_TRUNCATED, MR_MALFORMED */
-    size_t line, column;   /* from 1: of the first thing wrong */
-    size_t bad_lines;      /* passed over */
-    const char *what;      /* is wrong there; static storage */
-};
-/* "complete", "truncated at line 7, column 12: ...", "malformed at line ...; 3 lines were passed
- * over". */
-void verdict_text(const struct verdict *verdict, char *out, size_t size);
-
 #define IMPORT_RUNS_MAX 1000u
 
 struct import_request {
     const struct cli *cli;
     const char *path;
-    uint16_t base; /* of the board on it (common/canbase.h) */
-    int64_t like;  /* RUN whose gear and survey it shares; 0: none */
+    uint16_t base;         /* of the board on it (common/canbase.h) */
+    int64_t like;          /* RUN whose gear and survey it shares; 0: none */
+    const char *interface; /* of a log of several buses; NULL: on which the board speaks */
 };
 
 struct import_result {
@@ -46,16 +36,16 @@ struct import_result {
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
-    size_t rows;      /* taken: frames, or rows of a table */
-    size_t elsewhere; /* frames of other interfaces */
+    size_t rows;        /* taken: frames, or rows of a table */
+    uint64_t elsewhere; /* frames of other interfaces */
+    int64_t trouble[LINK_TROUBLES];
     struct store_link_counts counts;
 };
 
-#define IMPORT_INTERFACE 64u
-/* There is a frame in it, else MR_MALFORMED. `name`: its interface, the one to take. */
+/* There is a frame in it, else MR_MALFORMED. `name`: the interface to take. */
 enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
-                                    char name[IMPORT_INTERFACE], struct error *error);
+                                    char name[CANDUMP_INTERFACE], struct error *error);
 /* Frames of our own boards: landings as if they had been logged. A transaction is
  * open; it is committed now and then. */
 enum mr_status import_candump(struct store *store, const struct textfile *file,
@@ -68,21 +58,9 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
                         size_t *rows, struct verdict *verdict, struct error *error);
 
-/* A candump log in memory, frame by frame. */
-struct candump_log {
-    const char *text, *end;
-    const char *at;
-    size_t line;           /* the last one taken, from 1 */
-    const char *interface; /* NULL: any; else frames of others are counted alone */
-    size_t interface_length;
-    size_t elsewhere; /* frames of other interfaces */
-    struct verdict verdict;
-};
-
-void candump_log_start(struct candump_log *log, const char *text, size_t length,
-                       const char *interface);
-/* False: the end; the verdict stands then. The line's interface lies in the text. */
-bool candump_log_next(struct candump_log *log, struct candump_line *line);
+/* The next frame to be taken of a candump log in memory; `at`: where it goes on. */
+bool candump_log_next(struct candump_log *log, const struct textfile *file, const char **at,
+                      struct candump_line *line);
 
 /* Frames of other instruments: the mapping's series from a candump log, times in s since its first
  * frame. MR_MALFORMED: none of them is in it. */

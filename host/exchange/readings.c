@@ -47,81 +47,16 @@ void textfile_close(struct textfile *file)
     file->text = NULL;
 }
 
-/* The first one holds. */
-static void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, size_t column,
-                        const char *what)
+bool candump_log_next(struct candump_log *log, const struct textfile *file, const char **at,
+                      struct candump_line *line)
 {
-    if (verdict->status != MR_OK)
-        return;
-    verdict->status = status;
-    verdict->line = line;
-    verdict->column = column;
-    verdict->what = what;
-}
-
-void verdict_text(const struct verdict *verdict, char *out, size_t size)
-{
-    if (verdict->status == MR_OK) {
-        snprintf(out, size, "complete");
-        return;
-    }
-    int n = snprintf(out, size, "%s at line %zu, column %zu: %s",
-                     verdict->status == MR_TRUNCATED ? "truncated" : "malformed", verdict->line,
-                     verdict->column, verdict->what);
-    if (verdict->bad_lines && n > 0 && (size_t)n < size)
-        snprintf(out + n, size - (size_t)n, "; %zu %s passed over", verdict->bad_lines,
-                 verdict->bad_lines == 1 ? "line was" : "lines were");
-}
-
-/* ---- a candump log ---- */
-
-void candump_log_start(struct candump_log *log, const char *text, size_t length,
-                       const char *interface)
-{
-    *log = (struct candump_log){.text = text,
-                                .end = text + length,
-                                .at = text,
-                                .interface = interface,
-                                .interface_length = interface ? strlen(interface) : 0};
-}
-
-/* What to call it: CAN FD has its own mark. */
-static const char *reason(const char *text, size_t length)
-{
-    return memmem(text, length, "##", 2) ? "a CAN FD frame; matrig's bus has none"
-                                         : "no line of `candump -L`";
-}
-
-static bool here(const struct candump_log *log, const struct candump_line *line)
-{
-    return !log->interface || (line->interface_length == log->interface_length &&
-                               memcmp(line->interface, log->interface, log->interface_length) == 0);
-}
-
-bool candump_log_next(struct candump_log *log, struct candump_line *line)
-{
-    while (log->at < log->end) {
-        const char *text = log->at;
-        const char *newline = memchr(text, '\n', (size_t)(log->end - text));
-        size_t length = (size_t)((newline ? newline : log->end) - text);
-        log->at = newline ? newline + 1 : log->end;
-        log->line++;
-        if (length == 0)
-            continue;
-        enum mr_status status = candump_parse_line(text, length, line);
-        if (!newline) { /* a whole frame may be the beginning of a longer one */
-            verdict_set(&log->verdict, MR_TRUNCATED, log->line, length + 1,
-                        "the log ends inside a line");
-            return false;
-        }
-        if (status != MR_OK) {
-            log->verdict.bad_lines++;
-            verdict_set(&log->verdict, MR_MALFORMED, log->line, line->column, reason(text, length));
-            continue;
-        }
-        if (here(log, line))
+    const char *end = file->text + file->length;
+    while (*at < end) {
+        const char *text = *at, *newline = memchr(text, '\n', (size_t)(end - text));
+        *at = newline ? newline + 1 : end;
+        if (candump_log_take(log, text, (size_t)((newline ? newline : end) - text), newline != NULL,
+                             line))
             return true;
-        log->elsewhere++;
     }
     return false;
 }
@@ -441,17 +376,54 @@ static bool take_sample(struct candump_log *log, struct mapping_channel *channel
     return false;
 }
 
+/* Some channel has a signal in the frame. */
+static bool has_signal(const struct mapping *mapping, const struct link_frame *frame)
+{
+    double value;
+    for (size_t c = 0; c < mapping->channels; c++) {
+        if (signal_value(&mapping->channel[c].signal, frame, &value))
+            return true;
+    }
+    return false;
+}
+
+/* The log's only interface with a signal of the mapping, unless one is named. */
+static enum mr_status find_signals(const struct textfile *file,
+                                   const struct import_request *request,
+                                   const struct mapping *mapping, char name[CANDUMP_INTERFACE],
+                                   struct error *error)
+{
+    struct candump_log log = {0};
+    struct candump_line line;
+    const char *at = file->text;
+    snprintf(name, CANDUMP_INTERFACE, "%s", request->interface ? request->interface : "");
+    while (!request->interface && candump_log_next(&log, file, &at, &line)) {
+        if (!has_signal(mapping, &line.frame) || candump_is_of(&line, name))
+            continue;
+        if (name[0])
+            return error_set(error, MR_USAGE,
+                             "the mapping's frames are on %s and %.*s: %s line %zu; which? "
+                             "(--interface %s)",
+                             name, (int)line.interface_length, line.interface, request->path,
+                             log.line, name);
+        snprintf(name, CANDUMP_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
+    }
+    return MR_OK;
+}
+
 enum mr_status import_read_signals(const struct textfile *file,
                                    const struct import_request *request, struct mapping *mapping,
                                    struct import_result *result, struct error *error)
 {
-    struct candump_log log;
+    struct candump_log log = {0};
     struct candump_line line;
+    const char *at = file->text;
     uint64_t first_us = 0;
     size_t frames = 0;
     double value;
-    candump_log_start(&log, file->text, file->length, NULL);
-    while (candump_log_next(&log, &line)) {
+    if (find_signals(file, request, mapping, log.interface, error) != MR_OK)
+        return error->status;
+    while (candump_log_next(&log, file, &at, &line)) {
         bool taken = false;
         first_us = frames++ ? first_us : line.frame.host_us;
         double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
@@ -462,6 +434,7 @@ enum mr_status import_read_signals(const struct textfile *file,
         result->rows += taken;
     }
     result->verdict = log.verdict;
+    result->elsewhere = log.elsewhere;
     if (result->rows == 0)
         return error_set(error, MR_MALFORMED,
                          "none of the mapping's signals in %zu frames: %s; see its ids", frames,
@@ -475,23 +448,27 @@ enum mr_status import_read_signals(const struct textfile *file,
 #define COMMIT_US     200000u
 #define FRAMES_A_LOOK 4096u
 
-/* Its first frame's interface is the one that is meant. */
 enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
-                                    char name[IMPORT_INTERFACE], struct error *error)
+                                    char name[CANDUMP_INTERFACE], struct error *error)
 {
-    struct candump_log log;
+    struct candump_log log = {0};
     struct candump_line line;
-    candump_log_start(&log, file->text, file->length, NULL);
-    if (!candump_log_next(&log, &line))
+    struct link *link = NULL;
+    const char *at = file->text;
+    if (!candump_log_next(&log, file, &at, &line))
         return error_set(error, MR_MALFORMED,
                          "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
                          "wrote, or a table with "
                          "--map",
                          request->path, log.verdict.line ? log.verdict.line : 1,
                          log.verdict.column ? log.verdict.column : 1);
-    snprintf(name, IMPORT_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
-    return MR_OK;
+    enum mr_status status = link_open_text(file->text, file->length, request->path, request->base,
+                                           request->interface, &link, error);
+    if (status == MR_OK)
+        snprintf(name, CANDUMP_INTERFACE, "%s", link_candump(link)->interface);
+    link_close(link);
+    return status;
 }
 
 static enum mr_status take_finished(struct collector *collector, struct import_result *result)
@@ -514,24 +491,32 @@ static enum mr_status commit_and_go_on(struct store *store, struct collector *co
 }
 
 static enum mr_status take_frames(struct store *store, struct collector *collector,
-                                  struct candump_log *log, struct import_result *result,
+                                  struct link *link, struct import_result *result,
                                   struct error *error)
 {
-    struct candump_line line;
-    uint64_t begun_us = link_now_us();
+    struct link_frame frame;
+    struct error ended = {0};
+    uint64_t begun_us = link_now_us(), told = 0;
     enum mr_status status = MR_OK;
-    while (status == MR_OK && candump_log_next(log, &line)) {
-        status = collector_frame(collector, &line.frame, error);
-        if (++result->rows % FRAMES_A_LOOK != 0 || status != MR_OK)
+    for (;;) {
+        bool more = link_receive_frame(link, &frame, &ended) == MR_OK;
+        const struct link_counters *counters = link_counters(link);
+        if (told != counters->troubles + counters->bad_lines)
+            status = collector_troubles(collector, LINK_CAN, counters, error);
+        told = counters->troubles + counters->bad_lines;
+        if (status == MR_OK && more)
+            status = collector_frame(collector, &frame, error);
+        if (status != MR_OK || !more)
+            return status; /* what ended it is the log's verdict */
+        if (++result->rows % FRAMES_A_LOOK != 0)
             continue;
         take_finished(collector, result);
         if (link_now_us() - begun_us >= COMMIT_US)
             status = commit_and_go_on(store, collector, &begun_us, error);
     }
-    return status;
 }
 
-static enum mr_status end(struct store *store, struct collector *collector, struct candump_log *log,
+static enum mr_status end(struct store *store, struct collector *collector,
                           struct import_result *result, enum mr_status status, struct error *error)
 {
     struct error late = {0};
@@ -540,7 +525,6 @@ static enum mr_status end(struct store *store, struct collector *collector, stru
     take_finished(collector, result);
     collector_progress(collector, &progress);
     result->counts = progress.counts[LINK_CAN];
-    result->counts.bad = (int64_t)log->verdict.bad_lines;
     if (ended == MR_OK)
         ended = store_link_put(store, result->session, LINK_CAN, &result->counts, &late);
     return ended == MR_OK || status != MR_OK ? status : error_set(error, ended, "%s", late.text);
@@ -550,21 +534,25 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error)
 {
-    char interface[IMPORT_INTERFACE], spec[500];
-    struct candump_log log;
+    char interface[CANDUMP_INTERFACE], spec[500];
+    struct link *link = NULL;
     struct collector *collector = NULL;
     snprintf(spec, sizeof spec, "import:%s", request->path);
-    enum mr_status status = import_candump_check(file, request, interface, error)
-                              ?: collector_open(store, spec, request->base, NULL, &collector,
-                                                error);
-    if (status != MR_OK)
-        return status;
-    result->session = collector_session(collector);
-    candump_log_start(&log, file->text, file->length, interface);
-    status = take_frames(store, collector, &log, result, error);
-    status = end(store, collector, &log, result, status, error);
-    result->verdict = log.verdict;
-    result->elsewhere = log.elsewhere;
+    enum mr_status status =
+        import_candump_check(file, request, interface, error)
+            ?: link_open_text(file->text, file->length, request->path, request->base, interface,
+                              &link, error)
+            ?: collector_open(store, spec, request->base, NULL, &collector, error);
+    if (status == MR_OK) {
+        result->session = collector_session(collector);
+        status = take_frames(store, collector, link, result, error);
+        status = end(store, collector, result, status, error);
+        result->verdict = link_candump(link)->verdict;
+        result->elsewhere = link_candump(link)->elsewhere;
+        for (unsigned i = 0; i < LINK_TROUBLES; i++)
+            result->trouble[i] = (int64_t)link_counters(link)->trouble[i];
+    }
     collector_close(collector);
+    link_close(link);
     return status; /* the caller says of which file, and commits */
 }

@@ -1,8 +1,10 @@
 /* file:PATH, what was recorded earlier (a `candump -L` log, or serial bytes), or a pipe that
- * another program fills. */
+ * another program fills. file:PATH,interface=can1 names the bus of a log of several. */
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -27,9 +29,91 @@ static enum mr_status check_kind(struct link *link, struct error *error)
     return MR_OK;
 }
 
-static enum mr_status file_open(struct link *link, const char *path, struct error *error)
+#define STRANGE_LINES 1000u /* so many, and no frame: it is no log */
+
+/* Takes the next line out of the buffer; `*length` without the newline. `*whole` is false when the
+ * file ended first. Of a line longer than any of a log its beginning is enough. */
+static enum mr_status take_line(struct link *link, const char **line, size_t *length, bool *whole,
+                                struct error *error)
+{
+    size_t searched = 0;
+    for (;;) {
+        const uint8_t *from = link->buffer + link->start;
+        const uint8_t *newline = memchr(from + searched, '\n', link->end - link->start - searched);
+        *line = (const char *)from;
+        *whole = newline != NULL;
+        if (newline) {
+            *length = (size_t)(newline - from);
+            link->start += *length + 1;
+            return MR_OK;
+        }
+        searched = link->end - link->start;
+        if (searched > CANDUMP_LINE_MAX) {
+            searched = CANDUMP_LINE_MAX;
+            link->end = link->start + searched;
+        }
+        enum mr_status status = link_fill(link, error);
+        if (status == MR_CLOSED && searched > 0) {
+            *line = (const char *)link->buffer + link->start;
+            *length = searched;
+            link->start = link->end;
+            return MR_OK;
+        }
+        if (status != MR_OK)
+            return status;
+    }
+}
+
+/* A log that is there as a whole is looked through first. */
+static enum mr_status choose_bus(struct link *link, const char *named, struct error *error)
+{
+    struct candump_buses *buses = calloc(1, sizeof *buses);
+    struct candump_log log = {0};
+    struct candump_line line;
+    const char *text;
+    size_t length;
+    bool whole, room = buses != NULL;
+    enum mr_status status = MR_OK;
+    while (room && (status = take_line(link, &text, &length, &whole, error)) == MR_OK) {
+        if (candump_log_take(&log, text, length, whole, &line))
+            room = candump_buses_add(buses, &line, link->base);
+    }
+    if (!buses)
+        status = error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
+    else if (!room)
+        status = error_set(error, MR_LIMIT,
+                           "frames of more than %u buses, or of one whose name is too long: %s "
+                           "line %zu; take those of one out of it (grep \" can0 \")",
+                           CANDUMP_BUSES, link->spec, log.line);
+    else if (status == MR_CLOSED)
+        status = candump_buses_choose(buses, named, link->spec, link->log.interface, error);
+    free(buses);
+    link->start = link->end = link->text_at = 0;
+    if (status == MR_OK && !link->text && lseek(link->fd, 0, SEEK_SET) != 0)
+        return error_set(error, MR_IO, "cannot read again (%s): %s; check the file",
+                         strerror(errno), link->spec);
+    return status;
+}
+
+static enum mr_status file_open(struct link *link, const char *given, struct error *error)
 {
     struct stat info;
+    char path[LINK_SPEC_MAX];
+    snprintf(path, sizeof path, "%s", given);
+    char *named = strrchr(path, ',');
+    if (link->kind != LINK_CAN || !named ||
+        strncmp(named, LINK_INTERFACE_OPTION, sizeof LINK_INTERFACE_OPTION - 1) != 0) {
+        named = NULL;
+    } else {
+        *named = '\0';
+        named += sizeof LINK_INTERFACE_OPTION - 1;
+    }
+    if (named && (!*named || strlen(named) >= CANDUMP_INTERFACE))
+        return error_set(error, MR_USAGE,
+                         "no interface: '%s' of %s; write file:PATH,interface=can0", named,
+                         link->spec);
+    if (link->text)
+        return choose_bus(link, named, error);
     link->fd = open(path, O_RDONLY | O_CLOEXEC);
     if (link->fd < 0)
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
@@ -39,6 +123,11 @@ static enum mr_status file_open(struct link *link, const char *path, struct erro
                          link->spec);
     if (S_ISREG(info.st_mode) && check_kind(link, error) != MR_OK)
         return error->status;
+    if (named)
+        strcpy(link->log.interface, named);
+    if (link->kind == LINK_CAN && S_ISREG(info.st_mode))
+        return choose_bus(link, named, error);
+    link->follows = link->kind == LINK_CAN && !named;
     /* A pipe that another program still writes to must not block us. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
         return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),
@@ -46,63 +135,63 @@ static enum mr_status file_open(struct link *link, const char *path, struct erro
     return MR_OK;
 }
 
-/* Takes the next line out of the buffer; `*length` without the newline. `*complete` is false when
- * the file ended first. */
-static enum mr_status take_line(struct link *link, const char **line, size_t *length,
-                                bool *complete, struct error *error)
+static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 {
-    size_t searched = 0;
-    for (;;) {
-        const uint8_t *from = link->buffer + link->start;
-        const uint8_t *newline = memchr(from + searched, '\n', link->end - link->start - searched);
-        *line = (const char *)from;
-        if (newline) {
-            *length = (size_t)(newline - from);
-            *complete = true;
-            link->start += *length + 1;
-            link->line++;
-            return MR_OK;
-        }
-        searched = link->end - link->start;
-        if (searched > CANDUMP_LINE_MAX)
-            return error_set(error, MR_MALFORMED,
-                             "no candump line: %s line %lu; give a log that `candump -L` wrote",
-                             link->spec, link->line + 1);
-        enum mr_status status = link_fill(link, error);
-        if (status == MR_CLOSED && searched > 0) {
-            *line = (const char *)link->buffer + link->start;
-            *length = searched;
-            *complete = false;
-            link->start = link->end;
-            link->line++;
-            return MR_OK;
-        }
-        if (status != MR_OK)
-            return status;
-    }
+    if (!link->text)
+        return read(link->fd, bytes, size);
+    size_t left = link->text_length - link->text_at, count = left < size ? left : size;
+    memcpy(bytes, link->text + link->text_at, count);
+    link->text_at += count;
+    return (ssize_t)count;
+}
+
+/* Of a pipe nobody knows who will speak: it is the first bus, until a board says hello on another
+ * one. */
+static void follow(struct link *link, const struct candump_line *line)
+{
+    struct candump_buses heard = {.count = 0};
+    if (!link->follows || !candump_buses_add(&heard, line, link->base))
+        return;
+    if (heard.bus[0].hellos > 0 || !link->log.interface[0])
+        memcpy(link->log.interface, heard.bus[0].name, CANDUMP_INTERFACE);
+    link->follows = heard.bus[0].hellos == 0;
 }
 
 static enum mr_status file_receive_frame(struct link *link, struct link_frame *frame,
                                          struct error *error)
 {
-    const char *line;
+    struct candump_log *log = &link->log;
+    struct candump_line line;
+    const char *text;
     size_t length;
-    bool complete;
-    do {
-        enum mr_status status = take_line(link, &line, &length, &complete, error);
+    bool whole, taken = false;
+    char verdict[300];
+    while (!taken) {
+        enum mr_status status = take_line(link, &text, &length, &whole, error);
+        if (status == MR_CLOSED && log->verdict.status != MR_OK) {
+            verdict_text(&log->verdict, verdict, sizeof verdict);
+            return error_set(error, log->verdict.status, "%s: %s; what is good of it was kept",
+                             verdict, link->spec);
+        }
         if (status != MR_OK)
             return status;
-    } while (length == 0);
-    enum mr_status status = candump_parse(line, length, frame);
-    if (status == MR_OK && complete)
-        return MR_OK;
-    if (!complete)
-        return error_set(error, MR_TRUNCATED,
-                         "the log ends inside a line: %s line %lu; the frames before it are kept",
-                         link->spec, link->line);
-    return error_set(error, MR_MALFORMED,
-                     "no candump line: %s line %lu; give a log that `candump -L` wrote", link->spec,
-                     link->line);
+        uint64_t elsewhere = log->elsewhere;
+        taken = candump_log_take(log, text, length, whole, &line);
+        if (link->follows && (taken || log->elsewhere != elsewhere)) {
+            follow(link, &line);
+            taken = candump_is_of(&line, log->interface);
+            log->elsewhere = elsewhere + !taken;
+        }
+        link->counters.bad_lines = log->verdict.bad_lines;
+        link->counters.elsewhere = log->elsewhere;
+        if (!taken && log->verdict.bad_lines == log->line && log->line >= STRANGE_LINES)
+            return error_set(error, MR_MALFORMED,
+                             "no candump line among the first %zu: %s; give a log that `candump "
+                             "-L` wrote",
+                             log->line, link->spec);
+    }
+    *frame = line.frame;
+    return MR_OK;
 }
 
 static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t length,
@@ -120,5 +209,6 @@ const struct link_ops link_file_ops = {
     .recorded = true,
     .open = file_open,
     .receive_frame = file_receive_frame,
+    .read = file_read,
     .send = file_send,
 };

@@ -149,14 +149,12 @@ static void write_spec(struct link *link)
         strcpy(link->spec, link->name);
 }
 
-enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
-                         struct error *error)
+/* `text`: to be read in place of what `spec` names; NULL: none. */
+static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t base,
+                                const char *text, size_t length, struct link **link,
+                                struct error *error)
 {
-    char spec[LINK_SPEC_MAX];
-    uint16_t base = 0;
-    snprintf(spec, sizeof spec, "%s", given);
-    if ((kind == LINK_CAN && link_take_base(spec, &base, error) != MR_OK) ||
-        link_check(spec, error) != MR_OK)
+    if (link_check(spec, error) != MR_OK)
         return error->status;
     const struct kind *found = find_kind(spec);
     const char *path = path_of(spec);
@@ -182,6 +180,8 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
     made->name = name;
     made->spec = whole;
     made->base = base;
+    made->text = text;
+    made->text_length = length;
     write_spec(made);
     made->away_most_us = AWAY_MAX_US;
     pthread_mutex_init(&made->device, NULL);
@@ -194,6 +194,31 @@ enum mr_status link_open(const char *given, enum link_kind kind, struct link **l
     }
     *link = made;
     return MR_OK;
+}
+
+enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
+                         struct error *error)
+{
+    char spec[LINK_SPEC_MAX];
+    uint16_t base = 0;
+    snprintf(spec, sizeof spec, "%s", given);
+    if (kind == LINK_CAN && link_take_base(spec, &base, error) != MR_OK)
+        return error->status;
+    return open_spec(spec, kind, base, NULL, 0, link, error);
+}
+
+enum mr_status link_open_text(const char *text, size_t length, const char *path, uint16_t base,
+                              const char *interface, struct link **link, struct error *error)
+{
+    char spec[LINK_SPEC_MAX];
+    snprintf(spec, sizeof spec, "file:%s%s%s", path, interface ? LINK_INTERFACE_OPTION : "",
+             interface ? interface : "");
+    return open_spec(spec, LINK_CAN, base, text, length, link, error);
+}
+
+const struct candump_log *link_candump(const struct link *link)
+{
+    return &link->log;
 }
 
 void link_close(struct link *link)

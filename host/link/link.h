@@ -33,6 +33,7 @@ const char *link_trouble_text(unsigned trouble);
 #define LINK_BOARD_BAUD 2000000 /* the board's USART1 */
 
 struct link;
+struct candump_log;
 
 #define LINK_SPEC_MAX 4200u
 
@@ -47,6 +48,10 @@ bool link_is_can(const char *spec);
  * MR_TIMEOUT: does not open. */
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link,
                          struct error *error);
+/* A candump log in memory, which outlives the link, as file:PATH would be. `interface`: the one to
+ * take; NULL: on which the board at `base` speaks. */
+enum mr_status link_open_text(const char *text, size_t length, const char *path, uint16_t base,
+                              const char *interface, struct link **link, struct error *error);
 void link_close(struct link *link); /* NULL is allowed */
 
 /* How long a device that went away is waited for. */
@@ -72,6 +77,8 @@ void link_set_base(struct link *link, uint16_t base);
 int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
+/* file: of CAN: what became of the log so far. */
+const struct candump_log *link_candump(const struct link *link);
 
 /* The next CAN frame; LINK_ID_ERROR marks what the adapter says about the bus. MR_OK; MR_TOO_FEW:
  * none now; MR_CLOSED: the end, nothing is missing; else `error` says: MR_TRUNCATED: the end is

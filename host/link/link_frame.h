@@ -97,6 +97,8 @@ struct link_counters {
     uint64_t trouble[LINK_TROUBLES];
     uint64_t troubles;     /* all of them; when it has not changed, none has */
     uint64_t error_frames; /* what the adapter said of the bus; not in `received` */
+    uint64_t bad_lines;    /* of a log: no frames, passed over */
+    uint64_t elsewhere;    /* frames of other buses of a log, left out */
     struct link_rx rx;
 };
 

@@ -7,7 +7,7 @@
 #include <sys/types.h>
 
 #include "host/base/error.h"
-#include "host/link/link_frame.h"
+#include "host/link/candump.h"
 
 struct link;
 
@@ -29,6 +29,8 @@ struct link_ops {
     void (*close)(struct link *link); /* NULL: close(2) of fd */
 };
 
+#define LINK_INTERFACE_OPTION ",interface=" /* of file: */
+
 #define LINK_BUFFER 65536u
 
 struct tty;
@@ -49,8 +51,12 @@ struct link {
     uint8_t buffer[LINK_BUFFER]; /* read from fd and not yet given on: from `start` to `end` */
     size_t start;
     size_t end;
-    uint64_t read_us;   /* when the newest of them was read, Unix time */
-    unsigned long line; /* file: lines given on */
+    uint64_t read_us; /* when the newest of them was read, Unix time */
+    /* file: of CAN */
+    struct candump_log log;
+    bool follows;     /* the bus on which a board says hello: which one is not known yet */
+    const char *text; /* read from memory; NULL: from fd */
+    size_t text_length, text_at;
 
     struct error away;      /* why the device is away; MR_OK: it is there */
     uint64_t away_most_us;  /* how long it is waited for */

@@ -376,7 +376,7 @@ struct link_reader {
     bool recorded; /* no thread */
     bool ended;
     bool dropping;
-    uint64_t told; /* of the link's troubles, in the queue */
+    uint64_t told; /* of the link's troubles and bad lines, in the queue */
     pthread_t thread;
     bool started;
     int wake; /* ends a wait */
@@ -409,12 +409,14 @@ int link_reader_fd(const struct link_reader *reader)
 static void put_counters(struct link_reader *reader)
 {
     const struct link_counters *counters = link_counters(reader->link);
-    if (counters->troubles == reader->told)
+    if (counters->troubles + counters->bad_lines == reader->told)
         return;
     /* what was sent is another thread's */
-    struct link_counters copy = {.received = counters->received, .troubles = counters->troubles};
+    struct link_counters copy = {.received = counters->received,
+                                 .troubles = counters->troubles,
+                                 .bad_lines = counters->bad_lines};
     memcpy(copy.trouble, counters->trouble, sizeof copy.trouble);
-    reader->told = counters->troubles;
+    reader->told = counters->troubles + counters->bad_lines;
     link_queue_put_counters(reader->queue, &copy);
 }
 

@@ -429,6 +429,12 @@ static void link_answer(const struct logger *logger, unsigned link,
     if (line[0])
         answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
                         line);
+    const uint64_t elsewhere = link_counters(logger->link[link])->elsewhere;
+    if (elsewhere) {
+        answer_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
+        answer_sentence(answer, NULL, "frames of other buses left out: %llu",
+                        (unsigned long long)elsewhere);
+    }
     if (kind == LINK_CAN && p->before_first >= 0)
         answer_count(answer, "before_logging", NULL, p->before_first);
     answer_close(answer);

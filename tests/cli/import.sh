@@ -45,10 +45,63 @@ a_damaged_line_costs_itself() {
         [ "$(sqlite3 "$tmp/bad.db" 'SELECT count(*) FROM frames')" = $((lines - 2)) ] &&
         [ "$(sqlite3 "$tmp/bad.db" 'SELECT lost FROM links')" = 2 ] # the board's own counts miss them
 }
+# The bus on which the board speaks, wherever the first frame is from.
 another_bus_is_left_out() {
-    awk 'NR % 2 {print} !(NR % 2) {print; $2 = "can1"; print}' "$tmp/can" >"$tmp/two.log"
-    m --json import "$tmp/two.db" "$tmp/two.log" >"$tmp/json" && grep -q "\"rows\":$lines," "$tmp/json" &&
-        grep -q "\"other_interfaces\":$((lines / 2))," "$tmp/json"
+    awk 'NR == 1 {print "(0.5) can1 123#11"; print "(0.6) can1 1F0#0000"} NR % 2 {print} !(NR % 2) {print; if ($3 !~ /^1F0/) {$2 = "can1"; print}}' "$tmp/can" >"$tmp/two.log"
+    local road others=$(grep -c ' can1 ' "$tmp/two.log")
+    m --json import "$tmp/two.db" "$tmp/two.log" >"$tmp/json" && grep -q "\"rows\":$lines," "$tmp/json" && grep -q "\"other_interfaces\":$others," "$tmp/json" || return 1
+    for road in "file:$tmp/two.log" file:/dev/stdin; do
+        rm -f "$tmp/two.db"
+        m log --can "$road" --db "$tmp/two.db" <"$tmp/two.log" >"$tmp/out" && grep -q "frames of other buses left out: $others" "$tmp/out" || { cat "$tmp/out"; return 1; }
+        [ "$(sqlite3 "$tmp/two.db" 'SELECT count(*) FROM frames')" = "$lines" ] || return 1
+    done
+}
+# Boards on two buses are a question, before there is a campaign; either is taken when it is named.
+two_boards_are_a_question() {
+    played --elf build/firmware/matrig.elf --can "file:$tmp/other" --rig tests/runs/landing4.run >/dev/null 2>&1
+    sort -s -k 1,1 <(sed 's/ can0 / can2 /' "$tmp/other") "$tmp/can" >"$tmp/both.log"
+    local asked='boards speak on can[02] and can[02]: .*which one.*interface'
+    fails_with 2 "$asked" build/matrig import "$tmp/both.db" "$tmp/both.log" && fails_with 2 "$asked" build/matrig log --can "file:$tmp/both.log" --db "$tmp/both.db" &&
+        [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of can7: .*it has those of can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
+    m import "$tmp/both.db" "$tmp/both.log" --interface can2 >/dev/null && m log --can "file:$tmp/both.log,interface=can0" --db "$tmp/both.db" >/dev/null &&
+        [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(n) FROM (SELECT count(*) AS n FROM frames GROUP BY session)')" = "$(wc -l <"$tmp/other"),$lines" ]
+}
+# One log with all that other programs and a bus put into it: padded names, CRLF, another bus, others' frames, bus-off, bus errors, damage.
+every_road_gives_the_same_rows() {
+    awk 'NR % 3 == 0 {sub(" can0", "   can0")} NR % 7 == 0 {$0 = $0 " R"} NR % 5 == 0 {$0 = $0 "\r"} {print} {t = $1}
+        NR % 50 == 0 {print t, "20000080#0000000000000000"} NR == 9000 {print t, "can0 20000040#"; print t, "slcan0 100#00"; print "noise"}
+        NR == 9100 {print t, "can0 20000100#"; print t, "can0 18FF50E5#0102"; print t, "can0 124#R4"; print t, "can0 123##0011"}' "$tmp/can" |
+        sed 's/) 20000080/)   can0 20000080/' >"$tmp/all.log"
+    local road
+    fails_with 4 'malformed at line [0-9]*, column 1: .*; 2 lines were passed over' build/matrig --quiet import "$tmp/road0.db" "$tmp/all.log" || return 1
+    mkfifo "$tmp/pipe2" && ln -s all.log "$tmp/pipe1" || return 1
+    cat "$tmp/all.log" >"$tmp/pipe2" &
+    for road in 1 2; do
+        fails_with 4 'malformed at line [0-9]*, column 1: .*; 2 lines were passed over' build/matrig --quiet log --db "$tmp/road$road.db" --can "file:$tmp/pipe$road" || return 1
+    done
+    sqlite3 "$tmp/road0.db" "SELECT code, sum(detail) FROM events WHERE kind='can-link' GROUP BY code" >"$tmp/told"
+    [ "$(cat "$tmp/told")" = "$(printf '0|1\n1|1\n8|%d' $((lines / 50)))" ] || { cat "$tmp/told"; return 1; }
+    python3 - "$tmp"/road[012].db <<'PYTHON'
+import sqlite3, sys
+apart = {"sessions": ("started_us", "ended_us", "can_link"), "events": ("id", "host_us"), "imports": None}
+def rows(path):
+    db = sqlite3.connect(path)
+    found = {}
+    for (table,) in db.execute("SELECT name FROM sqlite_schema WHERE type='table'").fetchall():
+        names = [c[1] for c in db.execute(f"PRAGMA table_info({table})")]
+        left = apart.get(table, ())
+        if left is not None:
+            found[table] = sorted(repr([v for n, v in zip(names, r) if n not in left]) for r in db.execute(f"SELECT * FROM {table}") if "can-link" not in r)
+    # What a link tells goes into a row for each transaction, and those end by the clock.
+    found["troubles"] = [repr(r) for r in db.execute("SELECT boot, landing, code, sum(detail), max(value) FROM events WHERE kind='can-link' GROUP BY 1, 2, 3")]
+    return found
+first, *others = map(rows, sys.argv[1:])
+assert len(first["frames"]) > 20000 and len(first["events"]) > 3, {t: len(r) for t, r in first.items()}
+for path, other in zip(sys.argv[2:], others):
+    for table in first:
+        apart = set(first[table]) ^ set(other[table])
+        assert not apart, (path, table, sorted(apart)[:6])
+PYTHON
 }
 instruments() {
     local t0=$(sed -n 's/.*board time of t_s = 0: \([0-9.]*\) s.*/\1/p' "$tmp/run1.csv")
@@ -180,6 +233,8 @@ check "file and hash stand in the report" it_stands_in_report_and_summary
 check "a log that was cut keeps what is whole" a_cut_log_keeps_what_is_whole
 check "a damaged line costs itself alone, and is counted as lost" a_damaged_line_costs_itself
 check "frames of another bus are left out" another_bus_is_left_out
+check "boards on two buses are a question" two_boards_are_a_question
+check "import and log of a file or a pipe give the same rows" every_road_gives_the_same_rows
 instruments
 check "another logger's table lies where its trigger says, its gap kept" a_foreign_table_lies_where_its_trigger_says
 check "a camera's track gives touchdown speed and gear" a_camera_track_gives_the_gear

@@ -76,12 +76,13 @@ TEST(damage_in_a_log)
     static const char text[] = "(1.000001) can0 123#00\r\n\n(1.000002) can1 123#01\n(1.0 can0 "
                                "123#02\n(1.000004) can0 123##0011\n"
                                "(1.000005) can0 123#05\n(1.000006) can0 123#0";
-    struct candump_log log;
+    const struct textfile file = {.text = (char *)(uintptr_t)text, .length = sizeof text - 1};
+    struct candump_log log = {.interface = "can0"};
     struct candump_line line;
+    const char *at = text;
     char verdict[300];
     unsigned sum = 0;
-    candump_log_start(&log, text, sizeof text - 1, "can0");
-    while (candump_log_next(&log, &line))
+    while (candump_log_next(&log, &file, &at, &line))
         sum += line.frame.data[0] + 16;
     assert_int_equal(sum, 0x05 + 2 * 16);
     assert_int_equal(log.elsewhere, 1);

@@ -19,7 +19,8 @@ TEST(refused_specs)
         const char *names;
     } cases[] = {
         {"", MR_USAGE,
-         "write unix:PATH, file:PATH, can:IFACE[,base=N], serial:TTY[:BAUD] or pty:PATH"},
+         "write unix:PATH, file:PATH[,interface=I], can:IFACE[,base=N], serial:TTY[:BAUD] or "
+         "pty:PATH"},
         {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
@@ -221,22 +222,32 @@ TEST(file_ends_inside_a_line)
     link_close(link);
 }
 
-TEST(foreign_file_names_its_line)
+TEST(bad_lines_are_passed_over_and_told_at_the_end)
 {
     struct link_frame frame;
     struct error error = {0};
-    struct link *link = open_text("(1.0) can0 001#11\nsome other file\n");
+    struct link *link = open_text("(1.0) can0 001#11\nsome other file\n(2.0) can0 002#22\n");
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(frame.id, 2);
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
-    assert_error(&error, MR_MALFORMED, "line 2");
+    assert_error(&error, MR_MALFORMED, "line 2, column 1: ");
+    assert_int_equal(link_counters(link)->bad_lines, 1);
     link_close(link);
+}
 
-    char *text = malloc(5000);
-    memset(text, 'x', 4999);
-    text[4999] = '\0';
-    struct error other = {0};
-    link = open_text(text);
-    assert_int_equal(link_receive_frame(link, &frame, &other), MR_MALFORMED);
+TEST(another_file_is_no_log)
+{
+    struct link_frame frame;
+    struct error error = {0};
+    const size_t length = 200000;
+    char *text = malloc(length + 1);
+    for (size_t i = 0; i < length; i++) /* one line longer than the buffer, then short ones */
+        text[i] = i > 100000 && i % 50 == 0 ? '\n' : 'x';
+    text[length] = '\0';
+    struct link *link = open_text(text);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
+    assert_error(&error, MR_MALFORMED, "no candump line among the first 1000");
     link_close(link);
     free(text);
 }
