@@ -202,7 +202,7 @@ static void write_out(struct store *store, int64_t run, const struct request *r,
     else if (strcmp(r->format, "frames") == 0)
         export_frames(store, run, made, cli, rows);
     else if (strcmp(r->format, "mdf4") == 0)
-        export_mdf4(store, run, made, cli->si, rows, fatal);
+        export_mdf4(store, run, made, cli, rows, fatal);
     else
         export_csv(store, run, made, cli, rows);
     fclose(made);

@@ -1,5 +1,7 @@
 #include "host/exchange/export.h"
 
+#include <linux/can.h>
+#include <linux/can/error.h>
 #include <math.h>
 #include <md5.h>
 #include <stdlib.h>
@@ -9,6 +11,7 @@
 #include "host/analyse/summary.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
+#include "host/link/timemap.h"
 
 /* MDF4: measurement data as ASAM's MDF 4.10 has it, put together in memory and written in one
  * piece.
@@ -315,6 +318,12 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 /* time, since touchdown, gear, speed: of 8 bytes each; then readings of 4 */
 #define COLUMNS_BEFORE 4u
 #define FRAME_ROW      24u
+#define STAMP_MOST_US  9e15 /* beyond it a double holds no microsecond */
+
+/* Rows of CAN frames by what they are, each kind in a table of its own. */
+enum frame_kind { FRAME_DATA, FRAME_REMOTE, FRAME_ERROR, FRAME_KINDS };
+static const char *const frame_names[FRAME_KINDS] = {"CAN_DataFrame", "CAN_RemoteFrame",
+                                                     "CAN_ErrorFrame"};
 
 struct place {
     const struct summary *summary;
@@ -322,6 +331,8 @@ struct place {
     uint16_t base;   /* of the board on CAN */
     int64_t zero_us; /* board time of second 0 */
     long rows;
+    enum frame_kind kind;    /* of the frames that are put now */
+    long count[FRAME_KINDS]; /* of frames of each */
 };
 
 /* ---- readings ---- */
@@ -453,43 +464,94 @@ static void put_readings(struct place *place, bool si)
 
 /* ---- frames ---- */
 
+static enum frame_kind kind_of(const struct store_frame *frame)
+{
+    return frame->id & LINK_ID_ERROR  ? FRAME_ERROR
+         : frame->id & LINK_ID_REMOTE ? FRAME_REMOTE
+                                      : FRAME_DATA;
+}
+
+/* What disturbed a frame, as the standard counts it; 0: something else. */
+static uint8_t error_type(const struct store_frame *frame)
+{
+    enum { OTHER, BIT, FORM, STUFFING, CRC, ACK };
+    static const uint8_t by_bit[] = {BIT, FORM, STUFFING, BIT, BIT}; /* of CAN_ERR_PROT_... */
+    if (frame->id & CAN_ERR_ACK)
+        return ACK;
+    if (!(frame->id & CAN_ERR_PROT) || frame->length < 4)
+        return OTHER;
+    if (frame->data[3] == CAN_ERR_PROT_LOC_CRC_SEQ)
+        return CRC;
+    for (unsigned bit = 0; bit < sizeof by_bit; bit++) {
+        if (frame->data[2] & 1u << bit)
+            return by_bit[bit];
+    }
+    return OTHER;
+}
+
 static enum mr_status put_frame(void *context, const struct store_frame *frame)
 {
     struct place *place = context;
     uint8_t row[FRAME_ROW] = {0};
     if (frame->board_us == STORE_NONE || frame->length > 8)
         return MR_OK;
+    place->count[kind_of(frame)]++;
+    if (kind_of(frame) != place->kind)
+        return MR_OK;
     double t_s = (double)(frame->board_us - place->zero_us) / 1e6;
     memcpy(row, &t_s, 8);
     row[8] = 1; /* the bus */
-    uint32_t id = link_id_to_bus(frame->id, place->base);
-    put(row + 9, id, 4);
-    row[14] = row[15] = (uint8_t)frame->length;
-    memcpy(row + 16, frame->data, frame->length);
+    if (place->kind == FRAME_ERROR) {
+        row[9] = error_type(frame);
+    } else {
+        put(row + 9, link_id_to_bus(frame->id, place->base) & CAN_EFF_MASK, 4);
+        row[13] = (frame->id & LINK_ID_EXTENDED) != 0;
+        row[14] = (uint8_t)frame->length;
+    }
+    if (place->kind == FRAME_DATA) {
+        row[15] = (uint8_t)frame->length;
+        memcpy(row + 16, frame->data, frame->length);
+    }
     mdf4_row(place->file, row);
     place->rows++;
     return MR_OK;
 }
 
-static void describe_frames(struct mdf4 *file, uint64_t dbc)
+static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t dbc)
 {
-    const struct mdf4_channel channels[] = {
-        {.name = "Timestamp", .unit = "s", .type = MDF4_REAL, .bytes = 8, .is_time = true},
-        {.name = "CAN_DataFrame",
-         .type = MDF4_BYTES,
-         .offset = 8,
-         .bytes = FRAME_ROW - 8,
-         .has_parts = true,
-         .attachment = dbc},
-        {.name = "CAN_DataFrame.BusChannel", .offset = 8, .bytes = 1},
-        {.name = "CAN_DataFrame.ID", .offset = 9, .bytes = 4},
-        {.name = "CAN_DataFrame.IDE", .offset = 13, .bytes = 1},
-        {.name = "CAN_DataFrame.DLC", .offset = 14, .bytes = 1},
-        {.name = "CAN_DataFrame.DataLength", .offset = 15, .bytes = 1},
-        {.name = "CAN_DataFrame.DataBytes", .type = MDF4_BYTES, .offset = 16, .bytes = 8}};
-    mdf4_table(file, "CAN_DataFrame", "frames of the board's CAN bus as received", FRAME_ROW, 0, 1);
-    for (unsigned i = 0; i < sizeof channels / sizeof channels[0]; i++)
-        mdf4_channel(file, &channels[i]);
+    static const struct {
+        const char *name;
+        unsigned offset, bytes;
+        unsigned kinds; /* 1 << each that has it */
+    } parts[] = {{"BusChannel", 8, 1, 7}, {"ErrorType", 9, 1, 4}, {"ID", 9, 4, 3},
+                 {"IDE", 13, 1, 3},       {"DLC", 14, 1, 3},      {"DataLength", 15, 1, 1},
+                 {"DataBytes", 16, 8, 1}};
+    static const char *const comments[FRAME_KINDS] = {
+        "frames of the board's CAN bus as received",
+        "remote frames of the board's CAN bus: they ask for DLC bytes, and carry none",
+        "errors of the board's CAN bus, as the adapter told them"};
+    const char *name = frame_names[kind];
+    mdf4_table(file, name, comments[kind], FRAME_ROW, 0, 1);
+    mdf4_channel(
+        file,
+        &(struct mdf4_channel){
+            .name = "Timestamp", .unit = "s", .type = MDF4_REAL, .bytes = 8, .is_time = true});
+    mdf4_channel(file, &(struct mdf4_channel){.name = name,
+                                              .type = MDF4_BYTES,
+                                              .offset = 8,
+                                              .bytes = FRAME_ROW - 8,
+                                              .has_parts = true,
+                                              .attachment = kind == FRAME_DATA ? dbc : 0});
+    for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        char whole[40];
+        snprintf(whole, sizeof whole, "%s.%s", name, parts[i].name);
+        if (parts[i].kinds & 1u << kind)
+            mdf4_channel(file, &(struct mdf4_channel){.name = whole,
+                                                      .type = parts[i].bytes == 8 ? MDF4_BYTES
+                                                                                  : MDF4_UNSIGNED,
+                                                      .offset = parts[i].offset,
+                                                      .bytes = parts[i].bytes});
+    }
 }
 
 static enum mr_status put_frames(struct place *place, struct store *store, int64_t run,
@@ -500,11 +562,18 @@ static enum mr_status put_frames(struct place *place, struct store *store, int64
     FILE *stream = xopen_memstream(&dbc, &length);
     dbc_write(stream, place->base);
     fclose(stream);
-    describe_frames(place->file,
-                    mdf4_attach(place->file, "matrig.dbc", "application/x-dbc", dbc, length));
+    uint64_t attached = mdf4_attach(place->file, "matrig.dbc", "application/x-dbc", dbc, length);
     free(dbc);
-    enum mr_status status = store_frames_each(store, run, LINK_CAN, put_frame, place, error);
-    mdf4_table_end(place->file);
+    enum mr_status status = MR_OK;
+    for (unsigned kind = 0; kind < FRAME_KINDS && status == MR_OK; kind++) {
+        place->kind = (enum frame_kind)kind;
+        if (kind > 0 && place->count[kind] == 0)
+            continue;
+        describe_frames(place->file, place->kind, attached);
+        memset(place->count, 0, sizeof place->count);
+        status = store_frames_each(store, run, LINK_CAN, put_frame, place, error);
+        mdf4_table_end(place->file);
+    }
     return status;
 }
 
@@ -532,31 +601,34 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
     return status;
 }
 
-/* Unix time of second 0 as well as it is known. */
+/* Unix time of second 0; 0: not known, as where the clock is refused. */
 static uint64_t start_ns(const struct summary *summary, int64_t zero_us)
 {
-    const struct store_time_map *clock = &summary->clock;
-    const struct store_landing *landing = &summary->measured.landing;
-    int64_t us = landing->armed_us;
-    if (summary->clock_known && clock->host_us != STORE_NONE)
-        us = clock->host_us + zero_us - clock->board_us;
-    return us > 0 ? (uint64_t)us * 1000u : 0;
+    double us = summary_time_of_day(summary, (double)zero_us).host_us;
+    return us > 0.0 && us < STAMP_MOST_US ? 1000u * (uint64_t)llround(us) : 0;
 }
 
-static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t zero_us)
+static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t zero_us,
+                       const struct cli *cli)
 {
     const struct store_landing *landing = &summary->measured.landing;
-    char comment[256], version[32];
+    char comment[400], version[32];
+    uint64_t start = start_ns(summary, zero_us);
+    const char *why = summary->clock_known ? timemap_refusal_text((unsigned)summary->clock.refusal)
+                                           : "the board's clock was not followed";
+    if (!start)
+        cli_note(cli, "no time of day: the file begins in 1970; %s", why);
     snprintf(version, sizeof version, "database version %d", STORE_VERSION);
-    snprintf(comment, sizeof comment,
-             "matrig landing: RUN %lld, landing %lld of board %s; second 0 is board time %.6f s",
-             (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-             (double)zero_us / 1e6);
-    mdf4_start(file, start_ns(summary, zero_us), comment, version);
+    snprintf(
+        comment, sizeof comment,
+        "matrig landing: RUN %lld, landing %lld of board %s; second 0 is board time %.6f s%s%s",
+        (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
+        (double)zero_us / 1e6, start ? "" : ", its time of day is not known: ", start ? "" : why);
+    mdf4_start(file, start, comment, version);
 }
 
-enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, bool si, long *rows,
-                           struct error *error)
+enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                           long *rows, struct error *error)
 {
     struct summary summary = {0};
     struct mdf4 file = {0};
@@ -572,8 +644,8 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, bool si,
             "nothing to export: RUN %lld of %s has neither readings nor CAN frames with a time",
             (long long)run, store_path(store));
     if (status == MR_OK) {
-        begin_file(&file, &summary, place.zero_us);
-        put_readings(&place, si);
+        begin_file(&file, &summary, place.zero_us, cli);
+        put_readings(&place, cli->si);
         if (frames)
             status = put_frames(&place, store, run, error);
         mdf4_write(&file, out);

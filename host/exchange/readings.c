@@ -452,20 +452,14 @@ enum mr_status import_candump_check(const struct textfile *file,
                                     const struct import_request *request,
                                     char name[CANDUMP_INTERFACE], struct error *error)
 {
-    struct candump_log log = {0};
-    struct candump_line line;
     struct link *link = NULL;
-    const char *at = file->text;
-    if (!candump_log_next(&log, file, &at, &line))
-        return error_set(error, MR_MALFORMED,
-                         "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
-                         "wrote, or a table with "
-                         "--map",
-                         request->path, log.verdict.line ? log.verdict.line : 1,
-                         log.verdict.column ? log.verdict.column : 1);
     enum mr_status status = link_open_text(file->text, file->length, request->path, request->base,
                                            request->interface, &link, error);
-    if (status == MR_OK)
+    if (status == MR_OK && !link_candump(link)->interface[0])
+        status = error_set(error, MR_MALFORMED,
+                           "no frame in it: %s is empty; give a log that `candump -L` wrote",
+                           request->path);
+    else if (status == MR_OK)
         snprintf(name, CANDUMP_INTERFACE, "%s", link_candump(link)->interface);
     link_close(link);
     return status;

@@ -85,6 +85,11 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
                            "frames of more than %u buses, or of one whose name is too long: %s "
                            "line %zu; take those of one out of it (grep \" can0 \")",
                            CANDUMP_BUSES, link->spec, log.line);
+    else if (status == MR_CLOSED && buses->count == 0 && log.verdict.status != MR_OK)
+        status = error_set(error, MR_MALFORMED,
+                           "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
+                           "wrote (matrig import takes tables with --map)",
+                           link->spec, log.verdict.line, log.verdict.column);
     else if (status == MR_CLOSED)
         status = candump_buses_choose(buses, named, link->spec, link->log.interface, error);
     free(buses);

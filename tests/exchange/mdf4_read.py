@@ -4,9 +4,11 @@
     mdf4_read.py FILE.mf4 blocks         every byte in a block, every link at a block of the right kind, attachments by their MD5
     mdf4_read.py FILE.mf4 readings CSV   each cell is the CSV export's, empty where a value is marked invalid here
     mdf4_read.py FILE.mf4 units SI.mf4   units of both
-    mdf4_read.py FILE.mf4 frames LOG     its CAN frames are the candump export's; the DBC belongs to them
+    mdf4_read.py FILE.mf4 frames LOG     its CAN data frames are the candump export's; the DBC belongs to them
+    mdf4_read.py FILE.mf4 foreign LOG    so are extended, remote and error frames, each in the table of its kind
     mdf4_read.py FILE.mf4 dbc DBC        the attached file
-    mdf4_read.py FILE.mf4 start LOG      second 0 is a time of day: the first frame was received at most 2 ms after its own
+    mdf4_read.py FILE.mf4 start LOG      second 0 is a time of day: that of the candump export's first stamp
+    mdf4_read.py FILE.mf4 undated        second 0 has none, and the comment says why
 """
 import csv
 import hashlib
@@ -197,20 +199,35 @@ def check_units(mdf, path):
     assert theirs.items() >= {"time": "s", "displacement_8": "mm", "tension_14": "N"}.items()
 
 
-def frames(mdf):
-    """(second, text as candump has it) of each."""
-    group = mdf.group("CAN_DataFrame")
-    frame = group.find("CAN_DataFrame")
+# As SocketCAN has them in error frames (linux/can/error.h), and the ErrorType that asammdf's table has: 1 bit, 2 form, 3 stuffing, 4 CRC,
+# 5 acknowledgement.
+ERROR_TYPES = {"20000040#": 0, "20000080#0000000000000000": 0, "20000020#": 5, "20000088#0000020000000000": 2, "20000008#0000040A00000000": 3,
+               "20000008#0000000800000000": 4, "20000008#0000100000000000": 1}
+
+
+def frames(mdf, kind="CAN_DataFrame"):
+    """(second, text as candump has it) of each; of an error its type."""
+    group = mdf.group(kind)
+    frame = group.find(kind)
     names = [mdf.text(mdf.blocks[a].links[1]) for a in frame["references"]]
-    if group.flags != 6 or group.source.data[:2] != b"\x02\x02" or not frame["flags"] & 0x400 or names != ["matrig.dbc"]:
+    attached = ["matrig.dbc"] if kind == "CAN_DataFrame" else []
+    if group.flags != 6 or group.source.data[:2] != b"\x02\x02" or not frame["flags"] & 0x400 or names != attached:
         refuse(f"not logging of a CAN bus with its DBC: {group.flags} {group.source.data[:2]} {frame['flags']} {names}")
-    part = {name: group.find("CAN_DataFrame." + name) for name in ("BusChannel", "ID", "IDE", "DLC", "DataLength", "DataBytes")}
+    part = {c["name"][len(kind) + 1:]: c for c in group.channels if c["name"].startswith(kind + ".")}
+    expected = {"CAN_DataFrame": {"BusChannel", "ID", "IDE", "DLC", "DataLength", "DataBytes"}, "CAN_RemoteFrame": {"BusChannel", "ID", "IDE", "DLC"},
+                "CAN_ErrorFrame": {"BusChannel", "ErrorType"}}
+    assert set(part) == expected[kind], part
     time = group.find("Timestamp")
     for n in range(group.cycles):
         got = {name: group.value(n, channel) for name, channel in part.items()}
-        if got["IDE"] or got["BusChannel"] != 1 or got["DLC"] != got["DataLength"]:
+        if got["BusChannel"] != 1 or got.get("DLC") != got.get("DataLength", got.get("DLC")):
             refuse(f"frame {n}: {got}")
-        yield group.value(n, time), f"{got['ID']:03X}#{got['DataBytes'][:got['DataLength']].hex().upper()}"
+        if kind == "CAN_ErrorFrame":
+            yield group.value(n, time), got["ErrorType"]
+            continue
+        identifier = f"{got['ID']:08X}" if got["IDE"] else f"{got['ID']:03X}"
+        content = got["DataBytes"][:got["DataLength"]].hex().upper() if "DataBytes" in got else f"R{got['DLC']}"
+        yield group.value(n, time), f"{identifier}#{content}"
 
 
 def logged(path):
@@ -228,15 +245,34 @@ def check_frames(mdf, path):
     assert max(off) - min(off) < 2.1e-6
 
 
+def check_foreign(mdf, path):
+    theirs = [frame for _, frame in logged(path)]
+    errors = [f for f in theirs if len(f.split("#")[0]) == 8 and int(f.split("#")[0], 16) & 0x20000000]
+    remote = [f for f in theirs if "#R" in f]
+    data = [f for f in theirs if f not in errors and f not in remote]
+    print(sorted(set(f for f in data if len(f.split("#")[0]) == 8)), remote, errors)
+    assert len(remote) == 2 and len(set(errors)) == len(ERROR_TYPES) and "00000123#EE" in data and "18FF50E5#A1A2A3A4A5A6A7A8" in data
+    assert data == [f for _, f in frames(mdf)] and remote == [f for _, f in frames(mdf, "CAN_RemoteFrame")]
+    assert [ERROR_TYPES[f] for f in errors] == [t for _, t in frames(mdf, "CAN_ErrorFrame")]
+
+
 def check_dbc(mdf, path):
     assert dict(mdf.attachments())["matrig.dbc"] == open(path, "rb").read()
 
 
+def begins(mdf):
+    return struct.unpack_from("<Q", mdf.blocks[64].data)[0]
+
+
 def check_start(mdf, path):
-    begins, (at, first) = struct.unpack_from("<Q", mdf.blocks[64].data)[0] / 1e9, next(frames(mdf))
-    late = next(t for t, frame in logged(path) if frame == first) - begins - at
-    print(f"received {late:.6f} s after its time of day")
-    assert abs(late) < 0.002
+    at, first = next(frames(mdf))
+    stamp = next(t for t, frame in logged(path) if frame == first)
+    print(begins(mdf), at, stamp)
+    assert begins(mdf) > 1e18 and abs(begins(mdf) / 1e9 + at - stamp) < 1e-5
+
+
+def check_undated(mdf):
+    assert begins(mdf) == 0 and "its time of day is not known: " in mdf.text(mdf.blocks[64].links[5])
 
 
 globals()["check_" + sys.argv[2]](Mdf(sys.argv[1]), *sys.argv[3:])
