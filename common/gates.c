@@ -26,16 +26,28 @@ struct basis {
     double curvature[TERMS];
 };
 
+static double scaled(const struct mr_gates_fit *fit, double t_s)
+{
+    return (t_s - fit->mid_s) / fit->half_s;
+}
+
+static void values_at(const struct mr_gates_fit *fit, double tau, double value[TERMS])
+{
+    memset(value, 0, TERMS * sizeof value[0]);
+    value[0] = 1.0;
+    value[1] = tau;
+    for (unsigned k = 2; k <= fit->order; k++)
+        value[k] = 2.0 * tau * value[k - 1] - value[k - 2];
+}
+
 static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *basis)
 {
-    double tau = (t_s - fit->mid_s) / fit->half_s;
+    double tau = scaled(fit, t_s);
     double per_s = 1.0 / fit->half_s;
     memset(basis, 0, sizeof *basis);
-    basis->value[0] = 1.0;
-    basis->value[1] = tau;
+    values_at(fit, tau, basis->value);
     basis->rate[1] = per_s;
     for (unsigned k = 2; k <= fit->order; k++) {
-        basis->value[k] = 2.0 * tau * basis->value[k - 1] - basis->value[k - 2];
         basis->rate[k] = 2.0 * per_s * basis->value[k - 1] + 2.0 * tau * basis->rate[k - 1] -
                          basis->rate[k - 2];
         basis->curvature[k] = 4.0 * per_s * basis->rate[k - 1] +
@@ -141,12 +153,12 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     fit->half_s = 0.5 * (gates[count - 1].t_s - gates[0].t_s);
 
     for (size_t g = 0; g < count; g++) {
-        struct basis basis;
-        basis_at(fit, gates[g].t_s, &basis);
+        double value[TERMS];
+        values_at(fit, scaled(fit, gates[g].t_s), value);
         for (unsigned i = 0; i < terms; i++) {
-            right[i] += basis.value[i] * gates[g].station_ft;
+            right[i] += value[i] * gates[g].station_ft;
             for (unsigned k = 0; k <= i; k++)
-                matrix[i][k] += basis.value[i] * basis.value[k];
+                matrix[i][k] += value[i] * value[k];
         }
     }
     if (!factor(matrix, terms))
@@ -156,9 +168,9 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
 
     double squares = 0.0;
     for (size_t g = 0; g < count; g++) {
-        struct basis basis;
-        basis_at(fit, gates[g].t_s, &basis);
-        double residual = gates[g].station_ft - dot(fit, basis.value);
+        double value[TERMS];
+        values_at(fit, scaled(fit, gates[g].t_s), value);
+        double residual = gates[g].station_ft - dot(fit, value);
         squares += residual * residual;
     }
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
@@ -215,31 +227,41 @@ static bool parabola_holds(const struct mr_gates_fit *fit, double position_error
                                                       position_error_ft * position_error_ft;
 }
 
-/* One of the last gates without which all the others lie on a parabola; MR_LIMIT: there is none. */
-static enum mr_status fit_without_one(const struct mr_gate *gates, size_t count,
-                                      double position_error_ft, struct mr_gates_fit *best,
-                                      size_t *alien)
+/* Fit all gates but one. True: they lie on a parabola, which it alone kept them off. */
+static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
+                        double position_error_ft, struct mr_gates_fit *fit)
 {
-    double least = -1.0;
-    for (size_t out = 0; out < count && count > 5; out++) {
-        struct mr_gate rest[MR_GATES_END];
-        struct mr_gates_fit fit;
-        struct mr_motion_estimate there;
-        memcpy(rest, gates, out * sizeof gates[0]);
-        memcpy(rest + out, gates + out + 1, (count - out - 1) * sizeof gates[0]);
-        if (mr_gates_fit(rest, count - 1, 2, position_error_ft, &fit) != MR_OK ||
-            !parabola_holds(&fit, position_error_ft))
-            continue;
-        mr_gates_at(&fit, gates[out].t_s, &there);
-        double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
-        if (off_ft > MR_GATE_ALIEN * root_sum_square(position_error_ft, there.position_ft.error) &&
-            (least < 0.0 || fit.residual_ft < least)) {
-            least = fit.residual_ft;
-            *best = fit;
-            *alien = out;
+    struct mr_gate rest[MR_GATES_END];
+    struct mr_motion_estimate there;
+    memcpy(rest, gates, out * sizeof gates[0]);
+    memcpy(rest + out, gates + out + 1, (count - out - 1) * sizeof gates[0]);
+    if (mr_gates_fit(rest, count - 1, 2, position_error_ft, fit) != MR_OK ||
+        !parabola_holds(fit, position_error_ft))
+        return false;
+    mr_gates_at(fit, gates[out].t_s, &there);
+    double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
+    return off_ft > MR_GATE_ALIEN * root_sum_square(position_error_ft, there.position_ft.error);
+}
+
+/* Look at the next of the last gates; `fit` is that of all the others but the likeliest alien when
+ * it is over. False: it is. */
+static bool search_alien(const struct mr_gate *gates, size_t count, double position_error_ft,
+                         struct mr_gates_fit *fit, struct mr_gates_search *search)
+{
+    struct mr_gates_fit without;
+    if (count > 5 && search->next < count) {
+        if (fit_without(gates, count, search->next, position_error_ft, &without) &&
+            (!search->found || without.residual_ft < search->least_ft)) {
+            search->found = true;
+            search->alien = search->next;
+            search->least_ft = without.residual_ft;
         }
+        search->next++;
+        return true;
     }
-    return least < 0.0 ? MR_LIMIT : MR_OK;
+    if (search->found)
+        (void)fit_without(gates, count, search->alien, position_error_ft, fit);
+    return false;
 }
 
 enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
@@ -251,9 +273,11 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
         return MR_TOO_FEW;
     enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1,
                                          position_error_ft, &fit);
-    size_t alien = 0;
-    if (status == MR_OK && used == MR_GATES_LOCAL && !parabola_holds(&fit, position_error_ft))
-        (void)fit_without_one(gates + (count - used), used, position_error_ft, &fit, &alien);
+    struct mr_gates_search search = {0};
+    if (status == MR_OK && used == MR_GATES_LOCAL && !parabola_holds(&fit, position_error_ft)) {
+        while (search_alien(gates + (count - used), used, position_error_ft, &fit, &search)) {
+        }
+    }
     if (status == MR_OK)
         mr_gates_at(&fit, gates[count - 1].t_s, motion);
     return status;
@@ -331,6 +355,14 @@ static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s,
     return true;
 }
 
+/* Below, in steps: begin, then go on while there is more to do. */
+static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                                    uint32_t left_out, struct mr_braking *fit);
+static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
+                                          double position_error_ft, struct mr_braking *fit);
+static bool go_round(const struct mr_gate *gates, size_t count, double position_error_ft,
+                     struct mr_braking *fit, enum mr_status *status);
+
 static void note_aliens(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
                         struct mr_gates_summary *summary)
 {
@@ -370,49 +402,6 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
             root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
-    }
-    return MR_OK;
-}
-
-static enum mr_status find_rest(const struct mr_gate *gates, size_t count, double position_error_ft,
-                                struct mr_gates_summary *summary)
-{
-    struct mr_gates_fit fit;
-    struct mr_estimate cubic_s, cubic_ft;
-    size_t used = count < MR_GATES_END ? count : MR_GATES_END;
-    size_t alien = 0;
-    enum mr_status status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &fit);
-
-    if (status == MR_OK && !parabola_holds(&fit, position_error_ft) &&
-        fit_without_one(gates + (count - used), used, position_error_ft, &fit, &alien) == MR_OK) {
-        struct mr_motion_estimate there;
-        size_t g = summary->before_touchdown + count - used + alien;
-        mr_gates_at(&fit, gates[count - used + alien].t_s, &there);
-        summary->alien |= 1u << g;
-        summary->late_s[g] = (there.position_ft.value - gates[count - used + alien].station_ft) /
-                             there.speed_ft_s.value;
-        used--;
-    } else {
-        while (status == MR_OK && used > 4 && !parabola_holds(&fit, position_error_ft)) {
-            used--;
-            status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &fit);
-        }
-    }
-    if (status != MR_OK)
-        return status;
-    if (!find_stop(&fit, &summary->stop_t_s, &summary->stop_station_ft))
-        return MR_NUMERICS;
-    summary->used_for_stop = (unsigned)used;
-    /* Braking that visibly changes may go on changing: the other extreme is a cubic through the
-     * last gates. */
-    if (used < MR_GATES_END && count > MR_GATES_LOCAL &&
-        mr_gates_fit(gates + (count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3, position_error_ft,
-                     &fit) == MR_OK &&
-        find_stop(&fit, &cubic_s, &cubic_ft)) {
-        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error,
-                                                  cubic_s.value - summary->stop_t_s.value);
-        summary->stop_station_ft.error = root_sum_square(
-            summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
     }
     return MR_OK;
 }
@@ -468,17 +457,23 @@ static void end(struct mr_final_fit *work, enum mr_status status)
     work->stage = MR_FINAL_OVER;
 }
 
-/* One fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds;
- * MR_TOO_FEW: ask again, with the worst gate left out; MR_LIMIT: not even. */
+/* A round of a fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds;
+ * MR_TOO_FEW: ask again, at last with the worst gate left out; MR_LIMIT: not even. */
 static enum mr_status try_even(struct mr_final_fit *work)
 {
     size_t count = work->on_track + work->used;
     enum mr_status status;
-    if (!work->fitted)
-        status = mr_braking_fit(work->gates, count, work->touchdown_ft, work->position_error_ft, 0,
-                                &work->braking);
-    else
-        status = mr_braking_leave_out(work->gates, count, work->position_error_ft, &work->braking);
+    if (!work->begun) {
+        status = work->fitted
+                   ? begin_without_worst(work->gates, count, work->position_error_ft,
+                                         &work->braking)
+                   : begin_braking(work->gates, count, work->touchdown_ft, 0, &work->braking);
+        work->begun = status == MR_OK;
+        return work->begun ? MR_TOO_FEW : MR_LIMIT;
+    }
+    if (go_round(work->gates, count, work->position_error_ft, &work->braking, &status))
+        return MR_TOO_FEW;
+    work->begun = false;
     if (status != MR_OK)
         return MR_LIMIT;
     work->fitted = true;
@@ -536,17 +531,96 @@ static void fit_start(struct mr_final_fit *work)
         end(work, status);
 }
 
+static const struct mr_gate *last_gates(const struct mr_final_fit *work)
+{
+    return work->gates + (work->count - work->rest.used);
+}
+
+/* Fit the last gates, fewer of them while they do not lie on a parabola. */
+static void fit_last(struct mr_final_fit *work, bool fewer)
+{
+    struct mr_gates_fit *fit = &work->rest.fit;
+    for (;;) {
+        enum mr_status status = mr_gates_fit(last_gates(work), work->rest.used, 2,
+                                             work->position_error_ft, fit);
+        if (status != MR_OK) {
+            end(work, status);
+            return;
+        }
+        bool holds = parabola_holds(fit, work->position_error_ft);
+        if (!holds && work->rest.used > 5 && !fewer) {
+            work->stage = MR_FINAL_ALIEN;
+            return;
+        }
+        if (holds || work->rest.used <= 4)
+            break;
+        work->rest.used--;
+    }
+    work->stage = MR_FINAL_STOP;
+}
+
+static void find_rest(struct mr_final_fit *work)
+{
+    size_t count = work->count - work->on_track;
+    memset(&work->rest, 0, sizeof work->rest);
+    work->rest.used = count < MR_GATES_END ? count : MR_GATES_END;
+    fit_last(work, false);
+}
+
+/* Is it one gate that keeps the last ones off a parabola? */
+static void find_alien(struct mr_final_fit *work)
+{
+    const struct mr_gate *gates = last_gates(work);
+    struct mr_gates_search *search = &work->rest.search;
+    if (search_alien(gates, work->rest.used, work->position_error_ft, &work->rest.fit, search))
+        return;
+    if (!search->found) {
+        work->rest.used--;
+        fit_last(work, true);
+        return;
+    }
+    struct mr_motion_estimate there;
+    const struct mr_gate *alien = &gates[search->alien];
+    mr_gates_at(&work->rest.fit, alien->t_s, &there);
+    work->summary.alien |= 1u << (alien - work->gates);
+    work->summary.late_s[alien - work->gates] = (there.position_ft.value - alien->station_ft) /
+                                                there.speed_ft_s.value;
+    work->rest.used--;
+    work->stage = MR_FINAL_STOP;
+}
+
+static enum mr_status find_stop_of(const struct mr_final_fit *work,
+                                   struct mr_gates_summary *summary)
+{
+    struct mr_gates_fit cubic;
+    struct mr_estimate cubic_s, cubic_ft;
+    size_t count = work->count - work->on_track;
+    if (!find_stop(&work->rest.fit, &summary->stop_t_s, &summary->stop_station_ft))
+        return MR_NUMERICS;
+    summary->used_for_stop = (unsigned)work->rest.used;
+    /* Braking that visibly changes may go on changing: the other extreme is a cubic through the
+     * last gates. */
+    if (work->rest.used < MR_GATES_END && count > MR_GATES_LOCAL &&
+        mr_gates_fit(work->gates + (work->count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3,
+                     work->position_error_ft, &cubic) == MR_OK &&
+        find_stop(&cubic, &cubic_s, &cubic_ft)) {
+        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error,
+                                                  cubic_s.value - summary->stop_t_s.value);
+        summary->stop_station_ft.error = root_sum_square(
+            summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
+    }
+    find_mean(summary);
+    return MR_OK;
+}
+
 bool mr_final_fit_step(struct mr_final_fit *work)
 {
     switch (work->stage) {
     case MR_FINAL_WHOLE: fit_whole(work); break;
     case MR_FINAL_START: fit_start(work); break;
-    case MR_FINAL_REST:
-        end(work, find_rest(work->gates + work->on_track, work->count - work->on_track,
-                            work->position_error_ft, &work->summary));
-        if (work->status == MR_OK)
-            find_mean(&work->summary);
-        break;
+    case MR_FINAL_REST: find_rest(work); break;
+    case MR_FINAL_ALIEN: find_alien(work); break;
+    case MR_FINAL_STOP: end(work, find_stop_of(work, &work->summary)); break;
     case MR_FINAL_OVER: break;
     }
     return work->stage != MR_FINAL_OVER;
@@ -714,42 +788,52 @@ static double within(double value, double least, double most)
     return value < least ? least : value > most ? most : value;
 }
 
-enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft,
-                              double position_error_ft, uint32_t left_out, struct mr_braking *fit)
+static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                                    uint32_t left_out, struct mr_braking *fit)
 {
-    double matrix[N][N], step[N];
     memset(fit, 0, sizeof *fit);
     fit->touchdown_ft = touchdown_ft;
     fit->left_out = left_out;
-    enum mr_status status = guess(gates, count, fit);
-    if (status != MR_OK)
-        return status;
-    for (unsigned round = 0;; round++) {
-        equations(gates, count, position_error_ft, fit, matrix, step);
-        /* as near as it gets: gates that contradict each other, and chi-square says so */
-        if (round == ROUNDS)
-            break;
-        if (!factor(matrix, N))
-            return MR_NUMERICS;
-        solve(matrix, N, step);
-        fit->touchdown_s += step[MR_BRAKING_TIME];
-        fit->speed_ft_s += step[MR_BRAKING_SPEED];
-        fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
-        fit->delay_s = within(fit->delay_s + step[MR_BRAKING_DELAY], DELAY_LEAST_S, DELAY_MOST_S);
-        fit->shape = within(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
-        if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
-            return MR_NUMERICS;
-        /* A step that moves no result by a hundredth of the error it can have is the last. */
-        if (fabs(step[MR_BRAKING_SPEED]) < 2e-6 * fit->speed_ft_s &&
-            fabs(step[MR_BRAKING_DECELERATION]) < 1e-5 * fit->deceleration_ft_s2 &&
-            fabs(step[MR_BRAKING_TIME]) * fit->speed_ft_s < 1e-2 * position_error_ft)
-            break;
-    }
+    return guess(gates, count, fit);
+}
+
+/* One step nearer, or the errors where it has come as near as it gets. False: it is over. */
+static bool go_round(const struct mr_gate *gates, size_t count, double position_error_ft,
+                     struct mr_braking *fit, enum mr_status *status)
+{
+    double matrix[N][N], step[N];
     equations(gates, count, position_error_ft, fit, matrix, step);
-    if (!factor(matrix, N))
-        return MR_NUMERICS;
-    invert(matrix, N, 1.0, fit->covariance);
-    return MR_OK;
+    *status = factor(matrix, N) ? MR_OK : MR_NUMERICS;
+    if (*status != MR_OK)
+        return false;
+    /* after so many rounds: gates that contradict each other, and chi-square says so */
+    if (fit->near || fit->rounds == ROUNDS) {
+        invert(matrix, N, 1.0, fit->covariance);
+        return false;
+    }
+    fit->rounds++;
+    solve(matrix, N, step);
+    fit->touchdown_s += step[MR_BRAKING_TIME];
+    fit->speed_ft_s += step[MR_BRAKING_SPEED];
+    fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
+    fit->delay_s = within(fit->delay_s + step[MR_BRAKING_DELAY], DELAY_LEAST_S, DELAY_MOST_S);
+    fit->shape = within(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
+    if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
+        *status = MR_NUMERICS;
+    /* A step that moves no result by a hundredth of the error it can have is the last. */
+    fit->near = fabs(step[MR_BRAKING_SPEED]) < 2e-6 * fit->speed_ft_s &&
+                fabs(step[MR_BRAKING_DECELERATION]) < 1e-5 * fit->deceleration_ft_s2 &&
+                fabs(step[MR_BRAKING_TIME]) * fit->speed_ft_s < 1e-2 * position_error_ft;
+    return *status == MR_OK;
+}
+
+enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                              double position_error_ft, uint32_t left_out, struct mr_braking *fit)
+{
+    enum mr_status status = begin_braking(gates, count, touchdown_ft, left_out, fit);
+    while (status == MR_OK && go_round(gates, count, position_error_ft, fit, &status)) {
+    }
+    return status;
 }
 
 double mr_chi_square(unsigned freedom, double deviations)
@@ -786,8 +870,8 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
     return most;
 }
 
-enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
-                                    double position_error_ft, struct mr_braking *fit)
+static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
+                                          double position_error_ft, struct mr_braking *fit)
 {
     size_t worst = 0, out = 0;
     for (size_t g = 0; g < count; g++)
@@ -795,9 +879,16 @@ enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
     if (out > count / 5 || fit->freedom < 2 ||
         find_worst(fit, gates, count, position_error_ft, &worst) < MR_GATE_ALIEN * MR_GATE_ALIEN)
         return MR_LIMIT;
-    double touchdown_ft = fit->touchdown_ft;
-    return mr_braking_fit(gates, count, touchdown_ft, position_error_ft,
-                          fit->left_out | 1u << worst, fit);
+    return begin_braking(gates, count, fit->touchdown_ft, fit->left_out | 1u << worst, fit);
+}
+
+enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
+                                    double position_error_ft, struct mr_braking *fit)
+{
+    enum mr_status status = begin_without_worst(gates, count, position_error_ft, fit);
+    while (status == MR_OK && go_round(gates, count, position_error_ft, fit, &status)) {
+    }
+    return status;
 }
 
 double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate)

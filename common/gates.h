@@ -168,6 +168,8 @@ struct mr_braking {
     double covariance[MR_BRAKING_UNKNOWNS][MR_BRAKING_UNKNOWNS];
     double chi_square;
     unsigned freedom;  /* degrees of it */
+    unsigned rounds;   /* that it took */
+    bool near;         /* the last of them moved nothing that counts */
     uint32_t left_out; /* bit g: gate g is not part of it */
 };
 
@@ -205,11 +207,25 @@ double mr_chi_square(unsigned freedom, double deviations);
 /* The final fit of a landing in steps: mr_gates_summarise for a board that must not leave its
  * blocks waiting.
  *
- * Each step fits once, at most some 200,000 operations of software double precision or 8 ms on the
- * board, and the same bits come out as from mr_gates_summarise, which is these steps in a row. The
- * work is the caller's; it points to the gates, which must not change meanwhile. */
+ * Each step is a round of a fit, and the same bits come out as from mr_gates_summarise, which is
+ * these steps in a row. The work is the caller's; it points to the gates, which must not change
+ * meanwhile. */
 
-enum mr_final_stage { MR_FINAL_WHOLE, MR_FINAL_START, MR_FINAL_REST, MR_FINAL_OVER };
+enum mr_final_stage {
+    MR_FINAL_WHOLE,
+    MR_FINAL_START,
+    MR_FINAL_REST,
+    MR_FINAL_ALIEN,
+    MR_FINAL_STOP,
+    MR_FINAL_OVER
+};
+
+/* For one of the last gates without which all the others lie on a parabola. */
+struct mr_gates_search {
+    size_t next, alien;
+    bool found;
+    double least_ft; /* residual of the others without it */
+};
 
 struct mr_final_fit {
     const struct mr_gate *gates;
@@ -219,8 +235,16 @@ struct mr_final_fit {
     double position_error_ft;
     enum mr_final_stage stage;
     bool fitted; /* the present part once; what follows leaves gates out */
+    bool begun;  /* a fit, which goes on */
     size_t used; /* gates beyond touchdown of the present part */
-    struct mr_braking braking;
+    union {
+        struct mr_braking braking;
+        struct { /* from MR_FINAL_REST on */
+            size_t used;
+            struct mr_gates_fit fit;
+            struct mr_gates_search search;
+        } rest;
+    };
     struct mr_gates_summary summary;
     enum mr_status status; /* when over: as mr_gates_summarise */
 };

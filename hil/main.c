@@ -244,6 +244,10 @@ static const struct option {
               "crystal, 0: it does not start (default 8000000)"),
     OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
               "error of the internal oscillator (default 0)"),
+    OF_NUMBER("--cpi", "X", REAL, options.cpi, 1, 16,
+              "virtual cycles for each instruction, 1 to 16 (default 1): wait states and the bus, "
+              "as a\n"
+              "whole"),
     OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
               "watchdog clock, 17000 to 47000 (default 32000)"),
     OF_TEXT("--flash", "FILE", flash,

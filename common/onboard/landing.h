@@ -39,7 +39,7 @@
 #define LANDING_LIVE_PAUSE_BLOCKS 1000u
 #define LANDING_REST_BLOCKS       500u /* after the predicted stop */
 /* between two steps of the final fit: blocks that waited meanwhile are taken */
-#define LANDING_FIT_BLOCKS        16u
+#define LANDING_FIT_BLOCKS        2u
 /* without one the gear is at rest, whatever was predicted */
 #define LANDING_NO_EDGE_BLOCKS    3000u
 

@@ -26,6 +26,7 @@ static void wire_core(struct hil_board *board)
     core->memory = &board->memories->own;
     core->no_ccm = board->options.type->no_ccm;
     core->watch_alignment = board->options.watch_alignment;
+    core->cycle_parts = (uint32_t)(board->options.cpi * HIL_CYCLE_PARTS + 0.5);
     hil_core_create(core);
     hil_systick_create(core);
     hil_clock_start(&core->state.clock, 16000000);

@@ -6,7 +6,8 @@
  *     hil_board_attach_rig(board, &run);             (optional; see hil/rig/runfile.h)
  *     hil_board_run_until(board, 10 * HIL_SECOND_PS);
  *
- * Time. Virtual time counts HCLK cycles; an instruction takes one, exception entry 12, return 10.
+ * Time. Virtual time counts HCLK cycles; an instruction takes one (or options.cpi), exception entry
+ * 12, return 10.
  * That is an approximation (wait states, flash cache misses, divides and multiple loads are not
  * modelled; silicon differs by up to a factor of two in CPU time), so figures from here are
  * instruction counts, not cycle counts. Peripherals are exact in their own clocks. Events and

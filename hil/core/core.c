@@ -386,8 +386,10 @@ struct hil_moment hil_stamp(const struct hil_core *core)
     if (!hil_translator_place(&core->engine.translator, core->bus.access.address, &place) ||
         !hil_memory_at(core, place.pc, 2, false)) /* the boot ROM's: its length is not known */
         return (struct hil_moment){0};
-    uint64_t cycle = hil_now(core) +
-                     hil_instructions_between(core, core->state.cpu.block_address, place.pc);
+    uint64_t parts = (uint64_t)hil_instructions_between(core, core->state.cpu.block_address,
+                                                        place.pc) *
+                     core->cycle_parts;
+    uint64_t cycle = hil_now(core) + parts / HIL_CYCLE_PARTS;
     return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle), .pc = place.pc};
 }
 

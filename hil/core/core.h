@@ -192,6 +192,8 @@ static inline void *hil_allocate(size_t size)
     return bytes;
 }
 
+#define HIL_CYCLE_PARTS 256u
+
 /* A reset of the chip that was asked for, and not yet made. */
 struct hil_reset {
     bool asked;
@@ -206,6 +208,7 @@ struct hil_core {
     struct uc_struct *uc;
     FILE *trace;          /* NULL, or where exceptions and unusual events are told */
     bool watch_alignment; /* hil_options.watch_alignment */
+    uint32_t cycle_parts; /* of a cycle, HIL_CYCLE_PARTS, for each instruction: hil_options.cpi */
 
     /* Of the present run; nothing of it outlives the run. */
     uint64_t limit_cycle; /* the block hook looks up from here on; at most the next event */
@@ -354,8 +357,9 @@ void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t 
  *
  * Everything else of the emulator happens at the start of a basic block. Here an access has the
  * time of its own instruction: the start of its block plus one cycle for every instruction before
- * it. An instruction of silicon takes one cycle or more (an IT instruction or a NOP can take none),
- * so the time between two accesses is a lower bound of that on silicon. */
+ * it (hil_options.cpi more, where that is not 1). An instruction of silicon takes one cycle or more (an
+ * IT instruction or a NOP can take none), so the time between two accesses is a lower bound of that
+ * on silicon. */
 
 /* Must the multiple, double or exclusive transfer at `pc` fault for its address, as the registers
  * are now? One with a general base register. */

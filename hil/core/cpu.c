@@ -251,13 +251,22 @@ static const struct hil_block_info *block_info(struct hil_core *core, uint32_t a
     return info;
 }
 
+/* When the block ends, in parts of a cycle beyond now_cycle. */
+static uint64_t block_parts(const struct hil_core *core)
+{
+    const struct hil_cpu *cpu = &core->state.cpu;
+    return (uint64_t)cpu->block_instructions * core->cycle_parts + cpu->cycle_rest;
+}
+
 static void count_block(struct hil_core *core)
 {
     struct hil_core_state *state = &core->state;
+    uint64_t parts = block_parts(core);
     if (core->onlookers.profiler && state->cpu.block_instructions)
         core->onlookers.profiler->count(core->onlookers.profiler_who, state->cpu.block_address,
                                         state->cpu.block_size, state->cpu.block_instructions);
-    state->clock.now_cycle += state->cpu.block_instructions;
+    state->clock.now_cycle += parts / HIL_CYCLE_PARTS;
+    state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
     state->counters.instructions += state->cpu.block_instructions;
     state->cpu.block_instructions = 0;
 }
@@ -326,7 +335,8 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_core *core = user;
     struct hil_core_state *state = &core->state;
     const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
-    uint64_t now_cycle = state->clock.now_cycle + state->cpu.block_instructions;
+    uint64_t parts = block_parts(core);
+    uint64_t now_cycle = state->clock.now_cycle + parts / HIL_CYCLE_PARTS;
     bool plain = info->flags == 0 ||
                  (!(info->flags & HIL_BLOCK_SEV) && !may_fault(core, info->flags));
     if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
@@ -336,6 +346,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
         return;
     }
     state->clock.now_cycle = now_cycle;
+    state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
     state->counters.instructions += state->cpu.block_instructions;
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;

@@ -215,7 +215,8 @@ struct hil_cpu {
     uint32_t block_instructions; /* of the block that runs, not yet counted into time */
     uint32_t block_address;
     uint32_t block_size;
-    bool walking; /* it is walked through: hil/core/core.h */
+    uint32_t cycle_rest; /* part of a cycle that instructions took, not yet counted into time */
+    bool walking;        /* it is walked through: hil/core/core.h */
     bool asleep;
     bool event; /* the event register that WFE waits for */
 };

@@ -148,6 +148,7 @@ void hil_options_default(struct hil_options *options)
         .host_baud = 2000000,
         .can_bus = HIL_CAN_CONNECTED,
         .adc_noise = true,
+        .cpi = 1.0,
         .temperature_c = 20.0,
         .uid = {0x00310042u, 0x5847500fu, 0x20343635u},
     };

@@ -105,6 +105,7 @@ struct hil_options {
     enum hil_cell_times cell_times; /* how long flash and NOR operations take */
     enum hil_rules_mode rules;
     uint32_t rules_counted; /* bits by enum hil_rule: these only count */
+    double cpi;             /* virtual cycles for each instruction, at least 1 */
     /* fault on multiple and double transfers that are not aligned to words; two to three times
      * slower, since every instruction is looked at */
     bool watch_alignment;
