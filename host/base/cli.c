@@ -103,6 +103,19 @@ void cli_note(const struct cli *cli, const char *format, ...)
     va_end(arguments);
 }
 
+bool cli_confirm(const char *format, ...)
+{
+    char line[80] = "";
+    va_list arguments;
+    if (!isatty(STDIN_FILENO) || !isatty(STDERR_FILENO))
+        return true;
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputs(" yes: ", stderr);
+    return fgets(line, sizeof line, stdin) && strcmp(line, "yes\n") == 0;
+}
+
 bool cli_terminal(void)
 {
     const char *terminal = getenv("TERM");

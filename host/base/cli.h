@@ -39,6 +39,9 @@ enum mr_status cli_number(const char *text, const char *what, double low, double
 /* A note on stderr, unless --quiet. */
 void cli_note(const struct cli *cli, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* Asks at a terminal, and waits: "... yes: ". False: another answer than `yes`. Where nobody can be
+ * asked (standard input or error is no terminal) it is true. */
+bool cli_confirm(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* Whether stderr is a terminal that may be drawn on (progress), and whether it may be coloured
  * (NO_COLOR unset). */
 bool cli_terminal(void);

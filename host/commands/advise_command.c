@@ -164,14 +164,14 @@ static const struct command_part parts[] = {
     OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
                      "planned speed at touchdown; else the last "
                      "landing's"),
-    OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 40.0,
+    OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
                      NOT_GIVEN,
                      "planned mean deceleration; else the last "
                      "landing's"),
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned braking over time instead: 0s:4ft/s2,2s:8ft/s2, straight lines between; "
                 "the rows are its multiples"),
-    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
+    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 120.0, NOT_GIVEN,
                      "where it touches down; else the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
                   "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "

@@ -311,7 +311,7 @@ static int read_record(const struct request *request, struct box_client *talk)
     box_client_read(talk, r, pages, present);
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
-    struct store *store = program_campaign(request->db, STORE_CREATE);
+    struct store *store = program_campaign_or_new(request->cli, request->db);
     boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
             count, &filled, fatal);
     keep_configuration(request, talk, store, filled.run);
@@ -473,6 +473,10 @@ static int arm(const struct request *request, struct dialogue *dialogue)
     struct error error = {0};
     struct arm_client talk = {0};
     bool arms = strcmp(request->words[0], "arm") == 0;
+    if (!cli_confirm(
+            arms ? "arm? The board records until the gear has stopped and the mat is at rest."
+                 : "disarm? What the board records ends there."))
+        error_set(fatal, MR_USAGE, "not yes: nothing was sent");
     enum mr_status status = arm_client_begin(&talk, dialogue, &error)
                               ?: arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
                                                   request->number, &error);

@@ -442,15 +442,16 @@ static unsigned parse_channel(const char *text)
 static void read_known(struct request *r)
 {
     struct quantity_wrong wrong = {"", ""};
+    double most = unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
     if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known,
                         &wrong) &&
-        r->known >= 0.0 && r->known <= 100.0)
+        r->known >= 0.0 && r->known <= most)
         return;
     if (wrong.what[0])
         error_set(fatal, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
                   wrong.advice);
     error_set(fatal, MR_USAGE,
-              "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit",
+              "no error from 0 to %g %s: '%s' for --known; a number in %s, or with its unit", most,
               unit_text(r), r->known_text, unit_text(r));
 }
 

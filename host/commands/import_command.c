@@ -6,6 +6,7 @@
 #include "host/base/answer.h"
 #include "host/base/output.h"
 #include "host/commands/commands.h"
+#include "host/commands/program.h"
 #include "host/exchange/import.h"
 #include "host/link/link.h"
 
@@ -189,7 +190,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            textfile_open(request->path, &file, &error) == MR_OK &&
            describe(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
            read_readings(&file, request, &mapping, &result, &error) == MR_OK &&
-           store_open(words[0], STORE_CREATE, &store, &error) == MR_OK &&
+           (program_new(cli, words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
+               MR_OK &&
            refuse_twice(store, &row, request, r.again, &error) == MR_OK &&
            import(store, &file, request, &mapping, &row, &result, &error));
     enum mr_status status = error.status;

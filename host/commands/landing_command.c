@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host/analyse/journal.h"
+#include "host/analyse/measured_load.h"
 #include "host/commands/commands.h"
 #include "host/commands/annotation.h"
 #include "host/commands/program.h"
@@ -16,14 +17,19 @@
 #include "host/store/store_journal.h"
 #include "host/survey/survey.h"
 
-/* What can be corrected: texts, or numbers within limits. */
+/* What can be corrected: texts, or numbers within limits. The standard series' model of an aircraft
+ * weighs 1300 lb, the pilot study's 500, a C-5 at this scale up to 2250. */
 static const struct field {
     const char *name;
     bool number;
     double low, high;
 } fields[] = {
-    {"touchdown_ft", true, 0.0, 120.0}, {"weight_lb", true, 1.0, 1e5}, {"pattern", false, 0, 0},
-    {"modification", false, 0, 0},      {"runway", false, 0, 0},       {"series", false, 0, 0},
+    {"touchdown_ft", true, 0.0, 120.0},
+    {"weight_lb", true, 200.0, 4000.0},
+    {"pattern", false, 0, 0},
+    {"modification", false, 0, 0},
+    {"runway", false, 0, 0},
+    {"series", false, 0, 0},
 };
 #define FIELDS (sizeof fields / sizeof fields[0])
 
@@ -32,7 +38,7 @@ struct request {
     const char *words[2];
     int64_t run; /* 0: all */
     const char *who, *note, *correct, *reason, *observe, *side, *form, *series, *runway, *pattern,
-        *modification;
+        *modification, *withdraw_series;
     double station_ft, height_in, at_s; /* NaN: not given */
     int64_t panels, withdraw;           /* 0: not given */
     bool make_void, unvoid;
@@ -95,6 +101,48 @@ static void begin_series(const struct request *r, struct store *store)
     }
     free(rows);
     store_series_add(store, &series, fatal);
+}
+
+/* Its landings belong to the one before it, then; those that were put into it, to none. */
+static void withdraw_series(const struct request *r, struct store *store)
+{
+    struct store_withdrawal row = {.kind = "series", .made_us = (int64_t)link_now_us()};
+    struct store_series *rows = NULL;
+    size_t count = 0;
+    store_series_all(store, &rows, &count, fatal);
+    for (size_t i = 0; i < count; i++)
+        row.item = strcmp(rows[i].name, r->withdraw_series) == 0 ? rows[i].id : row.item;
+    free(rows);
+    if (!row.item)
+        error_set(fatal, MR_UNKNOWN, "no series '%s': %s; matrig landing DB lists them",
+                  r->withdraw_series, r->words[0]);
+    if (strlen(r->reason) >= sizeof row.reason)
+        error_set(fatal, MR_TOO_LONG, "text too long: the reason; %d characters at most",
+                  STORE_JOURNAL_TEXT - 1);
+    annotation_copy(row.name, sizeof row.name, r->withdraw_series);
+    annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
+    annotation_copy(row.reason, sizeof row.reason, r->reason);
+    store_withdraw(store, &row, fatal);
+}
+
+static void list_withdrawn(struct store *store, struct answer *answer)
+{
+    struct store_withdrawal *rows = NULL;
+    size_t count = 0;
+    store_withdrawals(store, &rows, &count, fatal);
+    answer_table(answer, "withdrawn", "");
+    for (size_t i = 0; i < count; i++) {
+        char when[40];
+        survey_time_text(rows[i].made_us, when, sizeof when);
+        answer_row(answer);
+        answer_words(answer, "kind", "withdrawn", "%s", rows[i].kind);
+        answer_words(answer, "name", "name", "%s", rows[i].name);
+        answer_words(answer, "made", "on", "%s", when);
+        answer_words_or_none(answer, "who", "by", rows[i].who, "-");
+        answer_words(answer, "reason", "reason", "%s", rows[i].reason);
+    }
+    answer_close(answer);
+    free(rows);
 }
 
 /* ---- adding ---- */
@@ -179,6 +227,23 @@ static void correct(const struct request *r, struct store *store)
     change(r, store, field->name, field->number ? number : value + 1);
 }
 
+/* Nobody saw a wave after the mat was at rest: 300 s are 3.00 s, or another landing's. */
+static void check_time(const struct request *r, struct store *store)
+{
+    struct measured measured;
+    if (isnan(r->at_s))
+        return;
+    measured_load_gear(store, r->run, &measured, fatal);
+    double end_s = measured.t0_is_touchdown && !measured_ends_early(&measured)
+                     ? measured_time_s(&measured, measured.samples - 1)
+                     : HUGE_VAL;
+    measured_free(&measured);
+    if (r->at_s > end_s)
+        error_set(fatal, MR_USAGE,
+                  "out of range: %g s for --at; the record of RUN %lld ends %.1f s after touchdown",
+                  r->at_s, (long long)r->run, end_s);
+}
+
 static void observe(const struct request *r, struct store *store)
 {
     struct store_observation row = {.run = r->run,
@@ -193,6 +258,7 @@ static void observe(const struct request *r, struct store *store)
     if (r->note && strlen(r->note) >= sizeof row.note)
         error_set(fatal, MR_TOO_LONG, "text too long: the note of RUN %lld; %d characters at most",
                   (long long)r->run, STORE_JOURNAL_TEXT - 1);
+    check_time(r, store);
     annotation_copy(row.kind, sizeof row.kind, r->observe);
     annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
     annotation_copy(row.side, sizeof row.side, r->side);
@@ -284,6 +350,10 @@ static void check(struct request *r)
         error_set(fatal, MR_USAGE,
                   "--series begins a series, of no landing yet: matrig landing DB --series "
                   "NAME; see matrig landing --help");
+    if (r->withdraw_series && (r->series || r->run || acts))
+        error_set(fatal, MR_USAGE,
+                  "--withdraw-series stands alone: matrig landing DB --withdraw-series NAME "
+                  "--reason T");
     if (r->series)
         return;
     if (acts && !r->run)
@@ -293,7 +363,8 @@ static void check(struct request *r)
         error_set(fatal, MR_USAGE,
                   "one thing at a time: --note, --correct, --observe, --withdraw, --void "
                   "or --unvoid; see matrig landing --help");
-    if ((r->make_void || r->unvoid || r->correct || r->withdraw) && !(r->reason && r->reason[0]))
+    if ((r->make_void || r->unvoid || r->correct || r->withdraw || r->withdraw_series) &&
+        !(r->reason && r->reason[0]))
         error_set(fatal, MR_USAGE,
                   "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
     if (r->note && !r->note[0])
@@ -311,11 +382,14 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_landing, argc, argv, cli, &r, r.words, fatal);
     check(&r);
     bool acts = r.note || r.correct || r.observe || r.withdraw || r.make_void || r.unvoid;
-    struct store *store = program_campaign(r.words[0], r.series ? STORE_CREATE
-                                                       : acts   ? STORE_OPEN
-                                                                : STORE_READ);
+    struct store *store = r.series
+                            ? program_campaign_or_new(cli, r.words[0])
+                            : program_campaign(r.words[0],
+                                               acts || r.withdraw_series ? STORE_OPEN : STORE_READ);
     if (r.series)
         begin_series(&r, store);
+    else if (r.withdraw_series)
+        withdraw_series(&r, store);
     else if (acts)
         add(&r, store);
     answer_list(answer, "landings", "");
@@ -323,6 +397,8 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
     answer_close(answer);
     if (!r.run)
         list_series(store, answer);
+    if (!r.run)
+        list_withdrawn(store, answer);
     return answer_show(cli, answer, 0);
 }
 
@@ -350,15 +426,18 @@ static const struct command_part parts[] = {
                 "begin a series: landings that are armed from now on belong to it; with --runway "
                 "T, --pattern T, --modification T, --note T.\n"
                 "Without RUN the series are listed, too"),
+    OPTION_TEXT("--withdraw-series", "NAME", withdraw_series,
+                "the series was begun by mistake: its landings belong to the one before it; needs "
+                "--reason"),
     OPTION_TEXT("--who", "W", who, "who says so; else the user"),
     HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
                  "--side left --form two-panel"),
     OPTION_TEXT("--reason", "T", reason, NULL),
     OPTION_NUMBER_SI("--station", "FT", station_ft, "ft", "m", 0.0, 120.0, (double)NAN, NULL),
-    OPTION_WHOLE("--panels", "N", panels, 1.0, 420.0, 0.0, NULL),
-    OPTION_NUMBER_SI("--height", "IN", height_in, "in", "mm", 0.0, 36.0, (double)NAN, NULL),
+    OPTION_WHOLE("--panels", "N", panels, 1.0, 60.0, 0.0, NULL),
+    OPTION_NUMBER_SI("--height", "IN", height_in, "in", "mm", 0.0, 7.0, (double)NAN, NULL),
     OPTION_CHOICE("--side", "S", side, "side", "left|right|centre|across", NULL),
-    OPTION_NUMBER("--at", "S", at_s, "s", -60.0, 600.0, (double)NAN, NULL),
+    OPTION_NUMBER("--at", "S", at_s, "s", -1.0, 60.0, (double)NAN, NULL),
     OPTION_TEXT("--form", "T", form, NULL),
     OPTION_FLAG("--unvoid", unvoid, NULL),
     OPTION_TEXT("--runway", "T", runway, NULL),
@@ -372,7 +451,8 @@ const struct command command_landing = {
     "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | "
     "--void | --unvoid] [--reason T] [--who W] |\n"
     "                         DB --series NAME [--runway T] [--pattern T] [--modification T] "
-    "[--note T] [--who W]",
+    "[--note T] [--who W] |\n"
+    "                         DB --withdraw-series NAME --reason T [--who W]",
     "series of landings; notes, corrections and observations, with their history",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},

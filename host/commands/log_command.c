@@ -296,8 +296,10 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
         logger->base = link_base(logger->link[LINK_CAN]);
     if (status == MR_OK && serial)
         status = open_link(logger, LINK_SERIAL, serial, error);
-    if (status == MR_OK && !logger->store)
+    if (status == MR_OK && !logger->store) {
         status = open_store(logger, db, error);
+        cli_note(logger->cli, "a new campaign: %s", db); /* a log asks nobody: it records */
+    }
     return status;
 }
 

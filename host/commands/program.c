@@ -2,6 +2,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "host/base/command.h"
 #include "host/base/output.h"
@@ -34,6 +35,21 @@ struct store *program_campaign(const char *db, enum store_mode mode)
     store_open(db, mode, &campaign, fatal);
     atexit(close_campaign);
     return campaign;
+}
+
+void program_new(const struct cli *cli, const char *db)
+{
+    if (access(db, F_OK) == 0)
+        return;
+    if (!cli_confirm("%s does not exist. Begin a new campaign?", db))
+        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was made", db);
+    cli_note(cli, "a new campaign: %s", db);
+}
+
+struct store *program_campaign_or_new(const struct cli *cli, const char *db)
+{
+    program_new(cli, db);
+    return program_campaign(db, STORE_CREATE);
 }
 
 size_t program_options(const char *words[], const struct cli *cli)

@@ -40,7 +40,7 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     struct error wrong = {0};
     struct statvfs disk;
     int64_t bytes = 0, landings = 0;
-    struct store *store = program_campaign(request->db, STORE_CREATE);
+    struct store *store = program_campaign_or_new(request->cli, request->db);
     store_wait(store, BUSY_S);
     if (store_check(store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
@@ -247,7 +247,7 @@ static int walk(const struct request *request, struct ready_facts *f)
     struct error error = {0};
     int64_t made_us = (int64_t)link_now_us();
     double begun_s = monotonic_s();
-    struct store *store = program_campaign(request->db, STORE_CREATE);
+    struct store *store = program_campaign_or_new(request->cli, request->db);
     struct dialogue *dialogue = dialogue_of_command(request->can, request->serial);
     config_client_meet(&talk, dialogue, &f->config, &f->config_crc, fatal);
     walking.request = request;

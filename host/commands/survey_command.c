@@ -239,11 +239,11 @@ static void survey_answer(const struct survey *survey, const struct survey_found
 
 struct request {
     const struct cli *cli;
-    const char *db, *edges_text, *note, *from, *sheet, *load;
+    const char *db, *edges_text, *note, *from, *sheet, *load, *reason;
     bool begin_new, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
-    int64_t number; /* 0: the newest */
+    int64_t number, withdraw; /* 0: the newest; none */
 };
 
 /* ---- taking readings ---- */
@@ -475,6 +475,41 @@ static void begin(const struct request *request, struct store *store, struct sur
     survey_get(store, row.id, survey, fatal);
 }
 
+/* What was read stays in the campaign; no command counts it. */
+static int withdraw(const struct request *request, struct store *store)
+{
+    static struct survey survey;
+    struct store_withdrawal row = {
+        .kind = "survey", .item = request->withdraw, .made_us = (int64_t)link_now_us()};
+    int64_t loaded_us = 0;
+    survey_get(store, row.item, &survey, fatal);
+    snprintf(row.name, sizeof row.name, "%lld", (long long)row.item);
+    annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
+    annotation_copy(row.reason, sizeof row.reason, request->reason);
+    store_withdraw(store, &row, fatal);
+    store_gage_loaded(store, row.item, &loaded_us, fatal);
+    cli_note(request->cli, "survey %lld is withdrawn, with %zu readings%s", (long long)row.item,
+             survey_desk_read(&survey.desk),
+             loaded_us ? "; the board was given it: load another one, or reset the board" : "");
+    return request->cli->json
+             ? cli_print_json(json_pack("{sI}", "withdrawn", (json_int_t)row.item), 0)
+             : 0;
+}
+
+/* One that nothing was read of tells nothing, and would hide the one before it. */
+static void check_end(const struct request *request, struct store *store, struct survey *survey)
+{
+    bool found = false;
+    survey_get_open(store, survey, &found, fatal);
+    if (!found)
+        error_set(fatal, MR_NOT_NOW, "no survey goes on: %s; --show has the newest", request->db);
+    if (survey_desk_read(&survey->desk) == 0)
+        error_set(fatal, MR_NOT_NOW,
+                  "nothing was read: survey %lld of %s; read it, or take it back: --withdraw %lld "
+                  "--reason T",
+                  (long long)survey->row.id, request->db, (long long)survey->row.id);
+}
+
 static void take(const struct request *request, struct store *store, struct survey *survey)
 {
     struct typist typist = {.request = request,
@@ -482,7 +517,10 @@ static void take(const struct request *request, struct store *store, struct surv
                             .survey = survey,
                             .source = request->from ? request->from : "keyboard"};
     store_durable(store, fatal);
-    begin(request, store, survey);
+    if (request->end)
+        check_end(request, store, survey);
+    else
+        begin(request, store, survey);
     int64_t id = survey->row.id;
     if (request->from)
         take_sheet(&typist);
@@ -652,9 +690,11 @@ static int run(const struct request *request)
     /* the first survey may begin with its sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
-    struct store *store = program_campaign(request->db, reading         ? STORE_READ
-                                                        : request->load ? STORE_OPEN
-                                                                        : STORE_CREATE);
+    bool begins = !reading && !request->load && !request->end && !request->withdraw;
+    struct store *store = begins ? program_campaign_or_new(request->cli, request->db)
+                                 : program_campaign(request->db, reading ? STORE_READ : STORE_OPEN);
+    if (request->withdraw)
+        return withdraw(request, store);
     if (request->sheet) {
         size_t places = write_sheet(request, store, &survey);
         return request->cli->json
@@ -684,15 +724,22 @@ static void check(struct request *r)
         error_set(fatal, MR_USAGE,
                   "nowhere to write: matrig --json survey --sheet needs a file; standard "
                   "output is the JSON's");
-    int modes = r->show + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end;
+    int modes = r->show + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end +
+                (r->withdraw != 0);
     if (modes > 1)
         error_set(fatal, MR_USAGE,
-                  "more than one of --show, --sheet, --load, --from, --end: matrig "
+                  "more than one of --show, --sheet, --load, --from, --end, --withdraw: matrig "
                   "survey; one at a time");
     if (r->number && !r->show && !r->load && !r->sheet)
         error_set(fatal, MR_USAGE,
                   "--survey goes with --show, --sheet or --load: matrig survey; see "
                   "matrig survey --help");
+    if ((r->withdraw != 0) != (r->reason && r->reason[0]) ||
+        (r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT))
+        error_set(fatal, MR_USAGE,
+                  "--withdraw N and --reason T, of %d characters at most, go together: matrig "
+                  "survey; who reads it later will ask",
+                  STORE_JOURNAL_TEXT - 1);
     if (r->doubtful && !r->from)
         error_set(fatal, MR_USAGE,
                   "--doubtful goes with --from: matrig survey; see matrig survey --help");
@@ -724,7 +771,7 @@ static const struct command_part parts[] = {
         "at 45 degrees: along and across at\n"
         "all four lines, and seven 45 degree lines as well"),
     OPTION_FLAG("--new", begin_new, "begin another survey, though one is not finished"),
-    OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 20.0, 40.0, SURVEY_SPACING_IN,
+    OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
                      "distance of gage points with all ten joints closed; else {standard}: what is "
                      "beyond it is the opening of the joints"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
@@ -736,6 +783,9 @@ static const struct command_part parts[] = {
         "--sheet", "F", sheet,
         "write the sheet: all places in walking order, and the last readings (-: standard output)"),
     OPTION_FLAG("--end", end, "end a partial survey as it is"),
+    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
+                 "survey N was a mistake: it stays in the campaign and counts no more; needs "
+                 "--reason. matrig landing DB lists it"),
     OPTION_FLAG("--show", show,
                 "what survey N (else the newest) says: opening and closing per ten mats, movement, "
                 "in-plane bow"),
@@ -750,6 +800,7 @@ static const struct command_part parts[] = {
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
+    OPTION_TEXT("--reason", "T", reason, NULL),
     OPTION_FLAG("--can", can, NULL),
     OPTION_FLAG("--doubtful", doubtful, NULL),
 };
@@ -759,7 +810,8 @@ const struct command command_survey = {
     survey_command,
     "DB [--edges left|both|none|diagonal] [--new] [--closed IN] [--error IN] "
     "[--note T]\n"
-    "                         [--from CSV [--doubtful] | --end | --sheet F "
+    "                         [--from CSV [--doubtful] | --end | --withdraw N --reason T | --sheet "
+    "F "
     "[--force] | --show | --load LINK [--can]] [--survey N]",
     "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the "
     "board",

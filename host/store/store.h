@@ -113,12 +113,14 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
                             size_t *count, struct error *error);
 STORE_ROWS_OF_LANDING(STORE_ROWS_DECLARED)
 
-/* The same of the campaign: store_landings(store, &rows, &count, error). */
-#define STORE_ROWS_OF_CAMPAIGN(X)        \
-    X(store_landings, landing, LANDINGS) \
-    X(store_series_all, series, SERIES)  \
-    X(store_advices, advice, ADVICES)    \
-    X(store_gage_surveys, gage_survey, GAGE_SURVEYS)
+/* The same of the campaign: store_landings(store, &rows, &count, error). Series and surveys are
+ * without those that were withdrawn. */
+#define STORE_ROWS_OF_CAMPAIGN(X)                    \
+    X(store_landings, landing, LANDINGS)             \
+    X(store_series_all, series, SERIES)              \
+    X(store_advices, advice, ADVICES)                \
+    X(store_gage_surveys, gage_survey, GAGE_SURVEYS) \
+    X(store_withdrawals, withdrawal, WITHDRAWALS)
 #define STORE_ALL_ROWS_DECLARED(function, row, NAME)                                       \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error);
@@ -134,7 +136,8 @@ STORE_ROWS_OF_CAMPAIGN(STORE_ALL_ROWS_DECLARED)
     X(store_time_map_put, time_map) \
     X(store_slow_put, slow)         \
     X(store_series_add, series)     \
-    X(store_advice_add, advice)
+    X(store_advice_add, advice)     \
+    X(store_withdraw, withdrawal)
 #define STORE_ADD_DECLARED(function, row)                                         \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error);

@@ -16,10 +16,11 @@
 #define BOARD_UID      "(SELECT board_uid FROM main.landings WHERE id=?1)"
 /* The first survey, which movement is measured from, the one before the landing and the one after
  * it. */
-#define SURVEYS                                                                          \
-    "(SELECT min(id) FROM main.gage_surveys UNION SELECT max(id) FROM main.gage_surveys" \
-    " WHERE made_us<=" ARMED_US                                                          \
-    " UNION SELECT min(id) FROM main.gage_surveys WHERE made_us>" ARMED_US ")"
+#define KEPT(kind)     "id NOT IN (SELECT item FROM main.withdrawals WHERE kind='" kind "')"
+#define SURVEY(which)  " SELECT " which "(id) FROM main.gage_surveys WHERE " KEPT("survey")
+#define SURVEYS                                                        \
+    "(" SURVEY("min") " UNION" SURVEY("max") " AND made_us<=" ARMED_US \
+                                             " UNION" SURVEY("min") " AND made_us>" ARMED_US ")"
 
 /* Which rows of a table belong to the landing: ?1 is RUN, ?2 its session, ?3 its boot. Tables that
  * know a landing by way of another one or by its time, and faults of the board from before the
@@ -42,12 +43,14 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
                " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
     /* as store_series_of finds it: the one it was put into, else the newest before it */
     if (strcmp(table, "series") == 0)
-        return "id=(SELECT max(id) FROM main.series AS s WHERE CASE WHEN coalesce((SELECT value "
-               "FROM main.landing_changes WHERE landing=?1"
-               " AND field='series' ORDER BY id DESC LIMIT 1), '')<>'' THEN s.name=(SELECT value "
-               "FROM main.landing_changes WHERE"
-               " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE s.made_us<=" ARMED_US
-               " END)";
+        return "id=(SELECT max(id) FROM main.series AS s WHERE " KEPT(
+            "series") " AND CASE WHEN coalesce((SELECT value "
+                      "FROM main.landing_changes WHERE landing=?1"
+                      " AND field='series' ORDER BY id DESC LIMIT 1), '')<>'' THEN s.name=(SELECT "
+                      "value "
+                      "FROM main.landing_changes WHERE"
+                      " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE "
+                      "s.made_us<=" ARMED_US " END)";
     if (strcmp(table, "advices") ==
         0) /* the last that was kept before it and after the one before */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "

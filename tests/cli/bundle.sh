@@ -45,7 +45,7 @@ container() {
     says_the_same "$tmp/bare.json"
 }
 is_a_campaign() { # read, written into, bundled; and it still replays
-    cp "$bundle" "$tmp/mine.db" && $matrig --quiet landing "$tmp/mine.db" 1 --note 'looked at' >/dev/null && $matrig --quiet report "$tmp/mine.db" -o "$tmp/mine.html" && grep -q 'gusts from the left' "$tmp/mine.html" && grep -q 'looked at' "$tmp/mine.html" &&
+    cp "$bundle" "$tmp/mine.db" && $matrig --quiet landing "$tmp/mine.db" 1 --note 'looked at' >/dev/null && $matrig compare "$tmp/mine.db" 1 >/dev/null && $matrig --quiet report "$tmp/mine.db" -o "$tmp/mine.html" && grep -q 'gusts from the left' "$tmp/mine.html" && grep -q 'looked at' "$tmp/mine.html" &&
         $matrig --quiet export "$tmp/mine.db" 1 --format candump -o "$tmp/mine.log" && cmp "$tmp/mine.log" <($matrig --quiet export "$db" 1 --format candump) &&
         $matrig --quiet bundle "$tmp/mine.db" 1 -o "$tmp/again.db" && [ "$(sqlite3 "$tmp/again.db" 'select image_sha256 from bundles')" = "$(sqlite3 "$bundle" 'select image_sha256 from bundles')" ] &&
         $matrig --json --quiet replay "$tmp/again.db" >"$tmp/again.json" && says_the_same "$tmp/again.json"

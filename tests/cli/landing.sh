@@ -85,6 +85,34 @@ series() {
     landing 2 | grep -q 'RUN 2: landing 9, .* series standard-1,' && fails_with 2 "there is a series 'second' already" $matrig landing "$db" --series second &&
         fails_with 2 "no series 'third'" $matrig landing "$db" 1 --correct series=third --reason x
 }
+a_series_begun_by_mistake() { # is withdrawn and stays: the landings belong to the one before it, and a bundle has that one
+    sqlite3 "$db" ".backup $tmp/frist.db"
+    local before
+    before=$($matrig landing "$tmp/frist.db" 2 | head -n 1)
+    sqlite3 "$tmp/frist.db" "insert into series(made_us, name) select armed_us, 'frist' from landings where id = 2" && $matrig landing "$tmp/frist.db" 2 | grep 'series frist,' || return 1
+    fails_with 2 'why' $matrig landing "$tmp/frist.db" --withdraw-series frist && fails_with 2 "no series 'x'" $matrig landing "$tmp/frist.db" --withdraw-series x --reason y &&
+        $matrig landing "$tmp/frist.db" --withdraw-series frist --reason 'first, mistyped' | grep 'series  *frist .* tester  *first, mistyped$' && [ "$($matrig landing "$tmp/frist.db" 2 | head -n 1)" = "$before" ] &&
+        fails_with 2 "no series 'frist'" $matrig landing "$tmp/frist.db" --withdraw-series frist --reason again && $matrig landing "$tmp/frist.db" --series frist >/dev/null &&
+        [ "$(sqlite3 "$tmp/frist.db" "select count(*) from series where name = 'frist'")" = 2 ] && sqlite3 "$tmp/frist.db" 'delete from withdrawals' 2>&1 | grep 'history stays'
+}
+slips_are_out_of_range() {
+    fails_with 2 'out of range: 29 for weight_lb' $matrig landing "$db" 1 --correct weight_lb=29 --reason x && fails_with 2 'out of range: .*300.* for --at' $matrig landing "$db" 1 --observe wave --station 8 --at 300 &&
+        fails_with 2 'out of range' $matrig landing "$db" 1 --observe wave --station 8 --height 16
+}
+a_new_campaign_is_asked_for() { # of a person at a terminal; another one is told
+    $matrig landing "$tmp/told.db" --series x 2>&1 >/dev/null | grep "a new campaign: $tmp/told.db" && python3 - "$matrig" "$tmp/frisst.db" <<'EOF'
+import os, pty, subprocess, sys
+matrig, db = sys.argv[1:]
+for reply, code in ((b"y\n", 2), (b"yes\n", 0)):
+    ours, theirs = pty.openpty()
+    p = subprocess.Popen([matrig, "landing", db, "--series", "x"], stdin=theirs, stderr=theirs, stdout=subprocess.DEVNULL)
+    said = b""
+    while not said.endswith(b"yes: "):
+        said += os.read(ours, 100)
+    os.write(ours, reply)
+    assert p.wait(60) == code and os.path.exists(db) == (code == 0), (reply, p.returncode)
+EOF
+}
 passed_on_with_a_bundle() {
     $matrig --quiet bundle "$db" 1 -o "$tmp/one.db" && $matrig landing "$tmp/one.db" 1 >"$tmp/one.txt" && grep -q 'brakes pulled left' "$tmp/one.txt" &&
         grep -q 'wave  *1  .*88\.0' "$tmp/one.txt"
@@ -106,6 +134,9 @@ check "waves and breaks" observations
 check "a voided landing is left out, and said" void_is_left_out_and_said
 check "the report shows them, escaped" report_shows_them
 check "series" series
+check "a series begun by mistake is withdrawn, and stays" a_series_begun_by_mistake
+check "weights, times and heights that no landing has are refused" slips_are_out_of_range
+check "before a campaign is made a person is asked" a_new_campaign_is_asked_for
 check "passed on with a bundle" passed_on_with_a_bundle
 check "silly words" silly
 check "nothing yet is said, with what to do" nothing_yet_is_said

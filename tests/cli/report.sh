@@ -47,8 +47,8 @@ cover() {
     cp "$db" "$tmp/said.db" && $matrig --quiet report "$db" -o "$tmp/unsaid.html" &&
         sqlite3 "$tmp/said.db" "insert into series(made_us, who, name, runway, pattern, modification) select min(armed_us) - 1, 'J. Kay', 'standard', 'relaid <1973>', 'herringbone', 'cleats' from landings;
             update landings set armed_us = armed_us + 172800000000 where id = 3; update landings set armed_us = armed_us + 1772600000000000; update series set made_us = made_us + 1772600000000000" &&
-        $matrig landing "$tmp/said.db" 1 --correct weight_lb=93.5 --reason weighed >/dev/null && $matrig landing "$tmp/said.db" 2 --correct weight_lb=101 --reason weighed >/dev/null &&
-        $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --panels 2 >/dev/null && $matrig --quiet report "$tmp/said.db" -o "$tmp/said.html" &&
+        $matrig landing "$tmp/said.db" 1 --correct weight_lb=935 --reason weighed >/dev/null && $matrig landing "$tmp/said.db" 2 --correct weight_lb=1010 --reason weighed >/dev/null &&
+        $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --panels 2 >/dev/null && fails_with 2 'out of range: 50 s for --at; the record of RUN 2 ends [0-9.]+ s after touchdown' $matrig landing "$tmp/said.db" 2 --observe wave --station 88 --at 50 && $matrig --quiet report "$tmp/said.db" -o "$tmp/said.html" &&
         $matrig --quiet --si report "$tmp/said.db" --run 2 -o "$tmp/two.html" && $matrig --json show "$tmp/said.db" 2 >"$tmp/two.json" &&
         python3 - "$tmp" "$tmp/said.db" <<'EOP'
 import html, json, re, sqlite3, sys
@@ -65,7 +65,7 @@ for term, how, is_ in (("runway", "--runway", "relaid <1973>"), ("series", "matr
                        ("modification", "--modification", "cleats"), ("operator", "--who", "J. Kay")):
     assert unsaid[term].startswith("not entered") and how in unsaid[term] and said[term] == two[term] == is_, term
 assert unsaid["gear weight"].startswith("not entered") and "weight_lb" in unsaid["gear weight"]
-assert said["gear weight"].startswith("93.5 to 101.0 lb") and "not known of 1" in said["gear weight"] and two["gear weight"].strip() == "449.3 N" # 101 lbf
+assert said["gear weight"].startswith("935.0 to 1010.0 lb") and "not known of 1" in said["gear weight"] and two["gear weight"].strip() == "4492.7 N" # 1010 lbf
 assert unsaid["place"].startswith("not entered") # the configuration was not read: played over files
 assert said["landings"] == "3: RUN 1 to 3" and two["landings"] == "1: RUN 2"
 show = json.load(open(tmp + "/two.json"))

@@ -59,6 +59,14 @@ doubts() {
         "33.6/0/0 33.7/0/0 34.201/0/1 -/0/0 33.55/0/0 33.55/0/0dirt -/1/0" ]
 }
 
+by_mistake() { # it counts no more, stays, and the one before is the newest
+    printf '33.51\nq\n' | $matrig --quiet survey "$tmp/w.db" --edges none >/dev/null && $matrig survey "$tmp/w.db" --end | grep 'survey  *1, ended' || return 1
+    fails_with 2 'no survey goes on' $matrig survey "$tmp/w.db" --end && $matrig --quiet survey "$tmp/w.db" --new </dev/null >/dev/null || return 1
+    fails_with 2 'nothing was read: survey 2 of .*--withdraw 2' $matrig survey "$tmp/w.db" --end && fails_with 2 'go together' $matrig survey "$tmp/w.db" --withdraw 2 &&
+        $matrig survey "$tmp/w.db" --withdraw 2 --reason 'no mat there' && $matrig survey "$tmp/w.db" --show | grep 'survey  *1, ended' || return 1
+    fails_with 2 'no survey 2' $matrig survey "$tmp/w.db" --withdraw 2 --reason again && $matrig landing "$tmp/w.db" | grep 'survey  *2 .*no mat there$' && [ "$(sqlite3 "$tmp/w.db" 'select count(*) from gage_surveys')" = 2 ]
+}
+
 millimetres() {
     printf '851.2048\n33.6 in\n' | $matrig --si survey "$tmp/mm.db" --edges none >"$tmp/mm.txt" 2>"$tmp/mm.err" || return 1
     [ "$(sqlite3 "$tmp/mm.db" "select group_concat(printf('%.4f', value_in)) from gage_readings")" = 33.5120,33.6000 ] &&
@@ -173,6 +181,7 @@ check "over CAN, and a part" loads_over_can_a_part
 check "a partial one ends" bash -c "$matrig survey $tmp/d.db --edges none --end | grep -q ', ended'"
 check "of a landing in which the board lost its power, it stays" outlives_a_power_cut
 check "the report shows them, and runs nothing" report_has_them
+check "one that nothing was read of does not end; one begun by mistake is withdrawn" by_mistake
 check "no such survey" fails_with 2 'no survey 9: .*a.db; it has 1 to 3' $matrig survey "$tmp/a.db" --show --survey 9
 check "silly words" fails_with 2 'one at a time' $matrig survey "$tmp/a.db" --show --end
 finish
