@@ -549,9 +549,9 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
 /* ---- time: pairs of the board's clock and this computer's, what they come to for each landing
  * and boot, and film frames ---- */
 
-/* How far two clocks may be apart: crystals by 200 ppm at most and a computer's that is being
- * slewed by 500; the board's internal oscillator by a hundredth and its drift. */
-#define CRYSTAL_PPM  700.0
+/* How far two clocks may be apart: crystals by 200 ppm at most, and one that is being slewed is no
+ * clock to go by; the board's internal oscillator by a hundredth and its drift. */
+#define CRYSTAL_PPM  200.0
 #define INTERNAL_PPM 20000.0
 
 void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us)

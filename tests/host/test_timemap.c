@@ -148,7 +148,12 @@ TEST(what_is_no_map_is_refused)
     assert_near(fast.fast_ppm.value, 3e6, 1e3);
     /* no crystal is that bad */
     assert_int_equal(refused_of(1.002, exponential, 60, EPOCH_US, 0).refusal, TIMEMAP_OTHER_PACE);
-    /* the clock was set */
+    /* the clock was set in the middle, as it was in a recording that came out 556 ppm slow */
+    static const int64_t steps_us[] = {20000, -20000, 8000, -8000};
+    for (unsigned i = 0; i < 40; i++)
+        for (unsigned pairs = 49; pairs <= 600; pairs += 137)
+            assert_int_equal(refused_of(1.0, exponential, pairs, EPOCH_US, steps_us[i % 4]).refusal,
+                             TIMEMAP_UNCERTAIN);
     assert_int_equal(refused_of(1.0, exponential, 60, EPOCH_US, 400000000).refusal,
                      TIMEMAP_UNCERTAIN);
 }
