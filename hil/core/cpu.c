@@ -47,7 +47,8 @@ static void unmap_zero(struct hil_core *core)
              "unmapping address 0");
 }
 
-/* While an erase runs beside code in RAM, reads of flash must be caught, for they wait. Mapping
+/* While an erase runs beside code in RAM, reads of flash must be caught, for they wait; after it,
+ * while the data cache may hold what is no more. Mapping
  * anew is the one way that empties the core's address cache; it takes too long (a millisecond) to
  * do it for single words. */
 static void guard_flash(struct hil_core *core, bool guarded)
@@ -94,7 +95,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     }
     if (type == UC_MEM_READ_PROT && core->engine.flash_guarded &&
         is_flash(core, (uint32_t)address)) {
-        core->bank.wait(core->bank.who);
+        core->bank.load(core->bank.who, (uint32_t)address);
         return true;
     }
     core->engine.bad_address = (uint32_t)address;
@@ -285,7 +286,7 @@ static bool must_stop(struct hil_core *core, uint32_t address)
             return true;
         core->limit_cycle = 0;
     }
-    guard_flash(core, core->state.bank.erases);
+    guard_flash(core, core->state.bank.erases || core->state.bank.stale);
     const struct hil_nvic *nvic = &core->state.nvic;
     if (nvic->best && nvic->best_group < nvic->active_group) {
         if (hil_exception_due(core))
@@ -658,7 +659,7 @@ void hil_cpu_leave_block(struct hil_core *core)
 
 void hil_cpu_run(struct hil_core *core)
 {
-    guard_flash(core, core->state.bank.erases);
+    guard_flash(core, core->state.bank.erases || core->state.bank.stale);
     if (core->state.cpu.walking) {
         walk(core);
         return;

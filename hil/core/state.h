@@ -76,15 +76,17 @@ struct hil_bank {
     bool busy;     /* an operation is in progress: the bank cannot be read before its end */
     bool erases;   /* that operation is an erase, of a sector, of all or of option bytes */
     bool boot_rom; /* system memory, not flash, is at address 0 */
+    /* Sectors that were erased beside the data cache, which may still hold what they had. */
+    uint16_t stale;
 };
 
-/* The same, as calls. `wait` holds the bus until the operation in progress has ended: virtual time
- * jumps. */
+/* The same, as calls. `load`, of what is not to be read plainly now, holds the bus until the
+ * operation in progress has ended: virtual time jumps. */
 struct hil_bank_calls {
     void *who;
     /* 1, 2, 4, 8 bytes */
     void (*store)(void *who, uint32_t address, unsigned size, uint64_t value);
-    void (*wait)(void *who);
+    void (*load)(void *who, uint32_t address);
 };
 
 /* System memory: the program in hil/rom/bootrom.c, which answers AN3155 on USART1. */

@@ -334,6 +334,8 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     a->sampled = a->delivered = 0;
     if (!a->planned && !plan(dev, unit))
         return;
+    hil_rules_judge(dev->rules, HIL_RULE_CONVERTER_ON, a->on, hil_stamp_at(dev->core, at));
+    a->on = (struct hil_moment){0};
     a->running = true;
     a->sr |= SR_STRT;
     schedule(dev, unit);
@@ -405,6 +407,8 @@ static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
         hil_bus_refuse(dev->core,
                        "EXTEN while the trigger is high: silicon may take it for an edge");
     a->cr2 = value & ~CR2_SWSTART;
+    if (value & ~before & CR2_ADON)
+        a->on = hil_stamp(dev->core);
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
         a->dma_ended = false;
         a->dr_full = false;

@@ -41,6 +41,7 @@ struct hil_adc {
     double held_v;          /* in the sample capacitor; only where there are errors */
     uint64_t noise;         /* of the generator */
     uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
+    struct hil_moment on;   /* since when, before its first conversion */
 };
 
 /* What is outside on the analogue pins. */

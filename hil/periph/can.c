@@ -22,6 +22,8 @@
 #define FA1R              0x21cu
 #define BANKS             0x240u
 #define MCR_RESET         0x8000u
+#define TSR_STATUS        0xff000000u /* CODE, TME, LOW */
+#define RFR_FMP           3u
 #define RFR_RFOM          32u
 #define FMR_FINIT         1u
 #define MCR_INRQ          1u
@@ -45,6 +47,7 @@
 #define LEC_BIT_DOMINANT  5u
 #define SUSPEND_BITS      8u /* a passive transmitter waits these in addition */
 #define JOIN_BITS         11u
+#define LEAVE_BITS        2u /* the manual gives no number; HAL and libopencm3 wait as well */
 #define RECOVERY_BITS     (128u * 11u)
 
 static uint64_t bit_cycles(const struct hil_can_device *dev)
@@ -418,6 +421,8 @@ static void update_mode(struct hil_can_device *dev, uint64_t at)
     struct hil_can *c = dev->state;
     if (c->phase == HIL_CAN_FRAME)
         return;
+    if (c->phase == HIL_CAN_LEAVING && !(c->mcr & MCR_INRQ))
+        c->phase = HIL_CAN_IDLE;
     if (c->mcr & MCR_SLEEP) {
         if (!(c->msr & MSR_INAK) || !(c->mcr & MCR_INRQ)) {
             c->msr = (c->msr & ~MSR_INAK) | MSR_SLAK;
@@ -426,8 +431,10 @@ static void update_mode(struct hil_can_device *dev, uint64_t at)
         }
         return;
     }
-    if (c->mcr & MCR_INRQ) {
-        c->msr = (c->msr & ~MSR_SLAK) | MSR_INAK;
+    if ((c->mcr & MCR_INRQ) && !(c->msr & MSR_INAK)) {
+        if (c->phase != HIL_CAN_LEAVING)
+            phase_for(dev, HIL_CAN_LEAVING, at, LEAVE_BITS);
+    } else if (c->mcr & MCR_INRQ) {
         c->phase = HIL_CAN_IDLE;
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     } else if ((c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING) {
@@ -454,6 +461,10 @@ void hil_can_event(void *device, uint64_t at)
         c->phase = HIL_CAN_IDLE;
         break;
     case HIL_CAN_JAMMED: jammed(dev, at); return;
+    case HIL_CAN_LEAVING:
+        c->msr = (c->msr & ~MSR_SLAK) | MSR_INAK;
+        c->phase = HIL_CAN_IDLE;
+        return;
     default: c->phase = HIL_CAN_IDLE; break;
     }
     update_mode(dev, at);
@@ -572,9 +583,18 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     }
 }
 
+/* Flags are cleared by 1: who writes what was read clears those too that rose meanwhile. */
+static void hold_flags(struct hil_can_device *dev, uint32_t status)
+{
+    if (status)
+        hil_bus_refuse(dev->core,
+                       "what was read is written back: it clears all flags that are set");
+}
+
 static void tsr_write(struct hil_can_device *dev, uint32_t value)
 {
     struct hil_can *c = dev->state;
+    hold_flags(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
         if (bits & 1u) /* RQCP clears its companions too */
@@ -643,7 +663,10 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     case MSR: /* ERRI, WKUI, SLAKI do not rise */ break;
     case TSR: tsr_write(dev, value); break;
     case RF0R:
-    case RF1R: release_fifo(c, (offset - RF0R) / 4u, value); break;
+    case RF1R:
+        hold_flags(dev, value & RFR_FMP);
+        release_fifo(c, (offset - RF0R) / 4u, value);
+        break;
     case ESR: /* LEC can be set by software, to see it change */ c->esr = value & 0x70u; break;
     default:
         if (offset == BTR && !(c->msr & MSR_INAK))

@@ -39,6 +39,7 @@ enum hil_can_phase {
     HIL_CAN_JOINING, /* leaving initialisation: waits for 11 recessive bits */
     HIL_CAN_OFF,     /* bus-off, waiting */
     HIL_CAN_JAMMED,  /* the bus is held dominant: counting errors, then waiting */
+    HIL_CAN_LEAVING, /* on the way to initialisation */
 };
 
 struct hil_can {

@@ -7,6 +7,7 @@
 #include "hil/core/nvic.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
+#include "hil/periph/rules.h"
 
 #define ACR            0x00u
 #define KEYR           0x04u
@@ -15,6 +16,8 @@
 #define CR             0x10u
 #define ACR_LATENCY    7u
 #define ACR_RESETS     0x1800u /* ICRST, DCRST */
+#define ACR_DCEN       0x400u
+#define ACR_DCRST      0x1000u
 #define KEY1           0x45670123u
 #define KEY2           0xcdef89abu
 #define OPTKEY1        0x08192a3bu
@@ -210,6 +213,11 @@ void hil_flash_event(void *device, uint64_t at)
     struct hil_flash *flash = dev->state;
     (void)at;
     change_cells(dev, 1000);
+    for (unsigned i = 0; flash->operation > HIL_FLASH_PROGRAM && i < HIL_FLASH_SECTORS; i++) {
+        bool erased = sector_starts[i] - flash->address < flash->size;
+        if (erased && (dev->rcc->state->flash_acr & ACR_DCEN) && hil_rules_hold(dev->rules))
+            dev->core->state.bank.stale |= (uint16_t)(1u << i);
+    }
     stop_operation(dev);
     if (flash->cr & CR_EOPIE)
         flash->sr |= SR_EOP;
@@ -217,9 +225,9 @@ void hil_flash_event(void *device, uint64_t at)
     hil_call(&dev->ready);
 }
 
-void hil_flash_wait(void *device)
+/* Hold the bus until the operation in progress has ended. */
+static void wait_for_end(struct hil_flash_device *dev)
 {
-    struct hil_flash_device *dev = device;
     struct hil_clock *clock = &dev->core->state.clock;
     if (!dev->core->state.bank.busy)
         return;
@@ -229,6 +237,27 @@ void hil_flash_wait(void *device)
         clock->now_cycle = end;
     }
     hil_flash_event(dev, end);
+}
+
+static unsigned sector_of(uint32_t offset)
+{
+    unsigned sector = 0;
+    while (sector_starts[sector + 1] <= offset)
+        sector++;
+    return sector;
+}
+
+void hil_flash_load(void *device, uint32_t address)
+{
+    struct hil_flash_device *dev = device;
+    struct hil_place place = {.pc = dev->core->state.cpu.block_address};
+    wait_for_end(dev);
+    unsigned sector = sector_of(address % HIL_FLASH_SIZE);
+    if (!(dev->core->state.bank.stale >> sector & 1u))
+        return;
+    (void)hil_translator_place(&dev->core->engine.translator, address, &place);
+    hil_rules_broken(dev->rules, HIL_RULE_STALE_CACHE, place.pc, "sector %u at 0x%08x", sector,
+                     (unsigned)address);
 }
 
 /* What stops part of the way leaves cells in between. */
@@ -270,6 +299,7 @@ void hil_flash_reset(struct hil_flash_device *dev)
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
     dev->core->state.bank.boot_rom = boots_rom(dev);
+    dev->core->state.bank.stale = 0;
     if ((flash->options & OPTIONS_FIXED) != OPTIONS_FIXED)
         hil_core_stop(dev->core, MR_UNMODELLED,
                       "unmodelled option bytes 0x%08x: hardware watchdog or write protection",
@@ -281,7 +311,7 @@ static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size
 {
     struct hil_flash *flash = dev->state;
     uint32_t address = HIL_FLASH_BASE + offset;
-    hil_flash_wait(dev); /* a second write holds the bus */
+    wait_for_end(dev); /* a second write holds the bus */
     if (!(flash->cr & CR_PG)) {
         refuse(dev, SR_PGSERR, "store without CR.PG", address);
     } else if (offset % ROW_BYTES + size > ROW_BYTES) {
@@ -333,7 +363,7 @@ static void erase(struct hil_flash_device *dev)
 static void cr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_flash *flash = dev->state;
-    hil_flash_wait(dev); /* a write while BSY is set holds the bus */
+    wait_for_end(dev); /* a write while BSY is set holds the bus */
     if (flash->cr & CR_LOCK) {
         hil_trace(dev->core, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
         return;
@@ -349,7 +379,7 @@ static void cr_write(struct hil_flash_device *dev, uint32_t value)
 static void optcr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_flash *flash = dev->state;
-    hil_flash_wait(dev);
+    wait_for_end(dev);
     if (flash->optcr & OPTCR_LOCK) {
         hil_trace(dev->core, "flash: FLASH_OPTCR is locked, 0x%08x is ignored", (unsigned)value);
         return;
@@ -394,6 +424,10 @@ static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, 
 static void acr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
+    if ((value & ACR_DCRST) && ((rcc->flash_acr | value) & ACR_DCEN))
+        hil_bus_refuse(dev->core, "DCRST while the cache is on: silicon ignores it");
+    else if (value & ACR_DCRST)
+        dev->core->state.bank.stale = 0;
     rcc->latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);
     rcc->flash_acr = value & ~ACR_RESETS;
     if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))

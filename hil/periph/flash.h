@@ -70,8 +70,8 @@ HIL_ON_BUS(flash_if)
 void hil_flash_event(void *device, uint64_t at);
 /* The core stores `size` bytes (1, 2, 4, 8) to a flash address. */
 void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t value);
-/* Hold the bus until the operation in progress has ended: virtual time jumps. */
-void hil_flash_wait(void *device);
+/* The core loads from a flash address while that is no plain matter: see struct hil_bank_calls. */
+void hil_flash_load(void *device, uint32_t address);
 /* The supply went: an operation in progress stays where it is. */
 void hil_flash_power_lost(struct hil_flash_device *dev);
 

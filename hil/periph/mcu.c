@@ -203,7 +203,7 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     mcu->gpio.floats = hil_rules_floats;
     mcu->gpio.stored_who = mcu->gpio.floats_who = &mcu->rules;
     mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, &mcu->dma};
-    core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_wait};
+    core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_load};
     attach_to_bus(mcu);
     attach_to_events(mcu);
     attach_to_pins(mcu);

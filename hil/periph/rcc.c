@@ -534,6 +534,10 @@ static void key_write(struct hil_iwdg_device *dev, uint32_t key)
         dev->rcc->state->watchdog_runs = true;
         start_lsi(dev->rcc); /* by itself */
     }
+    uint64_t now_ps = hil_now_ps(dev->core);
+    if (key == KEY_RELOAD && (now_ps < w->until_ps[0] || now_ps < w->until_ps[1]))
+        hil_rules_broken(dev->rules, HIL_RULE_WATCHDOG_UPDATE, hil_stamp(dev->core).pc, "%s is set",
+                         now_ps < w->until_ps[0] ? "PVU" : "RVU");
     if (key == KEY_START || key == KEY_RELOAD)
         reload(dev);
 }

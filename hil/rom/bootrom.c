@@ -37,6 +37,7 @@
 #define USART1_CR1    REG(0x4001100cu)
 #define IWDG_KR       REG(0x40003000u)
 #define IWDG_PR       REG(0x40003004u)
+#define IWDG_SR       REG(0x4000300cu)
 #define SYST_CSR      REG(0xe000e010u)
 #define SYST_RVR      REG(0xe000e014u)
 #define SYST_CVR      REG(0xe000e018u)
@@ -483,6 +484,8 @@ void reset(void)
     __asm__ volatile("cpsid i");
     IWDG_KR = 0x5555;
     IWDG_PR = 7;
+    for (unsigned polls = 0; IWDG_SR && polls < 10000u; polls++)
+        ;
     feed_watchdog();
     line_error = false;
     clock_fast();

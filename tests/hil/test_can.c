@@ -219,3 +219,26 @@ TEST(test_filters)
     frame = (struct hil_can_frame){.id = 0x101};
     assert_false(hil_can_filter(&can, &frame, &fifo, &match));
 }
+
+/* What silicon ignores, or takes for more than was meant, ends the run. */
+TEST(test_wrong_drivers)
+{
+    static const struct {
+        uint32_t control;
+        const char *reason;
+    } cases[] = {
+        {8, "BTR outside initialisation"},
+        {16, "what was read is written back"},
+        {32, "a priority in the lower four bits"},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct hil_board *board = bench_board("canbus", NULL);
+        bench_control(board, 0, cases[i].control);
+        bench_control(board, 1, 1);
+        bench_control(board, 2, 0x100);
+        assert_int_equal(hil_board_run_until(board, 5 * HIL_MS_PS), MR_UNMODELLED);
+        if (!strstr(hil_board_reason(board), cases[i].reason))
+            fail_msg("%s: %s", cases[i].reason, hil_board_reason(board));
+        hil_board_destroy(board);
+    }
+}

@@ -344,3 +344,59 @@ TEST(each_frame_that_leaves_is_seen)
     assert_int_equal(hil_board_counters(ear->board)->can_ends_unseen, 0);
     ear_close(ear);
 }
+
+/* --- who interrupts whom --- */
+
+#define DMA2_STREAM1 57u
+#define DMA2_STREAM4 60u
+
+struct nesting {
+    struct hil_core *core;
+    bool inside;
+    unsigned made, scan_in_can;
+};
+
+static bool is_active(const struct hil_nvic *nvic, unsigned interrupt)
+{
+    return nvic->active[(16u + interrupt) / 32u] >> (16u + interrupt) % 32u & 1u;
+}
+
+/* Every handler of CAN finds the end of a block waiting as it begins. */
+static void note_nesting(void *who)
+{
+    struct nesting *nesting = who;
+    struct hil_nvic *nvic = &nesting->core->state.nvic;
+    unsigned scan = 16u + DMA2_STREAM4;
+    bool before = nesting->inside;
+    nesting->inside = is_active(nvic, HIL_IRQ_CAN1_TX) || is_active(nvic, HIL_IRQ_CAN1_RX0);
+    nesting->scan_in_can += nesting->inside && is_active(nvic, DMA2_STREAM4);
+    if (!nesting->inside || before)
+        return;
+    nesting->made++;
+    nvic->pending[scan / 32u] |= 1u << scan % 32u;
+    hil_nvic_update(nesting->core);
+    hil_core_attend(nesting->core);
+}
+
+static void note_nothing(void *who, uint64_t at)
+{
+    (void)who;
+    (void)at;
+}
+
+/* A scan that waits for a handler of the links may lose codes: it interrupts them. */
+TEST(the_scan_interrupts_can)
+{
+    static const struct hil_tracer_calls calls = {note_nothing, note_nesting};
+    struct ear *ear = ear_open(NULL, 0);
+    struct nesting nesting = {.core = &ear->board->core};
+    ear_until(ear, 0.3);
+    ear->board->core.onlookers.tracer = &calls;
+    ear->board->core.onlookers.tracer_who = &nesting;
+    ear_until(ear, 0.5);
+    ear->board->core.onlookers.tracer = NULL;
+    print_message("# %u of %u\n", nesting.scan_in_can, nesting.made);
+    assert_true(nesting.made > 10);
+    assert_true(nesting.scan_in_can >= nesting.made);
+    ear_close(ear);
+}

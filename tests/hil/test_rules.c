@@ -14,6 +14,8 @@
 #define USED_SECTORS 4u    /* erased in half a second */
 /* a case of the image, with nothing plugged in: PB3 is open */
 #define UNPLUGGED    51u
+#define FED          60u
+#define ERASED       61u
 
 /* --- the time of a store --- */
 
@@ -308,7 +310,7 @@ static struct hil_board *run_image(uint32_t which, uint32_t wait, uint32_t count
     struct hil_board *board = bench_board("rules", &options);
     bench_control(board, 0, which);
     bench_control(board, 1, wait);
-    (void)hil_board_run_until(board, 20 * HIL_MS_PS);
+    (void)hil_board_run_until(board, (which == ERASED ? 300 : 20) * HIL_MS_PS);
     return board;
 }
 
@@ -355,6 +357,10 @@ TEST(each_rule_stops_who_breaks_it)
         {UNPLUGGED, 1, NULL, NULL}, /* pulled inside */
         {UNPLUGGED, 2, NULL, NULL},
         {52, 0, NULL, NULL},
+        {FED, 0, "WATCHDOG_UPDATE", "RVU is set"},
+        {FED, 1, NULL, NULL},
+        {ERASED, 0, "STALE_CACHE", "sector 1 at 0x08004000"},
+        {ERASED, 1, NULL, NULL},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_board *board = run_image(cases[i].which, cases[i].wait, 0);
@@ -445,6 +451,13 @@ TEST(a_converter_samples_long_enough_for_its_source)
         strstr(hil_board_reason(board),
                "rule SAMPLING: a converter samples for too short a time for its source: "
                "input 0 of ADC1 has 10000 Ohm, and 3 clocks of 8.0 MHz take 2051"));
+    hil_board_destroy(board);
+
+    board = bench_board("rules", NULL);
+    bench_control(board, 0, 50);
+    bench_control(board, 3, 1);
+    assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
+    assert_non_null(strstr(hil_board_reason(board), "rule CONVERTER_ON: "));
     hil_board_destroy(board);
 }
 

@@ -92,7 +92,8 @@ TEST(the_boot_rom_finds_its_vectors_at_0)
     uint32_t at_zero[2], of_rom[2];
     assert_int_equal(hil_board_run_until(ear->board, 300 * HIL_MS_PS), MR_OK);
     ear_command(ear, EAR_SERIAL, MR_COMMAND_BOOTROM, 0, 1);
-    assert_int_equal(hil_board_run_until(ear->board, 700 * HIL_MS_PS), MR_OK);
+    if (hil_board_run_until(ear->board, 700 * HIL_MS_PS) != MR_OK)
+        fail_msg("%s", hil_board_reason(ear->board));
     assert_int_equal(hil_board_peek(ear->board, 0, at_zero, sizeof at_zero), MR_OK);
     assert_int_equal(hil_board_peek(ear->board, 0x1fff0000u, of_rom, sizeof of_rom), MR_OK);
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 24000000);

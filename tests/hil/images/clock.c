@@ -17,6 +17,8 @@ int main(void)
         REG(0x40003004u) = 0;
         REG(0x40003008u) = 63;
         REG(0x40003000u) = 0xcccc;
+        while (REG(0x4000300cu))
+            ;
         while (!control[1])
             REG(0x40003000u) = 0xaaaa;
     }

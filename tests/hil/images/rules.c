@@ -277,7 +277,7 @@ static void of_the_chip(uint32_t which)
 }
 
 /* ADC1 converts PA0 once, after a window by control[1]: 0 is 3 clocks, 7 is 480. control[2]:
- * bits of CFGR, a prescaler, that are set meanwhile. */
+ * bits of CFGR, a prescaler, that are set meanwhile; control[3]: it is not waited for. */
 static void convert(void)
 {
     CFGR |= control[2];
@@ -288,12 +288,44 @@ static void convert(void)
     (void)REG(0x40023844u);
     REG(0x40012010u) = control[1];
     REG(0x40012008u) = 1u;
-    wait_us(3);
+    if (!control[3])
+        wait_us(3);
     REG(0x40012008u) = 1u | 1u << 30;
     while (!(REG(0x40012000u) & 2u))
         ;
     (void)REG(0x4001204cu);
     CFGR &= ~control[2];
+}
+
+/* The watchdog gets another time; control[1]: it is fed when that has arrived. */
+static void feed(void)
+{
+    REG(0x40003000u) = 0xcccc;
+    REG(0x40003000u) = 0x5555;
+    REG(0x40003008u) = 0x800;
+    while (control[1] && REG(0x4000300cu))
+        ;
+    REG(0x40003000u) = 0xaaaa;
+}
+
+/* Sector 1 is erased beside the data cache and read; control[1]: the cache is reset between. */
+static void erase(void)
+{
+    results[2] = *(volatile uint32_t *)0x08004000u;
+    ACR |= 1u << 10;
+    REG(0x40023c04u) = 0x45670123u;
+    REG(0x40023c04u) = 0xcdef89abu;
+    REG(0x40023c10u) = 2u << 8 | 1u << 3 | 2u;
+    REG(0x40023c10u) |= 1u << 16;
+    while (REG(0x40023c0cu) & 1u << 16)
+        ;
+    if (control[1]) {
+        ACR &= ~(1u << 10);
+        ACR |= 1u << 12;
+        ACR &= ~(1u << 12);
+        ACR |= 1u << 10;
+    }
+    results[2] = *(volatile uint32_t *)0x08004000u;
 }
 
 /* TIM2 captures edges of PB3; control[1]: its pull. */
@@ -330,6 +362,10 @@ int main(void)
         of_the_chip(which);
     } else if (which == 50) {
         convert();
+    } else if (which == 60) {
+        feed();
+    } else if (which == 61) {
+        erase();
     } else {
         capture();
     }
