@@ -117,14 +117,18 @@ static int run(const struct request *r, const struct cli *cli)
         store_advice_add(store, &kept, fatal);
     }
     if (r->load) {
-        advise_chart(&advise, talk.state.landings, &plan, fatal);
-        runway_client_chart(talk.dialogue, &plan, fatal);
+        (void)(advise_chart(&advise, talk.state.landings, &plan, &error)
+                   ?: runway_client_chart(talk.dialogue, &plan, &error));
     }
+    bool failed = error.status != MR_OK; /* what was computed is shown all the same */
     advise_answer(&advise, answer);
-    answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load);
+    answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
-    return answer_show(cli, answer, code);
+    if (failed && cli->json) /* into the object */
+        return answer_show(cli, answer, cli_fail(&error));
+    code = answer_show(cli, answer, code);
+    return failed ? cli_fail(&error) : code;
 }
 
 static int advise_command(int argc, char **argv, const struct cli *cli)
@@ -171,7 +175,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned braking over time instead: 0s:4ft/s2,2s:8ft/s2, straight lines between; "
                 "the rows are its multiples"),
-    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 120.0, NOT_GIVEN,
+    OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "where it touches down; else the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
                   "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "

@@ -298,7 +298,8 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
         status = open_link(logger, LINK_SERIAL, serial, error);
     if (status == MR_OK && !logger->store) {
         status = open_store(logger, db, error);
-        cli_note(logger->cli, "a new campaign: %s", db); /* a log asks nobody: it records */
+        if (status == MR_OK) /* a log asks nobody: it records */
+            cli_note(logger->cli, "a new campaign: %s", db);
     }
     return status;
 }

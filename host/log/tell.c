@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "host/advise/arming.h"
 #include "host/analyse/summary.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/process.h"
@@ -557,7 +558,9 @@ static void send_it(struct logger *logger)
         say(logger, "%s: cannot be sent, no link takes it\n", mr_command_name(typed->command.code));
 }
 
-/* `yes` or anything else. */
+static void take_command(struct logger *logger, const char *line);
+
+/* `yes` or anything else: of an order in its place nothing is lost. */
 static void take_reply(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
@@ -569,6 +572,8 @@ static void take_reply(struct logger *logger, const char *line)
     typed->asked = false;
     typed->hold_us = 0;
     say(logger, "not yes: nothing was sent\n");
+    if (mr_command_parse(line, 0, &typed->command) == MR_OK)
+        take_command(logger, line);
 }
 
 /* State of a landing that is going on; NULL: none is. */
@@ -596,12 +601,19 @@ static void take_command(struct logger *logger, const char *line)
         return;
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;
+    char doubts[ARMING_TEXT] = "";
     const char *recording = what_is_recorded(logger);
     if (!arm && !recording) {
         send_it(logger);
         return;
     }
     typed->asked = true;
+    if (arm)
+        arming_doubts(logger->store, (int64_t)link_now_us(), doubts);
+    for (char *at = doubts, *end; *at; at = end + (*end == '\n')) {
+        end = at + strcspn(at, "\n");
+        say(logger, "%.*s\n", (int)(end - at), at);
+    }
     typed->until_us = typed->hold_us = monotonic_us() + ASKED_US;
     if (!arm)
         say(logger, "disarm? What the board records, it is %s, ends there. yes: ", recording);

@@ -135,6 +135,18 @@ not_yes_sends_nothing() { # after it the board still arms for 24
     echo 'arm 23' >&8 && said 'arm for landing 23\?' && echo y >&8 && said 'not yes: nothing was sent' &&
         over_can board arm 24 && over_can board disarm && sleep 0.3 && ! $matrig landing "$work/x.db" | grep -q 'landing 23,'
 }
+doubts_are_repeated() { # what advise, survey and ready had found; an order in the place of yes is obeyed as one
+    sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 1 + max(armed_us), 'against', 'a zone is likely', 1 from landings;
+        insert into gage_surveys(made_us, edges, error_in) values(1, 'left', 0.005); insert into readiness(board_uid, kind, made_us, verdict, checks) select board_uid, 'ready', 1772600000000000, 'go', '{}' from landings limit 1"
+    echo 'arm 25' >&8 && said 'matrig: advise is against this landing: a zone is likely$' && said 'matrig: survey 1 is not finished$' &&
+        said 'matrig: matrig ready was go at 2026-03-04 04:53 UTC, more than 12 h ago$' && said 'arm for landing 25\?' && echo 'arm 26' >&8 && said 'arm for landing 26\?' && echo 'n' >&8 || return 1
+    await eval '[ "$(grep -c "not yes: nothing was sent" "$work/log.err")" = 3 ]'
+    sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 2 + max(armed_us), 'clear', 'c', 1 from landings; update gage_surveys set ended_us = 2"
+}
+a_person_is_asked() { # at a terminal; `y` is no yes
+    printf 'y\n' | TERM=dumb timeout 600 python3 "$work/terminal.py" $matrig board arm 27 --can "unix:$work/can" | tee "$tmp/asked" | grep 'arm. The board records until the gear has stopped .*yes: ' &&
+        await grep -q 'not yes: nothing was sent' "$tmp/asked"
+}
 typed_nonsense() {
     local i=0 line
     for line in 'reset' 'arm 70000' 'arm -1' 'arm 1 2' 'disarm 3' 'arm x'; do
@@ -189,6 +201,8 @@ check "typed into the log: asked once more, then armed" typed_and_meant
 check "typed while armed: refused, and why" typed_and_refused
 check "typed disarm asks too while something is recorded" typed_disarm_asks
 check "anything but yes sends nothing" not_yes_sends_nothing
+check "what speaks against a landing is repeated when it is armed" doubts_are_repeated
+check "board arm asks a person for yes, too" a_person_is_asked
 check "what is no command" typed_nonsense
 check "the log goes on when its input ends; its landings are those that were meant" log_goes_on
 check "its campaign has the board's answers, one of each command" answers_are_kept

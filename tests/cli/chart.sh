@@ -37,6 +37,10 @@ risks_are_kept() {
 }
 another_runway() { ! load another && grep -q 'had 0 landings, the one of the advice 1' "$tmp/another.err"; }
 right_one() { runway 1 && { load right --speed 30ft/s --profile 0s:3ft/s2,2s:3ft/s2,2.2s:12ft/s2 || [ $? = 1 ]; } && [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/right.json') as text), '\$.loaded')")" = 1 ]; }
+what_was_computed_is_shown() { # braking that ends at 0 is no plan for a board: the rows all the same, then why
+    ! load shown --speed 30ft/s --profile 0s:9ft/s2,9s:9ft/s2,10s:0ft/s2 && grep -q '^matrig: a plan that a board does not understand' "$tmp/shown.err" &&
+        [ "$(sqlite3 :memory: "select json_extract(j, '\$.loaded') = 0 and json_array_length(j, '\$.rows') > 5 and json_extract(j, '\$.exit') = 2 from (select cast(readfile('$tmp/shown.json') as text) j)")" = 1 ]
+}
 # Landing 5 of a board that was told a plan and a chart before it.
 told_before() { # LANDINGS SPEED PROFILE
     python3 tests/board/chart.py tests/runs/landing5.run "$@" >"$tmp/told.run" && rm -f "$tmp/told.db" &&
@@ -59,6 +63,7 @@ check "a campaign of a landing" campaign
 check "its risks are kept, and told" risks_are_kept
 check "a board whose runway has had other landings refuses" another_runway
 check "the right one takes chart and plan, a profile" right_one
+check "of a load that fails the table is shown, and then why" what_was_computed_is_shown
 check "a landing told both: they count, the host says the same, and a replay" both_count
 check "a plan that is not followed is left, and that is told" gentle_plan_is_left
 check "a chart of another runway counts for nothing" of_another_runway

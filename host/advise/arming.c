@@ -1,0 +1,91 @@
+#include "host/advise/arming.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/store/store_readiness.h"
+#include "host/survey/survey.h"
+
+static void add(char out[ARMING_TEXT], const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void add(char out[ARMING_TEXT], const char *format, ...)
+{
+    size_t at = strlen(out);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(out + at, ARMING_TEXT - at, format, arguments);
+    va_end(arguments);
+}
+
+static void advice_doubt(struct store *store, int64_t armed_us, char out[ARMING_TEXT])
+{
+    struct error ignored = {0};
+    struct store_advice *rows = NULL;
+    size_t count = 0;
+    (void)store_advices(store, &rows, &count, &ignored);
+    if (count && rows[count - 1].made_us > armed_us &&
+        strcmp(rows[count - 1].verdict, "against") == 0)
+        add(out, "advise is against this landing: %.300s\n", rows[count - 1].reason);
+    free(rows);
+}
+
+/* *loaded_us: when the board was given the newest survey; 0: it was not. */
+static void survey_doubt(struct store *store, int64_t armed_us, int64_t *loaded_us,
+                         char out[ARMING_TEXT])
+{
+    struct error ignored = {0};
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0;
+    (void)store_gage_surveys(store, &rows, &count, &ignored);
+    if (count) {
+        const struct store_gage_survey *row = &rows[count - 1];
+        (void)store_gage_loaded(store, row->id, loaded_us, &ignored);
+        if (row->ended_us == STORE_NONE)
+            add(out, "survey %lld is not finished\n", (long long)row->id);
+        else if (row->made_us < armed_us)
+            add(out, "the mat was not read since the last landing: survey %lld predates it\n",
+                (long long)row->id);
+        else if (!*loaded_us)
+            add(out, "the board does not have survey %lld: matrig survey DB --load LINK\n",
+                (long long)row->id);
+    }
+    free(rows);
+}
+
+static void ready_doubt(struct store *store, int64_t now_us, int64_t armed_us, int64_t loaded_us,
+                        char out[ARMING_TEXT])
+{
+    struct error ignored = {0};
+    struct store_readiness row = {0};
+    bool found = false;
+    char uid[25] = "", at[40];
+    if (store_board_newest(store, uid, &ignored) == MR_OK && uid[0])
+        (void)store_readiness_get(store, uid, "ready", now_us, false, &row, &found, &ignored);
+    if (!found)
+        return;
+    survey_time_text(row.made_us, at, sizeof at);
+    if (strcmp(row.verdict, "go") != 0)
+        add(out, "matrig ready was no-go at %s\n", at);
+    else if (row.made_us < armed_us || row.made_us < loaded_us ||
+             now_us - row.made_us > STORE_READINESS_US)
+        add(out, "matrig ready was go at %s, %s\n", at,
+            row.made_us < armed_us    ? "before the last landing"
+            : row.made_us < loaded_us ? "before the survey was loaded"
+                                      : "more than 12 h ago");
+    free(row.checks);
+}
+
+void arming_doubts(struct store *store, int64_t now_us, char out[ARMING_TEXT])
+{
+    struct store_landing landing = {0};
+    struct error ignored = {0};
+    int64_t run = 0, loaded_us = 0;
+    out[0] = '\0';
+    if (store_day_newest(store, &run, &ignored) == MR_OK && run > 0)
+        (void)store_landing_get(store, run, &landing, &ignored);
+    advice_doubt(store, landing.armed_us, out);
+    survey_doubt(store, landing.armed_us, &loaded_us, out);
+    ready_doubt(store, now_us, landing.armed_us, loaded_us, out);
+}
