@@ -16,8 +16,8 @@ enum mr_command_code {
 /* Who may give it: anybody on the links, who runs the test, or who looks after the board. */
 enum mr_privilege { MR_PRIVILEGE_OPEN, MR_PRIVILEGE_OPERATOR, MR_PRIVILEGE_MAINTENANCE };
 
-/* By what it may come. */
-enum mr_command_links { MR_LINKS_BOTH };
+/* By what it may come, as the rows say. */
+enum mr_command_links { MR_LINKS_BOTH, MR_LINKS_CABLE, MR_LINKS_JUMPER, MR_LINKS_REPLAY };
 
 /* Bits of enum mr_landing_state: when it is obeyed. */
 enum mr_command_when {

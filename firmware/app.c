@@ -316,6 +316,8 @@ static enum mr_status obey_self_test(struct app *app, const struct mr_command *c
 
 static enum mr_status obey_calibrate(struct app *app, const struct mr_command *command)
 {
+    if (command->code == MR_COMMAND_ZERO && command->index && !app->replays)
+        return MR_REPLAY;
     enum mr_status status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing,
                                             command, app->next_index);
     if (status == MR_OK && calibrate_busy(&app->calibrate))
@@ -326,7 +328,7 @@ static enum mr_status obey_calibrate(struct app *app, const struct mr_command *c
 
 static enum mr_status obey_config_read(struct app *app, const struct mr_command *command)
 {
-    return configstore_read(&app->configstore, (uint32_t)command->argument);
+    return configstore_read(&app->configstore, (uint32_t)command->argument, app->by_serial);
 }
 
 static enum mr_status obey_camera(struct app *app, const struct mr_command *command)
@@ -346,6 +348,13 @@ static enum mr_status obey_backlog(struct app *app, const struct mr_command *com
     return status == MR_OK ? NO_ANSWER : status; /* the landing that is replayed had none */
 }
 
+static enum mr_status obey_replay(struct app *app, const struct mr_command *command)
+{
+    (void)command;
+    app->replays = true;
+    return NO_ANSWER; /* likewise */
+}
+
 static enum mr_status obey_box(struct app *app, const struct mr_command *command)
 {
     return boxlink_obey(&app->boxlink, &app->box, &app->telemetry, command);
@@ -363,20 +372,36 @@ static enum mr_status hand_on(struct app *app, const struct mr_command *command)
     }
 }
 
-/* When each code is obeyed: enum mr_command_when; 0: there is no such code. */
-static const uint8_t allowed_when[] = {
+/* Of each code: enum mr_command_when, 0: there is no such code; enum mr_command_links. */
+static const struct allowed {
+    uint8_t when, links;
+} allowed[] = {
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning) \
-    [code] = MR_WHEN_##states,
+    [code] = {MR_WHEN_##states, MR_LINKS_##links},
 #include "common/catalogue.def"
 };
 
+/* May what came by this link be obeyed? */
+static enum mr_status check_link(const struct app *app, enum mr_command_links links)
+{
+    bool jumper = links != MR_LINKS_BOTH && board_jumper();
+    switch (links) {
+    case MR_LINKS_CABLE: return app->by_serial || jumper ? MR_OK : MR_CABLE;
+    case MR_LINKS_JUMPER: return app->by_serial && jumper ? MR_OK : MR_JUMPER;
+    case MR_LINKS_REPLAY: return app->replays ? MR_OK : MR_REPLAY;
+    default: return MR_OK;
+    }
+}
+
 static enum mr_status obey(struct app *app, const struct mr_command *command)
 {
-    if (command->code >= sizeof allowed_when || !allowed_when[command->code])
+    const struct allowed *rule = &allowed[command->code];
+    if (command->code >= sizeof allowed / sizeof allowed[0] || !rule->when)
         return MR_UNKNOWN;
-    if (!(allowed_when[command->code] >> app->landing.state & 1u))
+    /* the state first: a landing that is replayed, by whatever link, is answered the same */
+    if (!(rule->when >> app->landing.state & 1u))
         return MR_NOT_NOW;
-    return hand_on(app, command);
+    return check_link(app, (enum mr_command_links)rule->links) ?: hand_on(app, command);
 }
 
 /* MR_OK: answered, whatever the answer; else it was no command. */
@@ -397,21 +422,29 @@ static enum mr_status take_command(struct app *app, const uint8_t *payload, size
     return MR_OK;
 }
 
+/* A word of a new configuration, which `config-apply` will take into force. */
+static void take_word(struct app *app, const uint8_t *payload, size_t length)
+{
+    enum mr_config_locked locked = landing_recording(&app->landing) ? MR_CONFIG_RECORDING
+                                 : check_link(app, MR_LINKS_CABLE)  ? MR_CONFIG_BY_CAN
+                                                                    : MR_CONFIG_OPEN;
+    configstore_word(&app->configstore, &app->telemetry, payload, length, locked);
+}
+
 static void take_commands(struct app *app)
 {
     struct board_can_frame can;
     uint8_t bytes[APP_SERIAL_BYTES];
     tasks_begin(MR_TASK_COMMANDS);
 
-    app->configstore.by_serial = false;
+    app->by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
             (void)take_command(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
-            configstore_word(&app->configstore, &app->telemetry, can.data, can.length,
-                             landing_recording(&app->landing));
+            take_word(app, can.data, can.length);
     }
-    app->configstore.by_serial = true;
+    app->by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
     for (size_t i = 0; i < count; i++) {
         struct mr_frame frame;
@@ -419,8 +452,7 @@ static void take_commands(struct app *app)
         if (status == MR_OK && frame.type == MR_ID_COMMAND)
             status = take_command(app, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_CONFIG_WORD)
-            configstore_word(&app->configstore, &app->telemetry, frame.payload, frame.length,
-                             landing_recording(&app->landing));
+            take_word(app, frame.payload, frame.length);
         if (status != MR_OK && status != MR_TOO_FEW) {
             if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;

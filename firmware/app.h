@@ -40,6 +40,8 @@ struct app {
     uint32_t next_index; /* of the block expected next */
     uint32_t fitted;     /* bit c: channel c is */
     uint16_t can_base;   /* the one that messages have now */
+    bool by_serial;      /* what is obeyed came so */
+    bool replays;        /* inputs of a replay are taken */
 
     struct mr_block newest[APP_NEWEST]; /* by index modulo their number */
     uint32_t blocks_in_row;             /* up to the newest, without a gap */

@@ -121,6 +121,8 @@ void board_shunt(bool on);
 bool board_lamp_draws(void);
 void board_watchdog_feed(void);
 
+/* The maintenance jumper is fitted. */
+bool board_jumper(void);
 /* The boot ROM listens at the serial link's pins: else nobody could call the board back from it. */
 bool board_rom_hears(void);
 /* Restart into the chip's boot ROM. Does not return on the board. */

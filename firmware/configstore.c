@@ -101,17 +101,17 @@ static bool is_received(const struct configstore *store, unsigned word)
 }
 
 static void tell_staged(const struct configstore *store, struct telemetry *telemetry, uint16_t tag,
-                        bool locked)
+                        enum mr_config_locked locked)
 {
     struct mr_config_staged staged = {
-        .tag = tag, .words = (uint16_t)store->words, .locked = locked};
+        .tag = tag, .words = (uint16_t)store->words, .locked = (uint8_t)locked};
     while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
         staged.missing++;
     TELL_THIS(telemetry, TO_LINKS, config_staged, CONFIG_STAGED, &staged);
 }
 
 void configstore_word(struct configstore *store, struct telemetry *telemetry,
-                      const uint8_t *payload, size_t length, bool locked)
+                      const uint8_t *payload, size_t length, enum mr_config_locked locked)
 {
     struct mr_config_word word;
     if (mr_config_word_get(&word, payload, length) != MR_OK || word.offset >= MR_CONFIG_WORDS)
@@ -196,7 +196,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     return MR_OK;
 }
 
-enum mr_status configstore_read(struct configstore *store, uint32_t word)
+enum mr_status configstore_read(struct configstore *store, uint32_t word, bool by_serial)
 {
     if (word >= MR_CONFIG_WORDS)
         return MR_USAGE;
@@ -205,7 +205,7 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word)
     zero_exchange();
     store->staging = false;
     store->telling = true;
-    store->tell_serial = store->by_serial;
+    store->tell_serial = by_serial;
     store->tell_next = word;
     return MR_OK;
 }

@@ -38,7 +38,6 @@ struct configstore {
     bool staging;
     uint16_t tag;   /* of the words that are staged */
     unsigned words; /* of them */
-    bool by_serial; /* the link that the last command came by */
     bool telling, tell_serial;
     unsigned tell_next;
 };
@@ -47,9 +46,9 @@ struct configstore {
 
 /* At start, before anything reads `config`. */
 void configstore_start(struct configstore *store);
-/* A word of a new configuration. `locked`: a landing is armed or going on. */
+/* A word of a new configuration; taken when `locked` is MR_CONFIG_OPEN. */
 void configstore_word(struct configstore *store, struct telemetry *telemetry,
-                      const uint8_t *payload, size_t length, bool locked);
+                      const uint8_t *payload, size_t length, enum mr_config_locked locked);
 /* config-apply. MR_OK: `config` is another now, everything derived from it must be;
  * MR_TOO_FEW: words are missing; MR_MALFORMED, MR_VERSION, MR_CRC: no configuration,
  * another table's, damaged; MR_LIMIT: refused, config_refused says why; MR_IO: the flash failed.
@@ -57,7 +56,7 @@ void configstore_word(struct configstore *store, struct telemetry *telemetry,
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
                                  uint32_t crc);
 /* config-read. MR_OK; MR_USAGE: no such word. */
-enum mr_status configstore_read(struct configstore *store, uint32_t word);
+enum mr_status configstore_read(struct configstore *store, uint32_t word, bool by_serial);
 /* Each block: what is to be told. A landing ends the telling. */
 void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked);
 /* For hello. */

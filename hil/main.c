@@ -257,6 +257,7 @@ static const struct option {
     OF_TEXT("--nor", "FILE", nor, "the same for the black box's memory"),
     OF_OWN("--temperature", "C[,C/h]", parse_temperature,
            "of the mat, in degrees and how fast it rises, or none: no thermometer (default 20)"),
+    OF_FLAG("--jumper", options.jumper, "the maintenance jumper is fitted"),
     OF_FLAG("--bare", options.bare,
             "nothing is plugged in where the rig is: the lines of one-shot, lamp and camera are "
             "open"),

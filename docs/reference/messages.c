@@ -49,15 +49,21 @@ static void write_commands(FILE *out)
                              *const when[] = {[MR_WHEN_IDLE] = "idle",
                                               [MR_WHEN_AT_REST] = "idle, done",
                                               [MR_WHEN_RECORDING] = "armed, landing, settling",
-                                              [MR_WHEN_ANY] = "always"};
+                                              [MR_WHEN_ANY] = "always"},
+                             *const how[] = {[MR_LINKS_BOTH] = "either",
+                                             [MR_LINKS_CABLE] = "serial; CAN with the jumper",
+                                             [MR_LINKS_JUMPER] = "serial with the jumper",
+                                             [MR_LINKS_REPLAY] = "either, after `replay`"};
     fputs(
         "\n## Commands to the board\n\nThe message `command` carries a code. In another state than "
-        "those named the board refuses it.\n\n| code | name | who | state of the landing | counts "
-        "a unit of the argument | meaning |\n|---|---|---|---|---|---|\n",
+        "those named, or by another link, the board refuses it. The jumper: MAINTENANCE "
+        "([pins](pins.md)).\n\n| code | name | who | state of the landing | link | counts a unit "
+        "of the argument | meaning |\n|---|---|---|---|---|---|---|\n",
         out);
-#define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)        \
-    fprintf(out, "| %d | `%s` | %s | %s | %d | %s |\n", code, text, who[MR_PRIVILEGE_##privilege], \
-            when[MR_WHEN_##states], counts, meaning);
+#define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)       \
+    fprintf(out, "| %d | `%s` | %s | %s | %s | %d | %s |\n", code, text,                          \
+            who[MR_PRIVILEGE_##privilege], when[MR_WHEN_##states], how[MR_LINKS_##links], counts, \
+            meaning);
 #include "common/catalogue.def"
 }
 

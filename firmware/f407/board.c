@@ -239,6 +239,11 @@ static struct {
     uint32_t complement;
 } note __attribute__((section(".noinit")));
 
+bool board_jumper(void)
+{
+    return !pin_read(PIN_MAINTENANCE);
+}
+
 bool board_rom_hears(void)
 {
     return BOARD_ROM_HEARS_SERIAL;

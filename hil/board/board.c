@@ -251,6 +251,13 @@ void hil_board_reset(struct hil_board *board)
     take_reset(board);
 }
 
+/* It ties its pin to ground. */
+static void fit_jumper(struct hil_board *board)
+{
+    struct hil_pin_place at = board->options.type->jumper;
+    hil_gpio_drive(&board->mcu.gpio, at.port, at.pin, false, 0);
+}
+
 struct hil_board *hil_board_create(const struct hil_options *options)
 {
     struct hil_board *board = hil_allocate(sizeof *board);
@@ -273,6 +280,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0);
         hil_gpio_drive(&board->mcu.gpio, 1, 3, false, 0);
     }
+    if (options->jumper)
+        fit_jumper(board);
     hil_tmp112_power(&board->tmp112);
     reset_chip(board, HIL_CSR_POWER_ON);
     board->core.trace = options->trace;
@@ -378,6 +387,7 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
 {
     board->state.replay = (struct hil_replay_state){0};
     hil_replay_connect(&board->replay, replay);
+    fit_jumper(board); /* for the command replay */
     if (replay->has_uid)
         memcpy(board->options.uid, replay->uid, sizeof board->options.uid);
     if (!replay->crystal)

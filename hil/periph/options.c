@@ -42,7 +42,7 @@
                 P('A', 4), P('A', 5),  P('A', 6), P('A', 7), P('B', 0), P('B', 1),  \
                 P('C', 0), P('C', 1),  P('C', 2), P('C', 3), P('C', 4), P('C', 5)}, \
     .warning = P('E', 0), .shunts = P('E', 1), .pull = PULLS(P('E', 0), P('E', 1)), \
-    .lamp = P('E', 3)
+    .lamp = P('E', 3), .jumper = P('E', 8)
 
 static const struct hil_board_type types[] = {
     {
@@ -77,6 +77,7 @@ static const struct hil_board_type types[] = {
         .shunts = P('E', 5),
         .pull = PULLS(P('E', 4), P('E', 5)),
         .lamp = P('E', 6),
+        .jumper = P('E', 8),
         .serial_out = P('C', 6),
         .serial_in = P('C', 7),
         .usart = 6,

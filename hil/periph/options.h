@@ -39,7 +39,7 @@ struct hil_board_type {
     double supply_v;                  /* VDDA */
     uint16_t bonded[HIL_BOARD_PORTS]; /* pins of each port that the package has */
     struct hil_pin_place channel[HIL_BOARD_CHANNELS];
-    struct hil_pin_place warning, shunts, lamp;
+    struct hil_pin_place warning, shunts, lamp, jumper;
     struct hil_pull pull[HIL_BOARD_PULLS];
     struct hil_pin_place serial_out, serial_in;
     uint8_t usart, serial_function; /* which is the serial link, and its alternate function */
@@ -97,6 +97,7 @@ struct hil_options {
     uint64_t board_seed;
     const struct hil_figures *figures; /* from which; NULL: of hil/circuits */
     uint32_t uid[3];                   /* unique device identifier */
+    bool jumper;                       /* the maintenance jumper is fitted */
     bool bare;            /* nothing is plugged in where the rig is: its lines are open */
     bool left_on;         /* see hil_rcc_leave_on */
     bool boot0;           /* level of the BOOT0 pin at reset: high starts the boot ROM */

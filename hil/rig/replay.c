@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/command.h"
 #include "hil/core/core.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/gpio.h"
@@ -81,6 +82,13 @@ static void schedule(struct hil_replay_device *dev)
     hil_event_set_cycle(dev->core, HIL_EVENT_REPLAY, next);
 }
 
+static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
+{
+    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
+        hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board",
+                      (unsigned)message->tag);
+}
+
 /* The first conversion after TIM2 has started: everything is counted from that start. */
 static void begin(struct hil_replay_device *dev)
 {
@@ -91,14 +99,8 @@ static void begin(struct hil_replay_device *dev)
         .zero_cycle = tim2->base_cycle - tim2->base_count * tick_cycles(dev),
         .resets = dev->core->state.counters.resets,
     };
+    give(dev, &(struct mr_command){.code = MR_COMMAND_REPLAY}, true);
     schedule(dev);
-}
-
-static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
-{
-    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
-        hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board",
-                      (unsigned)message->tag);
 }
 
 /* All commands of the next block at once. The application takes those from CAN first. */

@@ -5,7 +5,8 @@
  * codes follow the polarity that the excitation pins really have. PA15 rises so that TIM2 captures
  * the recorded ticks, PB3 at those of film frames, from which the board has taken off the delay of
  * its filter. Commands come over the serial line (a third and fourth of one block over CAN) in the
- * middle of the block that took them. */
+ * middle of the block that took them; the board is started for a replay by the command `replay` and
+ * the maintenance jumper. */
 #ifndef MATRIG_HIL_REPLAY_H
 #define MATRIG_HIL_REPLAY_H
 

@@ -207,6 +207,10 @@ static enum mr_status send_words(struct config_client *talk, const uint8_t *imag
         enum mr_status status = send_window(talk, image, from, error);
         if (status != MR_OK)
             return status;
+        if (talk->staged && talk->progress.locked == MR_CONFIG_BY_CAN)
+            return dialogue_refused(
+                talk->dialogue,
+                &(struct mr_ack){.code = MR_COMMAND_CONFIG_APPLY, .status = MR_CABLE}, NULL, error);
         if (talk->staged && talk->progress.locked)
             return not_now(talk, error);
         idle = talk->staged && talk->progress.missing > from ? 0 : idle + 1;

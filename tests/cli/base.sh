@@ -15,7 +15,7 @@ moved() { # BASE UID0: the board of first.log with that base, another chip
 }
 moved 0x190 27003500 >"$tmp/second.log"
 
-over_can() { with_board --speed real --can "$can" -- $matrig board --can "$can$1" config "${@:2}"; }
+over_can() { with_board --jumper --speed real --can "$can" -- $matrig board --can "$can$1" config "${@:2}"; }
 # over_serial CAN-LOG WORD...: that is the bus that is heard
 over_serial() { with_board --serial "$serial" -- $matrig board --serial "$serial" --can "file:$1" config "${@:2}"; }
 with_base() { # BASE [REVISION]: the board's text with that base

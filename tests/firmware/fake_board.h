@@ -57,6 +57,7 @@ struct fake_board {
     uint32_t supply_mv; /* 0: 3300 */
     unsigned configurations;
     unsigned rom_entries;
+    bool jumper;
     bool rom_deaf; /* the boot ROM does not listen at the serial link */
     uint8_t clock_source;
     uint8_t image_state;

@@ -299,6 +299,7 @@ TEST_IN(a_zero_can_be_given, start_rig, end_rig)
     struct mr_command message = {.code = MR_COMMAND_ZERO, .index = 3, .tag = 9};
     struct board_can_frame *frame = &fake.received[fake.received_count++];
     memcpy(&message.argument, &code, sizeof code);
+    app.replays = true;
     frame->id = MR_ID_COMMAND;
     frame->length = (uint8_t)mr_command_put(&message, frame->data);
     play_gages(1);
@@ -455,6 +456,7 @@ TEST_IN(a_gage_that_moves_between_is_not_measured, start_rig, end_rig)
 TEST_IN(nonsense_is_refused, start_rig, end_rig)
 {
     const float codes[] = {5000.0f, -5000.0f, NAN};
+    app.replays = true;
     for (unsigned i = 0; i < 4; i++) {
         struct mr_command message = {.code = MR_COMMAND_ZERO,
                                      .index = i < 3 ? 3 : MR_TRANSDUCERS + MR_GAGES + 1,

@@ -362,6 +362,7 @@ TEST_IN(a_backlog_is_an_input, start_with_memory, put_back)
     assert_true(verdict.basis & MR_PREDICTOR_DEGRADED);
     live(100);
     unsigned answers = count_frames(MR_ID_ACK);
+    app.replays = true;
     command("backlog 12"); /* as a replay gives it */
     live(20);
     assert_int_equal(count_frames(MR_ID_ACK), answers); /* the landing had none */

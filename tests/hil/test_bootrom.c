@@ -348,9 +348,13 @@ TEST(test_command)
     wait_ps(&host, 100 * HIL_MS_PS);
     assert_int_equal(mr_command_parse("bootrom", 1, &message), MR_OK);
     frame.length = (uint8_t)mr_command_put(&message, frame.data);
-    assert_int_equal(hil_can_inject(&host.board->mcu.can, &frame), MR_OK);
-    wait_ps(&host, 100 * HIL_MS_PS);
-    assert_int_equal(hil_board_counters(host.board)->resets, 1);
+    for (unsigned jumper = 0; jumper < 2; jumper++) { /* PE8 to ground */
+        if (jumper)
+            hil_gpio_drive(&host.board->mcu.gpio, 4, 8, false, hil_now(&host.board->core));
+        assert_int_equal(hil_can_inject(&host.board->mcu.can, &frame), MR_OK);
+        wait_ps(&host, 100 * HIL_MS_PS);
+        assert_int_equal(hil_board_counters(host.board)->resets, jumper);
+    }
     sync_host(&host);
     assert_int_equal(command(&host, 0x02), ACK);
     expect(&host, "\x01\x04\x13\x79", 4);
