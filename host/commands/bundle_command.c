@@ -71,7 +71,7 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
     if (access(r->path, F_OK) == 0)
         error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
-    if (error->status == MR_OK && store_open(r->words[0], STORE_OPEN, &store, error) == MR_OK &&
+    if (error->status == MR_OK && store_open(r->words[0], STORE_SOURCE, &store, error) == MR_OK &&
         find_image(r, store, cli, &image, error) == MR_OK &&
         store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length, error) ==
             MR_OK &&

@@ -16,6 +16,7 @@
 
 /* another program may hold the file; what comes meanwhile waits in the links */
 #define BUSY_WAIT_MS 30000
+#define READ_WAIT_MS 500
 
 /* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
 #define VALUE_BYTES_MAX 268435456
@@ -190,6 +191,47 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
     return refuse_foreign(store, error);
 }
 
+static enum mr_status open_file(struct store *store, const char *name, int flags,
+                                enum store_mode mode, struct error *error)
+{
+    if (sqlite3_open_v2(name, &store->database, flags, NULL) != SQLITE_OK)
+        return store_failed(store, "open", error);
+    /* without locks a file looks as if it were locked: to be found out soon */
+    bool first = (mode == STORE_READ || mode == STORE_SOURCE) && !store->waits;
+    sqlite3_busy_timeout(store->database, first ? READ_WAIT_MS : BUSY_WAIT_MS);
+    guard_settings(store->database);
+    store_limit_steps(store);
+    /* another program's database keeps its journal as it is */
+    sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
+    enum mr_status status = check_version(store, mode, error);
+    sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, status != MR_OK, NULL);
+    sqlite3_busy_timeout(store->database, BUSY_WAIT_MS);
+    return status;
+}
+
+/* SQLite reads a campaign with files beside it, which it makes, and locks: where it cannot, it is
+ * read otherwise. */
+static enum mr_status open_again(struct store *store, enum store_mode mode,
+                                 const struct error *first, struct error *error)
+{
+    char uri[STORE_PLACE_URI];
+    const char *name = store->path;
+    int refused = store->refused, flags = SQLITE_OPEN_READWRITE;
+    if (refused != SQLITE_CANTOPEN && refused != SQLITE_READONLY && refused != SQLITE_IOERR &&
+        refused != SQLITE_PROTOCOL && refused != SQLITE_BUSY)
+        return error_set(error, first->status, "%s", first->text);
+    sqlite3_close(store->database);
+    store->database = NULL;
+    if (refused != SQLITE_BUSY || !store_place_has_locks(store->path)) {
+        if (store_place_to_read(store->path, uri, store->folder, error) != MR_OK)
+            return error->status;
+        name = uri;
+        flags |= SQLITE_OPEN_URI;
+    }
+    store->waits = true;
+    return open_file(store, name, flags, mode, error);
+}
+
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error)
 {
@@ -205,18 +247,17 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         return error_set(error, MR_FULL, "no memory: database %s; close other programs", path);
     }
     made->path = copy;
-    int flags = SQLITE_OPEN_READWRITE | (mode == STORE_CREATE ? SQLITE_OPEN_CREATE : 0);
     enum mr_status status = MR_OK;
-    if (sqlite3_open_v2(path, &made->database, flags, NULL) != SQLITE_OK)
-        status = store_failed(made, "open", error);
-    if (status == MR_OK) {
-        sqlite3_busy_timeout(made->database, BUSY_WAIT_MS);
-        guard_settings(made->database);
-        store_limit_steps(made);
-        /* another program's database keeps its journal as it is */
-        sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
-        status = check_version(made, mode, error);
-        sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, status != MR_OK, NULL);
+    int flags = SQLITE_OPEN_READWRITE | (mode == STORE_CREATE ? SQLITE_OPEN_CREATE : 0);
+    if (mode == STORE_OPEN || (mode == STORE_CREATE && strcmp(path, ":memory:") != 0))
+        status = store_place_to_write(path, error);
+    if (status == MR_OK && (mode == STORE_READ || mode == STORE_SOURCE)) {
+        struct error first = {0}; /* `error` may end the command */
+        status = open_file(made, path, flags, mode, &first);
+        if (status != MR_OK)
+            status = open_again(made, mode, &first, error);
+    } else if (status == MR_OK) {
+        status = open_file(made, path, flags, mode, error);
     }
     if (status == MR_OK && mode == STORE_READ)
         status = store_execute(made, "PRAGMA query_only=1", "open", error);
@@ -225,6 +266,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     if (status == MR_OK && mode == STORE_CREATE)
         status = store_execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up",
                                error);
+    made->writes = status == MR_OK && mode == STORE_CREATE;
     if (status != MR_OK) {
         store_close(made);
         return status;
@@ -270,9 +312,14 @@ void store_close(struct store *store)
     if (!store)
         return;
     store_each_statement(store, sqlite3_finalize);
+    if (store->writes && !store->overwritten) { /* a copy of the file alone is all of it */
+        sqlite3_busy_timeout(store->database, 0);
+        sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
+    }
     sqlite3_close(store->database);
     if (store->alone)
         close(store->alone);
+    store_place_forget(store->folder);
     free(store->path);
     free(store);
 }
@@ -558,6 +605,7 @@ void store_leave(struct store *store, bool moved)
     /* Closing would else write the journal back, and delete by its path what may be another
      * campaign's. */
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
+    store->writes = false;
     store_close(store);
 }
 

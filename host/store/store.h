@@ -33,7 +33,8 @@
 enum store_mode {
     STORE_OPEN,   /* must exist */
     STORE_CREATE, /* is made when it does not exist */
-    STORE_READ,   /* must exist, nothing is written */
+    STORE_READ,   /* must exist, nothing is written: it may lie where nothing can be */
+    STORE_SOURCE, /* the same, and what is attached to it is written */
 };
 
 struct store;

@@ -229,7 +229,10 @@ struct store {
     char *path;
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use, as the next two */
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
-    int alone; /* descriptor that keeps others who log out; 0: none */
+    int alone;               /* descriptor that keeps others who log out; 0: none */
+    bool waits;              /* it has locks, and another program holds them */
+    bool writes;             /* its journal is written back when it is closed */
+    char folder[STORE_TEXT]; /* holds a copy that is read; "": none */
     sqlite3_stmt *frames_put;
     struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
     unsigned waiting_count;
@@ -260,5 +263,21 @@ void store_each_statement(struct store *store, int (*each)(sqlite3_stmt *stateme
 
 /* Columns with NULL as STORE_NONE and NaN; text is copied, cut to `size`. */
 void store_text(sqlite3_stmt *statement, int column, char *out, size_t size);
+
+/* ---- where a campaign lies (store_place.c) ---- */
+
+#define STORE_PLACE_URI 12400u /* each byte of a path as three */
+
+/* "nfs4 at /home". */
+void store_file_system(const char *path, char out[STORE_TEXT]);
+/* MR_IO: a campaign cannot be written there; the error says why. */
+enum mr_status store_place_to_write(const char *path, struct error *error);
+/* While no connection of this process is open to it: closing a descriptor takes SQLite's locks. */
+bool store_place_has_locks(const char *path);
+/* A name by which SQLite reads it all the same: in place when no journal waits to be written back,
+ * else a copy in `folder`, for store_place_forget. */
+enum mr_status store_place_to_read(const char *path, char uri[STORE_PLACE_URI],
+                                   char folder[STORE_TEXT], struct error *error);
+void store_place_forget(const char folder[STORE_TEXT]);
 
 #endif

@@ -7,14 +7,19 @@
  *     DISK_FULL=FILE:PART          writing to paths that contain PART fails as on a full disk as
  *                                  long as FILE is there
  *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes
- *                                  SECONDS; FILE goes */
+ *                                  SECONDS; FILE goes
+ *     PLACE=PART:WHAT              what is at paths that contain PART lies on a disk that is
+ *                                  read-only, or has no-locks, or no-shared memory */
 #include <dlfcn.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
+#include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
@@ -65,6 +70,86 @@ int clock_gettime(clockid_t clock, struct timespec *at)
     at->tv_nsec = (long)(shown % NS);
     return 0;
 }
+
+/* PLACE says so of the path. */
+static int is_at(const char *path, const char *what)
+{
+    const char *value = getenv("PLACE"), *colon = value ? strrchr(value, ':') : NULL;
+    char part[256];
+    if (!colon || strcmp(colon + 1, what) != 0 || (size_t)(colon - value) >= sizeof part)
+        return 0;
+    memcpy(part, value, (size_t)(colon - value));
+    part[colon - value] = '\0';
+    return strstr(path, part) != NULL;
+}
+
+static int is_file_at(int fd, const char *what)
+{
+    char link[40], path[4096];
+    snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+    ssize_t length = getenv("PLACE") && fd >= 0 ? readlink(link, path, sizeof path - 1) : -1;
+    path[length > 0 ? length : 0] = '\0';
+    return length > 0 && is_at(path, what);
+}
+
+static int refused(int number)
+{
+    errno = number;
+    return -1;
+}
+
+#define OPENS(name)                                                              \
+    int name(const char *path, int flags, ...)                                   \
+    {                                                                            \
+        int (*real)(const char *, int, ...);                                     \
+        va_list more;                                                            \
+        va_start(more, flags);                                                   \
+        mode_t mode = flags & O_CREAT ? va_arg(more, mode_t) : 0;                \
+        va_end(more);                                                            \
+        *(void **)&real = dlsym(RTLD_NEXT, #name);                               \
+        return flags & (O_WRONLY | O_RDWR | O_CREAT) && is_at(path, "read-only") \
+                 ? refused(EROFS)                                                \
+                 : real(path, flags, mode);                                      \
+    }
+OPENS(open)
+OPENS(open64)
+
+int access(const char *path, int how)
+{
+    int (*real)(const char *, int);
+    *(void **)&real = dlsym(RTLD_NEXT, "access");
+    return how & W_OK && is_at(path, "read-only") ? refused(EROFS) : real(path, how);
+}
+
+#define LOCKS(name)                                                                     \
+    int name(int fd, int command, ...)                                                  \
+    {                                                                                   \
+        int (*real)(int, int, ...);                                                     \
+        va_list more;                                                                   \
+        va_start(more, command);                                                        \
+        void *argument = va_arg(more, void *);                                          \
+        va_end(more);                                                                   \
+        *(void **)&real = dlsym(RTLD_NEXT, #name);                                      \
+        return (command == F_SETLK || command == F_GETLK) && is_file_at(fd, "no-locks") \
+                 ? refused(ENOLCK)                                                      \
+                 : real(fd, command, argument);                                         \
+    }
+LOCKS(fcntl)
+LOCKS(fcntl64)
+
+#define MAPS(name)                                                                  \
+    void *name(void *at, size_t length, int how, int flags, int fd, off64_t offset) \
+    {                                                                               \
+        void *(*real)(void *, size_t, int, int, int, off64_t);                      \
+        *(void **)&real = dlsym(RTLD_NEXT, #name);                                  \
+        if (fd >= 0 && flags & MAP_SHARED && is_file_at(fd, "no-shared")) {         \
+            errno = ENODEV;                                                         \
+            return MAP_FAILED;                                                      \
+        }                                                                           \
+        return real(at, length, how, flags, fd, offset);                            \
+    }
+MAPS(mmap)
+MAPS(mmap64)
 
 static int is_full(int fd)
 {

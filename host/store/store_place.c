@@ -1,0 +1,200 @@
+/* Where a campaign lies: whether it can be written there, what file system that is, and how one is
+ * read that SQLite cannot open in its place, on media that cannot be written, in another user's
+ * folder, in a snapshot, on a network drive without locks. */
+#include <errno.h>
+#include <fcntl.h>
+#include <libgen.h>
+#include <limits.h>
+#include <mntent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "host/store/store.h"
+#include "host/store/table.h"
+
+#define PROBE_BYTES 4096
+#define COPY_BYTES  (1024 * 1024)
+
+static void folder_of(const char *path, char folder[PATH_MAX])
+{
+    snprintf(folder, PATH_MAX, "%s", path);
+    char *name = dirname(folder);
+    if (name != folder)
+        memmove(folder, name, strlen(name) + 1);
+}
+
+void store_file_system(const char *path, char out[STORE_TEXT])
+{
+    char folder[PATH_MAX], real[PATH_MAX];
+    size_t longest = 0;
+    struct mntent *mount;
+    FILE *mounts = setmntent("/proc/self/mounts", "r");
+    folder_of(path, folder);
+    snprintf(out, STORE_TEXT, "file system unknown");
+    while (mounts && realpath(folder, real) && (mount = getmntent(mounts))) {
+        size_t length = strcmp(mount->mnt_dir, "/") == 0 ? 0 : strlen(mount->mnt_dir);
+        if (length < longest || strncmp(real, mount->mnt_dir, length) != 0 ||
+            (real[length] != '/' && real[length] != '\0'))
+            continue;
+        longest = length;
+        snprintf(out, STORE_TEXT, "%.60s at %.120s", mount->mnt_type, mount->mnt_dir);
+    }
+    if (mounts)
+        endmntent(mounts);
+}
+
+/* As SQLite does beside a campaign: a lock, and memory that programs share. NULL: it can; else what
+ * it cannot. */
+static const char *probe(int fd, int *number)
+{
+    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_len = 1};
+    *number = 0;
+    if (fcntl(fd, F_SETLK, &lock) != 0 && errno != EAGAIN && errno != EACCES) {
+        *number = errno;
+        return "locks";
+    }
+    void *shared = MAP_FAILED;
+    if (ftruncate(fd, PROBE_BYTES) == 0) {
+        shared = mmap(NULL, PROBE_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+        *number = shared == MAP_FAILED ? errno : 0;
+    }
+    if (shared != MAP_FAILED)
+        munmap(shared, PROBE_BYTES);
+    return *number ? "shared memory" : NULL;
+}
+
+enum mr_status store_place_to_write(const char *path, struct error *error)
+{
+    char folder[PATH_MAX], name[PATH_MAX + 40], system[STORE_TEXT];
+    int number = 0;
+    folder_of(path, folder);
+    bool there = access(path, F_OK) == 0;
+    if ((there && access(path, W_OK) != 0) || access(folder, W_OK | X_OK) != 0) {
+        number = errno;
+        store_file_system(path, system);
+        return error_set(error, MR_IO, "cannot be written (%s; %s): %s; %s", strerror(number),
+                         system, path,
+                         there ? "matrig show, report and export read it; copy it to a folder of "
+                                 "yours to write to it"
+                               : "name a folder of yours");
+    }
+    snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
+    int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    if (fd < 0)
+        return MR_OK; /* SQLite will say why */
+    const char *lacks = probe(fd, &number);
+    close(fd);
+    unlink(name);
+    if (!lacks)
+        return MR_OK;
+    store_file_system(path, system);
+    return error_set(
+        error, MR_IO,
+        "this file system has no %s (%s; %s), which a campaign needs: %s; log to a disk "
+        "of this computer, and copy it there afterwards",
+        lacks, strerror(number), system, path);
+}
+
+bool store_place_has_locks(const char *path)
+{
+    struct flock lock = {.l_type = F_RDLCK, .l_whence = SEEK_SET, .l_len = 1};
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    bool locks = fd < 0 || fcntl(fd, F_GETLK, &lock) == 0;
+    if (fd >= 0)
+        close(fd);
+    return locks;
+}
+
+/* ---- read elsewhere ---- */
+
+static bool holds_something(const char *path, const char *suffix)
+{
+    char name[PATH_MAX];
+    struct stat info;
+    snprintf(name, sizeof name, "%s%s", path, suffix);
+    return stat(name, &info) == 0 && info.st_size > 0;
+}
+
+static int copy_file(const char *path, const char *suffix, const char *folder, int *number)
+{
+    char from[PATH_MAX], to[PATH_MAX];
+    snprintf(from, sizeof from, "%s%s", path, suffix);
+    snprintf(to, sizeof to, "%s/copy%s", folder, suffix);
+    int in = open(from, O_RDONLY | O_CLOEXEC), out = -1;
+    char *bytes = malloc(COPY_BYTES);
+    ssize_t length = -1;
+    if (in >= 0 && bytes)
+        out = open(to, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    while (out >= 0 && (length = read(in, bytes, COPY_BYTES)) > 0) {
+        if (write(out, bytes, (size_t)length) != length) {
+            length = -1;
+            break;
+        }
+    }
+    *number = length == 0 ? 0 : errno;
+    free(bytes);
+    if (in >= 0)
+        close(in);
+    if (out >= 0)
+        close(out);
+    return *number == 0;
+}
+
+static const char *const copied[] = {"", "-wal", "-journal", "-shm"};
+
+/* With a journal that was not written back: a copy, read with it. */
+static enum mr_status copy_aside(const char *path, char folder[STORE_TEXT], struct error *error)
+{
+    const char *temporary = getenv("TMPDIR");
+    int number = 0;
+    snprintf(folder, STORE_TEXT, "%.150s/matrig-read-XXXXXX", temporary ? temporary : "/tmp");
+    if (!mkdtemp(folder))
+        return error_set(error, MR_IO, "no folder for a copy (%s): %s; set TMPDIR", strerror(errno),
+                         folder);
+    for (unsigned i = 0; i < 3; i++) {
+        if ((i == 0 || holds_something(path, copied[i])) &&
+            !copy_file(path, copied[i], folder, &number))
+            return error_set(error, MR_IO, "cannot be copied to be read (%s): %s; make room in %s",
+                             strerror(number), path, folder);
+    }
+    return MR_OK;
+}
+
+void store_place_forget(const char folder[STORE_TEXT])
+{
+    char name[PATH_MAX];
+    for (unsigned i = 0; folder[0] && i < sizeof copied / sizeof copied[0]; i++) {
+        snprintf(name, sizeof name, "%s/copy%s", folder, copied[i]);
+        unlink(name);
+    }
+    if (folder[0])
+        rmdir(folder);
+}
+
+enum mr_status store_place_to_read(const char *path, char uri[STORE_PLACE_URI],
+                                   char folder[STORE_TEXT], struct error *error)
+{
+    char real[PATH_MAX], copy[STORE_TEXT + 8];
+    const char *at = realpath(path, real);
+    bool journal = holds_something(path, "-wal") || holds_something(path, "-journal");
+    folder[0] = '\0';
+    if (!at)
+        return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
+                         path);
+    if (journal && copy_aside(path, folder, error) != MR_OK)
+        return error->status;
+    if (journal) {
+        snprintf(copy, sizeof copy, "%s/copy", folder);
+        at = copy;
+    }
+    size_t used = (size_t)snprintf(uri, STORE_PLACE_URI, "file:");
+    for (; *at; at++)
+        used += (size_t)snprintf(uri + used, STORE_PLACE_URI - used,
+                                 strchr("%?#", *at) ? "%%%02X" : "%c", (unsigned char)*at);
+    snprintf(uri + used, STORE_PLACE_URI - used, "%s", journal ? "" : "?immutable=1");
+    return MR_OK;
+}

@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# Where a campaign lies: media that cannot be written, network drives without locks or shared memory (tests/link/faults.c), files that may not
+# grow, a full disk, a terminal that goes away.
+. "$(dirname "$0")/tap.sh"
+. tests/board/played.sh
+matrig=build/matrig
+db=$tmp/here/c.db there=$tmp/there
+mkdir "$tmp/here" "$there"
+faulty=(env LD_PRELOAD=build/tests/link/faults.so)
+on() { # WHAT COMMAND...: on a disk that is WHAT
+    "${faulty[@]}" "PLACE=disks/there:$1" "${@:2}"
+}
+played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run >/dev/null 2>&1
+$matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >/dev/null
+cp "$db" "$there/c.db"
+
+# What nine reading commands say, into DIR.
+nine() { # DIR DB PREFIX...
+    local to=$1 from=$2 n=0 command
+    shift 2
+    mkdir -p "$to"
+    for command in "show DB" "show DB 1" "--json show DB 1" "report DB -o $to/page" "export DB 1 --format csv -o $to/csv" "export DB 1 --format mdf4 -o $to/mdf4" \
+        "bundle DB 1 -o $to/bundle" "landing DB 1" "export DB 1 --format candump -o $to/candump"; do
+        n=$((n + 1))
+        "$@" $matrig --quiet ${command//DB/$from} >"$to/$n" 2>"$to/$n.err" || { echo "$command"; cat "$to/$n.err"; return 1; }
+    done
+    sed -i "s|$from|DB|g" "$to"/[0-9] "$to/csv"
+    sed -i '/<dt>made</d' "$to/page"
+    sqlite3 "$to/bundle" 'SELECT count(*) FROM blocks' >"$to/blocks" && rm "$to/bundle"
+}
+same_answers() { # WHAT
+    nine "$tmp/on-$1" "$there/c.db" on "$1" && diff -r "$tmp/known" "$tmp/on-$1"
+}
+nine "$tmp/known" "$db" env >"$tmp/out" 2>&1 || sed 's/^/# /' "$tmp/out"
+check "nine commands read what is on read-only media" same_answers read-only
+check "and on a drive without locks" same_answers no-locks
+check "and without shared memory" same_answers no-shared
+
+# A snapshot of a campaign that is written to: the journal counts.
+with_its_journal() {
+    python3 - "$db" "$there" <<'PYTHON' || return 1
+import shutil, sqlite3, sys
+db = sqlite3.connect(sys.argv[1], isolation_level=None)
+db.execute("PRAGMA journal_mode=WAL")
+db.execute("INSERT INTO landing_changes(landing, field, value, was, made_us, who, reason) VALUES(1, 'note', 'in the journal alone', '', 1764000000000000, 'kl', '')")
+for end in ("", "-wal"):
+    shutil.copy(sys.argv[1] + end, sys.argv[2] + "/s.db" + end)
+PYTHON
+    local what before=$(sha256sum "$there"/*.db "$there/s.db-wal")
+    mkdir "$tmp/temporary"
+    for what in read-only no-locks no-shared; do
+        TMPDIR=$tmp/temporary on $what $matrig show "$there/s.db" 1 >"$tmp/out" 2>&1 && grep -q 'in the journal alone' "$tmp/out" || { cat "$tmp/out"; return 1; }
+    done
+    [ "$(sha256sum "$there"/*.db "$there/s.db-wal")" = "$before" ] && [ -z "$(ls "$tmp/temporary")" ] && ! grep -q 'in the journal alone' "$there/c.db"
+}
+check "of a snapshot with a journal all is read, and nothing left behind" with_its_journal
+
+# Said before a link is read, and nothing made.
+writing_is_refused() { # WHAT WORDS
+    local command
+    for command in "log --can file:$tmp/can --db $there/c.db" "log --can file:$tmp/can --db $there/new.db" "import $there/c.db $tmp/can" "landing $there/c.db 1 --note x"; do
+        fails_with 3 "$2" "${faulty[@]}" "PLACE=disks/there:$1" $matrig --quiet $command || return 1
+    done
+    [ ! -e "$there/new.db" ] && cmp "$there/c.db" "$tmp/kept.db"
+}
+cp "$there/c.db" "$tmp/kept.db"
+check "what writes says that it is read-only, on which file system" writing_is_refused read-only 'cannot be written \(Read-only file system; [a-z0-9.]+ at /'
+check "that there are no locks" writing_is_refused no-locks 'this file system has no locks \(No locks available; [a-z0-9.]+ at /.*log to a disk of this computer'
+check "that there is no shared memory" writing_is_refused no-shared 'this file system has no shared memory \(No such device; [a-z0-9.]+ at /.*log to a disk of this computer'
+
+# Somebody has the campaign open while the log ends: all of it is in the file all the same.
+no_journal_is_left() {
+    cp "$tmp/kept.db" "$tmp/read.db"
+    python3 - "$tmp/read.db" $matrig --quiet log --can "file:$tmp/can" --db "$tmp/read.db" <<'PYTHON'
+import os, shutil, sqlite3, subprocess, sys
+path, *log = sys.argv[1:]
+reader = sqlite3.connect(path)
+before = reader.execute("SELECT count(*) FROM frames").fetchone()[0]
+subprocess.run(log, check=True, stdout=subprocess.DEVNULL)
+size = os.path.getsize(path + "-wal")
+shutil.copy(path, path + ".alone")
+after = sqlite3.connect(path + ".alone").execute("SELECT count(*) FROM frames").fetchone()[0]
+print(before, after, size)
+assert size == 0 and after > before > 20000
+PYTHON
+}
+check "a log's end leaves nothing in the journal, also beside a reader" no_journal_is_left
+finish
