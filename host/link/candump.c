@@ -3,8 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "common/catalogue.h"
-
 struct cursor {
     const char *p;
     const char *end;
@@ -203,100 +201,6 @@ bool candump_log_take(struct candump_log *log, const char *text, size_t length, 
         return true;
     log->elsewhere++;
     return false;
-}
-
-/* ---- its buses ---- */
-
-static struct candump_bus *find_bus(struct candump_buses *buses, const struct candump_line *line)
-{
-    for (size_t i = 0; i < buses->count; i++) {
-        if (candump_is_of(line, buses->bus[i].name))
-            return &buses->bus[i];
-    }
-    if (buses->count == CANDUMP_BUSES || line->interface_length >= CANDUMP_INTERFACE)
-        return NULL;
-    struct candump_bus *bus = &buses->bus[buses->count++];
-    *bus = (struct candump_bus){0};
-    memcpy(bus->name, line->interface, line->interface_length);
-    return bus;
-}
-
-bool candump_buses_add(struct candump_buses *buses, const struct candump_line *line, uint16_t base)
-{
-    const struct link_frame *frame = &line->frame;
-    struct candump_bus *bus = find_bus(buses, line);
-    struct mr_message message;
-    if (!bus)
-        return false;
-    bus->frames++;
-    if (link_id_from_bus(frame->id, base) == MR_ID_HELLO &&
-        mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK) {
-        bus->hellos++;
-        bus->understood |= message.as.hello.layout == MR_LAYOUT;
-    }
-    return true;
-}
-
-/* 2: a board of this layout speaks there, 1: another one, 0: none. */
-static unsigned rank(const struct candump_bus *bus)
-{
-    return bus->understood ? 2 : bus->hellos > 0;
-}
-
-/* "can0, can1 and can2", of those at least of that rank. */
-static void name_buses(const struct candump_buses *buses, unsigned least, char *out, size_t size)
-{
-    size_t of = 0, used = 0, k = 0;
-    for (size_t i = 0; i < buses->count; i++)
-        of += rank(&buses->bus[i]) >= least;
-    out[0] = '\0';
-    for (size_t i = 0; i < buses->count && used < size; i++) {
-        if (rank(&buses->bus[i]) < least)
-            continue;
-        k++;
-        used += (size_t)snprintf(out + used, size - used, "%s%s",
-                                 k == 1    ? ""
-                                 : k == of ? " and "
-                                           : ", ",
-                                 buses->bus[i].name);
-    }
-}
-
-enum mr_status candump_buses_choose(const struct candump_buses *buses, const char *named,
-                                    const char *where, char interface[CANDUMP_INTERFACE],
-                                    struct error *error)
-{
-    char names[300];
-    size_t best = 0, as_good = 0;
-    interface[0] = '\0';
-    for (size_t i = 0; i < buses->count; i++) {
-        const struct candump_bus *bus = &buses->bus[i];
-        if (named && strcmp(named, bus->name) == 0) {
-            memcpy(interface, bus->name, CANDUMP_INTERFACE);
-            return MR_OK;
-        }
-        if (rank(bus) > rank(&buses->bus[best]))
-            best = i;
-    }
-    if (buses->count == 0)
-        return MR_OK;
-    unsigned least = rank(&buses->bus[best]);
-    if (named) {
-        name_buses(buses, 0, names, sizeof names);
-        return error_set(error, MR_USAGE, "no frame of %s: %s; it has those of %s", named, where,
-                         names);
-    }
-    for (size_t i = 0; i < buses->count; i++)
-        as_good += rank(&buses->bus[i]) == least;
-    if (least > 0 && as_good > 1) {
-        name_buses(buses, least, names, sizeof names);
-        return error_set(error, MR_USAGE,
-                         "boards speak on %s: %s; which one? (file:PATH,interface=%s, or matrig "
-                         "import --interface %s)",
-                         names, where, buses->bus[best].name, buses->bus[best].name);
-    }
-    memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE);
-    return MR_OK;
 }
 
 enum mr_status candump_parse(const char *text, size_t length, struct link_frame *frame)

@@ -45,7 +45,6 @@ void verdict_set(struct verdict *verdict, enum mr_status status, size_t line, si
 void verdict_text(const struct verdict *verdict, char *out, size_t size);
 
 /* A log of one bus or several, line by line. */
-#define CANDUMP_BUSES     16u
 #define CANDUMP_INTERFACE 64u
 struct candump_log {
     char interface[CANDUMP_INTERFACE]; /* whose frames are taken; "": of any */
@@ -58,23 +57,6 @@ struct candump_log {
 bool candump_log_take(struct candump_log *log, const char *text, size_t length, bool whole,
                       struct candump_line *line);
 bool candump_is_of(const struct candump_line *line, const char *interface);
-
-/* Who speaks on which interface of a log. */
-struct candump_buses {
-    struct candump_bus {
-        char name[CANDUMP_INTERFACE];
-        uint64_t frames, hellos;
-        bool understood;  /* one of the hellos is of this layout */
-    } bus[CANDUMP_BUSES]; /* as they came */
-    size_t count;
-};
-/* `base`: of the board that is looked for. False: more buses than there is room for. */
-bool candump_buses_add(struct candump_buses *buses, const struct candump_line *line, uint16_t base);
-/* The one on which the board speaks, or the one that is `named`; without a board the first.
- * MR_USAGE: boards speak on several, or none has that name; `where` is the log. */
-enum mr_status candump_buses_choose(const struct candump_buses *buses, const char *named,
-                                    const char *where, char interface[CANDUMP_INTERFACE],
-                                    struct error *error);
 
 /* Write the line of a frame with newline and final zero; the time is frame->host_us, the interface
  * "can0". Returns its length. */

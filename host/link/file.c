@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/catalogue.h"
 #include "host/link/candump.h"
 #include "host/link/link_ops.h"
 
@@ -28,6 +29,113 @@ static enum mr_status check_kind(struct link *link, struct error *error)
                          "serial bytes, no candump log: %s; give it as --serial", link->spec);
     return MR_OK;
 }
+
+/* ---- who speaks on which interface of a log ---- */
+
+#define BUSES 16u
+struct buses {
+    struct bus {
+        char name[CANDUMP_INTERFACE];
+        uint64_t hellos;
+        bool understood; /* one of them is of this layout */
+    } bus[BUSES];        /* as they came */
+    size_t count;
+};
+
+static struct bus *find_bus(struct buses *buses, const struct candump_line *line)
+{
+    for (size_t i = 0; i < buses->count; i++) {
+        if (candump_is_of(line, buses->bus[i].name))
+            return &buses->bus[i];
+    }
+    if (buses->count == BUSES || line->interface_length >= CANDUMP_INTERFACE)
+        return NULL;
+    struct bus *bus = &buses->bus[buses->count++];
+    *bus = (struct bus){0};
+    memcpy(bus->name, line->interface, line->interface_length);
+    return bus;
+}
+
+/* False: more buses than there is room for. */
+static bool add_to_buses(struct buses *buses, const struct candump_line *line, uint16_t base)
+{
+    const struct link_frame *frame = &line->frame;
+    struct bus *bus = find_bus(buses, line);
+    struct mr_message message;
+    if (!bus)
+        return false;
+    if (link_id_from_bus(frame->id, base) == MR_ID_HELLO &&
+        mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK) {
+        bus->hellos++;
+        bus->understood |= message.as.hello.layout == MR_LAYOUT;
+    }
+    return true;
+}
+
+/* 2: a board of this layout speaks there, 1: another one, 0: none. */
+static unsigned rank(const struct bus *bus)
+{
+    return bus->understood ? 2 : bus->hellos > 0;
+}
+
+/* "can0, can1 and can2", of those at least of that rank. */
+static void name_buses(const struct buses *buses, unsigned least, char *out, size_t size)
+{
+    size_t of = 0, used = 0, k = 0;
+    for (size_t i = 0; i < buses->count; i++)
+        of += rank(&buses->bus[i]) >= least;
+    out[0] = '\0';
+    for (size_t i = 0; i < buses->count && used < size; i++) {
+        if (rank(&buses->bus[i]) < least)
+            continue;
+        k++;
+        used += (size_t)snprintf(out + used, size - used, "%s%s",
+                                 k == 1    ? ""
+                                 : k == of ? " and "
+                                           : ", ",
+                                 buses->bus[i].name);
+    }
+}
+
+/* The one on which the board speaks, or the one that is `named`; without a board the first. MR_USAGE:
+ * boards speak on several, or none has that name. */
+static enum mr_status choose(const struct buses *buses, const char *named, const char *where,
+                             char interface[CANDUMP_INTERFACE], struct error *error)
+{
+    char names[300];
+    size_t best = 0, as_good = 0;
+    interface[0] = '\0';
+    for (size_t i = 0; i < buses->count; i++) {
+        const struct bus *bus = &buses->bus[i];
+        if (named && strcmp(named, bus->name) == 0) {
+            memcpy(interface, bus->name, CANDUMP_INTERFACE);
+            return MR_OK;
+        }
+        if (rank(bus) > rank(&buses->bus[best]))
+            best = i;
+    }
+    if (buses->count == 0)
+        return MR_OK;
+    unsigned least = rank(&buses->bus[best]);
+    if (named) {
+        name_buses(buses, 0, names, sizeof names);
+        return error_set(error, MR_USAGE, "no frame of %s: %s; it has those of %s", named, where,
+                         names);
+    }
+    for (size_t i = 0; i < buses->count; i++)
+        as_good += rank(&buses->bus[i]) == least;
+    if (least > 0 && as_good > 1) {
+        name_buses(buses, least, names, sizeof names);
+        return error_set(error, MR_USAGE,
+                         "boards speak on %s: %s; which one? (file:PATH,interface=%s, or matrig "
+                         "import --interface %s)",
+                         names, where, buses->bus[best].name, buses->bus[best].name);
+    }
+    memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE);
+    return MR_OK;
+}
+
+/* ---- the link ---- */
 
 #define STRANGE_LINES 1000u /* so many, and no frame: it is no log */
 
@@ -67,7 +175,7 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
 /* A log that is there as a whole is looked through first. */
 static enum mr_status choose_bus(struct link *link, const char *named, struct error *error)
 {
-    struct candump_buses *buses = calloc(1, sizeof *buses);
+    struct buses *buses = calloc(1, sizeof *buses);
     struct candump_log log = {0};
     struct candump_line line;
     const char *text;
@@ -76,7 +184,7 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
     enum mr_status status = MR_OK;
     while (room && (status = take_line(link, &text, &length, &whole, error)) == MR_OK) {
         if (candump_log_take(&log, text, length, whole, &line))
-            room = candump_buses_add(buses, &line, link->base);
+            room = add_to_buses(buses, &line, link->base);
     }
     if (!buses)
         status = error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
@@ -84,14 +192,14 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
         status = error_set(error, MR_LIMIT,
                            "frames of more than %u buses, or of one whose name is too long: %s "
                            "line %zu; take those of one out of it (grep \" can0 \")",
-                           CANDUMP_BUSES, link->spec, log.line);
+                           BUSES, link->spec, log.line);
     else if (status == MR_CLOSED && buses->count == 0 && log.verdict.status != MR_OK)
         status = error_set(error, MR_MALFORMED,
                            "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
                            "wrote (matrig import takes tables with --map)",
                            link->spec, log.verdict.line, log.verdict.column);
     else if (status == MR_CLOSED)
-        status = candump_buses_choose(buses, named, link->spec, link->log.interface, error);
+        status = choose(buses, named, link->spec, link->log.interface, error);
     free(buses);
     link->start = link->end = link->text_at = 0;
     if (status == MR_OK && !link->text && lseek(link->fd, 0, SEEK_SET) != 0)
@@ -154,8 +262,8 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
  * one. */
 static void follow(struct link *link, const struct candump_line *line)
 {
-    struct candump_buses heard = {.count = 0};
-    if (!link->follows || !candump_buses_add(&heard, line, link->base))
+    struct buses heard = {.count = 0};
+    if (!link->follows || !add_to_buses(&heard, line, link->base))
         return;
     if (heard.bus[0].hellos > 0 || !link->log.interface[0])
         memcpy(link->log.interface, heard.bus[0].name, CANDUMP_INTERFACE);

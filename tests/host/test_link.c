@@ -239,16 +239,29 @@ TEST(bad_lines_are_passed_over_and_told_at_the_end)
 TEST(another_file_is_no_log)
 {
     struct link_frame frame;
-    struct error error = {0};
+    struct link *link = NULL;
+    struct error error = {0}, piped = {0};
     const size_t length = 200000;
-    char *text = malloc(length + 1);
+    char *text = malloc(length), path[200], spec[220];
+    int ends[2];
     for (size_t i = 0; i < length; i++) /* one line longer than the buffer, then short ones */
         text[i] = i > 100000 && i % 50 == 0 ? '\n' : 'x';
-    text[length] = '\0';
-    struct link *link = open_text(text);
-    assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
-    assert_error(&error, MR_MALFORMED, "no candump line among the first 1000");
+    scratch_path(path, sizeof path, "strange.log");
+    scratch_write(path, text, length);
+    snprintf(spec, sizeof spec, "file:%s", path);
+    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_MALFORMED);
+    assert_error(&error, MR_MALFORMED, "no frame in it");
+
+    /* of a pipe that is known when it has said much */
+    assert_int_equal(pipe(ends), 0);
+    assert_int_equal(write(ends[1], text + length - 60000, 60000), 60000);
+    snprintf(spec, sizeof spec, "file:/dev/fd/%d", ends[0]);
+    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
+    assert_int_equal(link_receive_frame(link, &frame, &piped), MR_MALFORMED);
+    assert_error(&piped, MR_MALFORMED, "no candump line among the first 1000");
     link_close(link);
+    close(ends[0]);
+    close(ends[1]);
     free(text);
 }
 
