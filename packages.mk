@@ -6,7 +6,7 @@ TEST_PACKAGES := $(STUDY_PACKAGES) stm32flash libcmocka-dev zlib1g-dev qemu-syst
 	gdb-multiarch gtkwave python3 python3-can python3-canmatrix groff-base gnuplot-nox clang-format
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And a second compiler, for warnings and fuzzing.
-CLANG_PACKAGES := $(TEST_PACKAGES) clang
+CLANG_PACKAGES := $(TEST_PACKAGES) clang cppcheck
 # To drive the pages in a browser.
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium poppler-utils python3
 # And to test in a Debian without anything.

@@ -152,10 +152,12 @@ static uint32_t priorities(const struct hil_nvic *nvic, unsigned exception, unsi
 static void set_priorities(struct hil_core *core, unsigned exception, unsigned count,
                            uint32_t value)
 {
-    if (value & (0x0f0f0f0fu >> (32u - 8u * count)))
-        hil_bus_refuse(core, "a priority in the lower four bits: silicon ignores them, and has 0");
-    for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
-        core->state.nvic.priority[exception + i] = (int16_t)(value >> (8u * i) & 0xf0u);
+    for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++) {
+        uint32_t byte = value >> (8u * i) & 0xffu;
+        if (byte && byte < 0x10u) /* 0xff asks how many bits there are */
+            hil_bus_refuse(core, "a priority in the lower four bits: silicon takes it for 0");
+        core->state.nvic.priority[exception + i] = (int16_t)(byte & 0xf0u);
+    }
     hil_nvic_update(core);
 }
 

@@ -14,13 +14,16 @@ for_this_computer = $(filter-out firmware/main.c firmware/f407/% firmware/bringu
 .PHONY: objects
 objects: $(patsubst %.c,$(B)/host/%.o,$(filter-out tests/%,$(for_this_computer))) $(patsubst %.c,$(B)/%.o,$(filter tests/%,$(for_this_computer)))
 
+cppcheck_options := -q --std=c11 --enable=warning,portability,performance,information \
+	--suppress=missingInclude --suppressions-list=tests/house/cppcheck.txt --error-exitcode=1 -I.
 # What a compiler warns of depends on the compiler and on how much it optimises. Compiled by the build's own rules; nothing is linked.
 LEVELS ?= 0 1 3
 .PHONY: lint
-lint: in-build $(B)/.clang-packages ## tests | LEVELS="0 1 3": every C file with gcc at these levels and with clang, the board's too: no warning
+lint: in-build $(B)/.clang-packages ## tests | LEVELS="0 1 3": every C file with gcc at these levels and with clang, the board's too, and cppcheck: no warning
 	@for level in $(LEVELS); do $(MAKE) -s B=$(B)/lint/O$$level CFLAGS=-O$$level WERROR=-Werror objects || exit; done
 	@$(MAKE) -s B=$(B)/clang CC=clang WERROR=-Werror objects
 	@clang --target=arm-none-eabi -isystem firmware/libc $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) -ffreestanding -fsyntax-only $(arm_src)
 	@for board in $(boards); do clang --target=arm-none-eabi -isystem firmware/libc $(filter-out -MMD -MP,$(OUR_FLAGS)) -Werror $(ARM_CPU) \
 		-ffreestanding -fsyntax-only -DBOARD_FILE="\"firmware/boards/$$board.def\"" $(driver_src) $(bringup_src) || exit; done
+	@cppcheck $(cppcheck_options) common firmware hil
 	@tests/run-all.sh tests/house/lint-finds.sh
