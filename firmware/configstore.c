@@ -61,6 +61,20 @@ static bool take_copy(struct configstore *store, unsigned copy)
     return true;
 }
 
+/* The highest revision of copies that are whole and were refused: the next change counts on from
+ * there, or it would be older than a copy that another firmware takes again. */
+static uint32_t refused_revision(const struct configstore *store)
+{
+    uint32_t highest = 0;
+    for (unsigned copy = 0; copy < FLASH_COPIES; copy++) {
+        bool whole = store->copy[copy] == (uint8_t)-MR_LIMIT ||
+                     store->copy[copy] == (uint8_t)-MR_VERSION;
+        if (whole && revision_of(copy) > highest)
+            highest = revision_of(copy);
+    }
+    return highest;
+}
+
 static bool is_damaged(uint8_t copy)
 {
     return copy != (uint8_t)MR_OK && copy != CONFIGSTORE_BLANK;
@@ -78,8 +92,10 @@ void configstore_start(struct configstore *store)
         if (store->copy[(first + i) % FLASH_COPIES] == MR_OK)
             take_copy(store, (first + i) % FLASH_COPIES);
     }
-    if (store->source == CONFIGSTORE_BUILT_IN)
+    if (store->source == CONFIGSTORE_BUILT_IN) {
+        config.site[0].revision = refused_revision(store);
         store->crc = mr_config_encode(&config, store->image);
+    }
     unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) |
                        (is_damaged(store->copy[1]) ? 2u : 0u);
     if (damaged)

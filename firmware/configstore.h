@@ -10,7 +10,8 @@
  * A change goes to the copy that is not in force: erased, then written from its second word on, the
  * first word last: only with that is it one. Whenever the power goes, the copy in force is whole,
  * and after the last word both are; at start the one of the higher revision wins. A change must be
- * of the revision after the one in force, so nobody overwrites what he has not read.
+ * of the revision after the one in force, so nobody overwrites what he has not read. What is built
+ * in has the highest revision of whole copies that were refused.
  *
  * No copy, as in a new chip: what is built in (config.c) is in force, and config_state says so. A
  * copy that holds something but not a whole configuration is a fault, CONFIG. */

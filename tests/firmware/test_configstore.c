@@ -391,10 +391,38 @@ TEST_IN(an_unsound_copy_is_not_taken, fresh, NULL)
         wanted.channel[0].unit_per_code = unsound[i];
         mr_config_encode(&wanted, fake_flash.cell[0]);
         reset_board();
-        is_in_force(&built_in);
+        struct mr_config expected = built_in;
+        expected.site[0].revision = wanted.site[0].revision;
+        is_in_force(&expected);
         assert_int_equal(fault_detail(), 3);
         GET_LAST(config_state, CONFIG_STATE, &stored);
         assert_int_equal(stored.copy_a, -MR_LIMIT);
+    }
+}
+
+/* Of revision 41 and 57, whole, and not this firmware's: the next change is not older than what
+ * another firmware would take again. A damaged one says nothing. */
+TEST_IN(revisions_go_on_where_copies_were_refused, fresh, NULL)
+{
+    for (unsigned damaged = 0; damaged < 2; damaged++) {
+        struct mr_config wanted = next_one();
+        struct mr_config_state stored;
+        wanted.channel[0].unit_per_code = 0.0f; /* unsound */
+        wanted.site[0].revision = 41;
+        mr_config_encode(&wanted, fake_flash.cell[0]);
+        wanted.site[0].revision = 57;
+        mr_config_encode(&wanted, fake_flash.cell[1]);
+        fake_flash.cell[1][16] ^= damaged ? 0x80u : 0;
+        reset_board();
+        uint32_t last = damaged ? 41 : 57;
+        assert_int_equal(fault_detail(), 3);
+        GET_LAST(config_state, CONFIG_STATE, &stored);
+        assert_int_equal(stored.revision, last);
+        struct mr_config sound = next_one();
+        assert_int_equal(change_to(&sound, false), MR_OK);
+        assert_int_equal(config.site[0].revision, last + 1);
+        reset_board();
+        is_in_force(&sound);
     }
 }
 
