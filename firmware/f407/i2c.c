@@ -4,7 +4,8 @@
  * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to,
  * and no device minds (the TMP112 gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the
  * chip's repeated start may come too early (errata ES0182). Two bytes are read with POS, so that
- * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. */
+ * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. A bus
+ * error alone is none: a master may report one that was not (ES0182), and the transfer goes on. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 
@@ -206,7 +207,9 @@ enum i2c_status i2c_poll(void)
         return phase == IDLE ? result : I2C_BUSY;
     }
     uint32_t sr1 = I2C1->SR1;
-    if ((sr1 & (I2C_SR1_BERR | I2C_SR1_ARLO)) || ++polls > EVENT_POLLS) {
+    if (sr1 & I2C_SR1_BERR)
+        I2C1->SR1 = ~I2C_SR1_BERR;
+    if ((sr1 & I2C_SR1_ARLO) || ++polls > EVENT_POLLS) {
         begin_clocking();
     } else if (sr1 & I2C_SR1_AF) {
         I2C1->SR1 = ~I2C_SR1_AF;
