@@ -8,14 +8,14 @@
 /* clang-format off */
 #define MR_FAULT_TABLE(X)                                                                         \
     X(CLOCK_FALLBACK,     0, "no crystal of 8 MHz: internal oscillator, times within 1 % "       \
-      "[its MHz; 0: it did not start]")                                                          \
+      "[its MHz; 0: it did not start; 255: it stopped twice]")                                   \
     X(CAN_MISSING,        5, "the CAN controller did not start")                                  \
     X(SCAN_STALL,         6, "scans stopped coming; they were started again")                     \
     X(SCAN_OVERRUN,       7, "a converter overran or a scan was lost [1 or 3]")                   \
     X(BLOCK_LATE,         8, "blocks were overwritten before they were processed")                \
     X(POLARITY,           9, "the excitation was not in the state the scan expected")             \
-    X(EDGE_OVERRUN,      10, "edges came faster than they could be stored [2: pulses of the "     \
-      "camera]")                                                                                  \
+    X(EDGE_OVERRUN,      10, "edges came faster than they could be stored [1: they grew too "  \
+      "old while no blocks came; 2: pulses of the camera]")                                      \
     X(CAN_PASSIVE,       11, "CAN is error passive: unplugged, or a wrong bit rate [TEC]")        \
     X(CAN_BUS_OFF,       12, "CAN went bus-off")                                                  \
     X(CAN_QUEUE_FULL,    13, "CAN frames were dropped because the queue was full")                \

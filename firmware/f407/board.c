@@ -84,12 +84,13 @@ static void start_supervision(void)
 
 void board_start(void)
 {
+    watchdog_start(); /* before anything that could hang */
     identity.reset_cause = take_reset_cause();
     quiet = fault_recall(identity.reset_cause);
     clock_reset();
     /* Before the crystal, which may take 100 ms: until then outputs float. */
     pins_start();
-    enum mr_clock_source clock = clock_start();
+    enum mr_clock_source clock = clock_start(!fault_crystal_stops());
     memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.board = BOARD_NUMBER;
@@ -110,7 +111,7 @@ void board_start(void)
         nor_start();
     }
     start_supervision();
-    watchdog_start();
+    watchdog_feed();
 }
 
 void board_identify(struct board_identity *out)
@@ -203,7 +204,9 @@ uint16_t board_load_permille(void)
 
 void watchdog_start(void)
 {
-    DBGMCU_APB1_FZ |= DBGMCU_APB1_FZ_DBG_IWDG_STOP; /* or a breakpoint would end in a reset */
+    /* a breakpoint must not end in a reset, nor time go on that nobody samples */
+    DBGMCU_APB1_FZ |= DBGMCU_APB1_FZ_DBG_IWDG_STOP | DBGMCU_APB1_FZ_DBG_TIM2_STOP |
+                      DBGMCU_APB1_FZ_DBG_TIM4_STOP;
     IWDG->KR = KEY_START;
     IWDG->KR = KEY_UNLOCK;
     IWDG->PR = 3u; /* / 32 */

@@ -8,6 +8,7 @@
  * Identifiers are the bus's (common/canbase.h) in the queue of what is sent and in the controller,
  * the catalogue's everywhere else. */
 #include "firmware/f407/drivers.h"
+#include "firmware/f407/queue.h"
 #include "firmware/health.h"
 #include "common/canbase.h"
 
@@ -18,8 +19,8 @@
 #define SYNC_MARK  0x8000u /* beside the identifier in the queue: it is the sync frame */
 #define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
-static struct board_can_frame tx_queue[TX_QUEUE], rx_queue[RX_QUEUE];
-static volatile uint32_t tx_queued, tx_taken, rx_queued, rx_taken;
+static struct board_can_frame tx_ring[TX_QUEUE], rx_ring[RX_QUEUE];
+static struct queue tx, rx;
 static bool running;
 static volatile uint16_t base; /* of the identifiers on the bus */
 /* frames that mailboxes sent, and gave up when asked to */
@@ -97,12 +98,12 @@ static uint32_t free_mailboxes(void)
 /* Fills free mailboxes from the queue. Interrupts masked, or inside the CAN interrupt. */
 static void fill_mailboxes(void)
 {
-    while (tx_taken != tx_queued) {
+    while (queue_filled(&tx)) {
         uint32_t empty = free_mailboxes();
         if (!empty)
             return;
         unsigned mailbox = (unsigned)__builtin_ctz(empty);
-        const struct board_can_frame *frame = &tx_queue[tx_taken % TX_QUEUE];
+        const struct board_can_frame *frame = &tx_ring[tx.taken % TX_QUEUE];
         CAN1->tx[mailbox].TDTR = frame->length;
         CAN1->tx[mailbox].TDLR = word_of(frame->data);
         CAN1->tx[mailbox].TDHR = word_of(frame->data + 4);
@@ -112,7 +113,7 @@ static void fill_mailboxes(void)
             sync_left = false;
         }
         CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MOST) << 21 | CAN_TIR_TXRQ;
-        tx_taken++;
+        queue_take(&tx, 1);
     }
 }
 
@@ -139,6 +140,7 @@ void can1_tx_irq(void)
         }
     }
     fill_mailboxes();
+    irq_end();
 }
 
 void can1_rx0_irq(void);
@@ -155,8 +157,8 @@ void can1_rx0_irq(void)
         uint32_t fifo = CAN1->RF0R;
         if (!(fifo & CAN_RF0R_FMP) || fifo & CAN_RF0R_RFOM)
             break;
-        if (rx_queued - rx_taken < RX_QUEUE) {
-            struct board_can_frame *frame = &rx_queue[rx_queued % RX_QUEUE];
+        if (queue_filled(&rx) < RX_QUEUE) {
+            struct board_can_frame *frame = &rx_ring[rx.put % RX_QUEUE];
             uint32_t low = CAN1->rx[0].RDLR, high = CAN1->rx[0].RDHR;
             frame->id = mr_can_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), base);
             frame->length = (uint8_t)(CAN1->rx[0].RDTR & 15u);
@@ -166,25 +168,26 @@ void can1_rx0_irq(void)
                 frame->data[i] = (uint8_t)(low >> (8 * i));
                 frame->data[4 + i] = (uint8_t)(high >> (8 * i));
             }
-            rx_queued++;
+            queue_put(&rx, 1);
         } else {
             health_count(MR_FAULT_CAN_RX_OVERRUN, 1);
         }
         CAN1->RF0R = CAN_RF0R_RFOM;
     }
+    irq_end();
 }
 
 bool board_can_send(const struct board_can_frame *frame)
 {
-    if (!running || tx_queued - tx_taken == TX_QUEUE)
+    if (!running || queue_filled(&tx) == TX_QUEUE)
         return false;
-    struct board_can_frame *queued = &tx_queue[tx_queued % TX_QUEUE];
+    struct board_can_frame *queued = &tx_ring[tx.put % TX_QUEUE];
     *queued = *frame;
     queued->id = mr_can_to_bus(frame->id, base);
     if (frame->id == MR_ID_SYNC)
         queued->id |= SYNC_MARK;
     uint32_t mask = irq_mask();
-    tx_queued++;
+    queue_put(&tx, 1);
     fill_mailboxes();
     irq_restore(mask);
     return true;
@@ -192,15 +195,15 @@ bool board_can_send(const struct board_can_frame *frame)
 
 unsigned board_can_waiting(void)
 {
-    return tx_queued - tx_taken;
+    return queue_filled(&tx);
 }
 
 bool board_can_receive(struct board_can_frame *frame)
 {
-    if (rx_taken == rx_queued)
+    if (!queue_filled(&rx))
         return false;
-    *frame = rx_queue[rx_taken % RX_QUEUE];
-    rx_taken++;
+    *frame = rx_ring[rx.taken % RX_QUEUE];
+    queue_take(&rx, 1);
     return true;
 }
 
@@ -218,8 +221,8 @@ void board_can_clear(void)
     if (!running)
         return;
     uint32_t mask = irq_mask();
-    cleared += tx_queued - tx_taken;
-    tx_taken = tx_queued;
+    cleared += queue_filled(&tx);
+    queue_take(&tx, queue_filled(&tx));
     CAN1->TSR = CAN_TSR_ABRQ(0) | CAN_TSR_ABRQ(1) | CAN_TSR_ABRQ(2);
     irq_restore(mask);
 }
@@ -235,7 +238,7 @@ void board_can_state(struct board_can_errors *errors)
     uint32_t esr = running ? CAN1->ESR : 0;
     errors->missing = !running;
     errors->last_error = (uint8_t)(esr >> 4 & 7u);
-    errors->pending = running && (tx_taken != tx_queued || (~CAN1->TSR & ALL_EMPTY) != 0);
+    errors->pending = running && (queue_filled(&tx) || (~CAN1->TSR & ALL_EMPTY) != 0);
     errors->passed = passed;
     errors->removed = cleared + aborted;
     errors->tec = (uint8_t)(esr >> 16);

@@ -1,16 +1,22 @@
 /* Switch edges and the camera's frame pulses: TIM2 captures each at 84 MHz, DMA1 stores it. Edges:
- * channel 1, stream 5. Pulses, on PB3: channel 2, stream 6; what is shorter than 3 us is noise: the
- * input filter passes it over, and delays what it passes. The camera's trigger is PE2. RM0090
+ * channel 1, stream 5. Pulses, on PB3: channel 2, stream 6. What is shorter than 95 ns, or 3 us of
+ * a pulse, is noise: the input filter passes it over, and delays what it passes; the one-shot of
+ * the edges is 17 us long, the camera's cable is not ours. The camera's trigger is PE2. RM0090
  * 18.3.5, table 42. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define EDGES        64u
-#define FRAMES       32u /* at 200 a second 160 ms */
-#define EDGE_STREAM  5u
-#define FRAME_STREAM 6u
-#define FILTER_TICKS 256u
-#define STOP_POLLS   1000u
+#define EDGES              64u
+#define FRAMES             32u /* at 200 a second 160 ms */
+#define EDGE_STREAM        5u
+#define FRAME_STREAM       6u
+#define EDGE_FILTER_TICKS  8u
+#define FRAME_FILTER_TICKS 256u
+/* Ticks compare within 25 s, and all that is captured is taken with the next block. Without blocks
+ * the scans are begun again each second. */
+#define OLD_TICKS          (10u * 84000000u)
+#define TOO_OLD            1u /* details of the fault */
+#define PULSES             2u
 
 static volatile uint32_t edge_tick[EDGES] DMA_BUFFER, frame_tick[FRAMES] DMA_BUFFER;
 static unsigned edge_taken, frame_taken; /* index of the oldest capture not taken */
@@ -22,8 +28,8 @@ static void start_stream(unsigned number, unsigned channel, volatile uint32_t *t
     stream->PAR = (uint32_t)(uintptr_t)&TIM2->CCR[channel];
     stream->M0AR = (uint32_t)(uintptr_t)ticks;
     stream->NDTR = size;
-    stream->CR = DMA_CR_CHANNEL(3) | priority | DMA_CR_MSIZE_32 | DMA_CR_PSIZE_32 | DMA_CR_MINC |
-                 DMA_CR_CIRC | DMA_CR_EN;
+    dma_stream_start(stream, DMA_CR_CHANNEL(3) | priority | DMA_CR_MSIZE_32 | DMA_CR_PSIZE_32 |
+                                 DMA_CR_MINC | DMA_CR_CIRC);
 }
 
 void capture_start(void)
@@ -33,24 +39,43 @@ void capture_start(void)
     TIM2->PSC = 0;
     TIM2->EGR = TIM_EGR_UG;
     TIM2->CNT = 0;
-    /* channel 1 captures TI1, every edge, no filter: the one-shot ahead of it is clean */
-    TIM2->CCMR1 = 1u;
+    TIM2->CCMR1 = TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_8;
     TIM2->CCER = 1u; /* rising */
     TIM2->DIER = TIM_DIER_CC1DE;
     TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM4's start starts it */
 }
 
-/* Up to a tick, oldest first. */
+/* Up to a tick, oldest first, less the delay of the filter. */
 static size_t take(unsigned stream, const volatile uint32_t *captured, unsigned size,
-                   unsigned *taken, uint32_t until_tick, uint32_t *ticks, size_t capacity)
+                   unsigned *taken, uint32_t until_tick, uint32_t delay, uint32_t *ticks,
+                   size_t capacity)
 {
     size_t count = 0;
     unsigned head = (size - DMA1->stream[stream].NDTR) % size;
-    while (*taken != head && count < capacity && (int32_t)(captured[*taken] - until_tick) <= 0) {
-        ticks[count++] = captured[*taken];
+    while (*taken != head && count < capacity &&
+           (int32_t)(captured[*taken] - delay - until_tick) <= 0) {
+        ticks[count++] = captured[*taken] - delay;
         *taken = (*taken + 1) % size;
     }
     return count;
+}
+
+/* Too old to be placed: it would pass for one to come, and hold up all behind it. */
+static void forget_old(unsigned stream, const volatile uint32_t *captured, unsigned size,
+                       unsigned *taken, uint8_t detail)
+{
+    unsigned head = (size - DMA1->stream[stream].NDTR) % size;
+    while (*taken != head && TIM2->CNT - captured[*taken] > OLD_TICKS) {
+        *taken = (*taken + 1) % size;
+        health_count(MR_FAULT_EDGE_OVERRUN, detail);
+    }
+}
+
+void capture_forget_old(void)
+{
+    forget_old(EDGE_STREAM, edge_tick, EDGES, &edge_taken, TOO_OLD);
+    if (TIM2->DIER & TIM_DIER_CC2DE)
+        forget_old(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, PULSES);
 }
 
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
@@ -59,18 +84,15 @@ size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
         TIM2->SR = ~TIM_SR_CC1OF;
         health_count(MR_FAULT_EDGE_OVERRUN, 0);
     }
-    return take(EDGE_STREAM, edge_tick, EDGES, &edge_taken, until_tick, ticks, capacity);
+    return take(EDGE_STREAM, edge_tick, EDGES, &edge_taken, until_tick, EDGE_FILTER_TICKS, ticks,
+                capacity);
 }
 
 void board_frames_capture(bool on)
 {
-    struct dma_stream_regs *stream = &DMA1->stream[FRAME_STREAM];
     TIM2->DIER &= ~TIM_DIER_CC2DE;
     TIM2->CCER &= ~TIM_CCER_CC2E;
-    stream->CR = 0;
-    for (unsigned polls = 0; (stream->CR & DMA_CR_EN) && polls < STOP_POLLS; polls++) {
-    }
-    DMA1->IFCR[FRAME_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(FRAME_STREAM);
+    dma_stream_stop(DMA1, FRAME_STREAM);
     frame_taken = 0;
     if (!on)
         return;
@@ -83,15 +105,12 @@ void board_frames_capture(bool on)
 
 size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
 {
-    size_t count = take(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, until_tick + FILTER_TICKS,
-                        ticks, capacity);
     if (TIM2->SR & TIM_SR_CC2OF) {
         TIM2->SR = ~TIM_SR_CC2OF;
-        health_count(MR_FAULT_EDGE_OVERRUN, 2);
+        health_count(MR_FAULT_EDGE_OVERRUN, PULSES);
     }
-    for (size_t i = 0; i < count; i++)
-        ticks[i] -= FILTER_TICKS;
-    return count;
+    return take(FRAME_STREAM, frame_tick, FRAMES, &frame_taken, until_tick, FRAME_FILTER_TICKS,
+                ticks, capacity);
 }
 
 uint32_t board_camera(bool high)

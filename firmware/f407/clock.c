@@ -1,6 +1,6 @@
 /* System clock: 168 MHz from the 8 MHz crystal, or a clock of 8 MHz in its place; from the internal
- * oscillator when that does not start. A PLL that does not lock is a board that stays silent, with
- * its lamp on. RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+ * oscillator when that does not start, or has stopped again and again. A PLL that does not lock is a
+ * board that stays silent, with its lamp on, until the watchdog's reset tries again. RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
@@ -17,6 +17,8 @@
 #define RTC_DIVIDER       31u
 #define CAPTURES          16u
 #define CAPTURE_POLLS     1000u /* 62 us at 4 MHz are 125 */
+
+#define STOPPED 255u /* detail of the fault */
 
 static uint32_t crystal_khz; /* as measured at start; 0: none */
 
@@ -44,7 +46,12 @@ static bool start_pll(bool from_crystal)
     /* Not faster before the wait states are in force. RM0090 3.5.1 */
     if (!wait_for(&FLASH_ACR, FLASH_ACR_LATENCY, FLASH_ACR_168MHZ & FLASH_ACR_LATENCY, PLL_POLLS))
         return false;
-    RCC->CFGR = RCC_CFGR_SW_PLL | RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
+    /* A prescaler takes up to 16 cycles to change: not together with the clock. RM0090 7.3.3 */
+    const uint32_t prescalers = RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
+    RCC->CFGR = prescalers;
+    if (!wait_for(&RCC->CFGR, prescalers, prescalers, PLL_POLLS))
+        return false;
+    RCC->CFGR = prescalers | RCC_CFGR_SW_PLL;
     return wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL, PLL_POLLS);
 }
 
@@ -52,8 +59,9 @@ void clock_reset(void)
 {
     RCC->CR |= RCC_CR_HSION;
     wait_for(&RCC->CR, RCC_CR_HSIRDY, RCC_CR_HSIRDY, PLL_POLLS);
-    RCC->CFGR = 0;
+    RCC->CFGR &= ~RCC_CFGR_SW_MASK;
     wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, 0, PLL_POLLS);
+    RCC->CFGR = 0;
     RCC->CR &= ~(RCC_CR_PLLON | RCC_CR_HSEON | RCC_CR_CSSON);
     wait_for(&RCC->CR, RCC_CR_PLLRDY, 0, PLL_POLLS);
     RCC->AHB1RSTR = BOARD_AHB1_ALL;
@@ -116,13 +124,15 @@ static bool start_crystal(void)
     return false;
 }
 
-enum mr_clock_source clock_start(void)
+enum mr_clock_source clock_start(bool crystal_wanted)
 {
     RCC->APB1ENR |= RCC_APB1ENR_PWR;
     (void)RCC->APB1ENR; /* a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
     PWR_CR |= PWR_CR_VOS;
 
-    bool crystal = start_crystal();
+    if (!crystal_wanted)
+        health_count(MR_FAULT_CLOCK_FALLBACK, STOPPED);
+    bool crystal = crystal_wanted && start_crystal();
     while (!start_pll(crystal)) {
     }
     return crystal ? MR_CLOCK_CRYSTAL : MR_CLOCK_INTERNAL_PLL;

@@ -16,8 +16,8 @@
 /* clock.c: clocks and peripherals as after a reset. A debugger, or the boot ROM's Go, may have
  * left others on. */
 void clock_reset(void);
-/* crystal and PLL, or internal oscillator and PLL. */
-enum mr_clock_source clock_start(void);
+/* Crystal and PLL, or internal oscillator and PLL: also when the crystal is not to be relied on. */
+enum mr_clock_source clock_start(bool crystal_wanted);
 /* Of the crystal, by the internal oscillator, as measured at start; 0: none swings. */
 uint32_t clock_crystal_khz(void);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, blocks; board_scans_configure begins, unless this was not
@@ -26,9 +26,13 @@ void scan_prepare(void);
 bool scan_ready(void); /* a block can be taken */
 /* capture.c: TIM2 and its DMA; before the scans, whose timer starts both. */
 void capture_start(void);
+/* What was captured before the blocks stopped is counted as lost, before its ticks come round. */
+void capture_forget_old(void);
 void can_start(void);
 /* nor.c: SPI2 and the black box's memory, which is missing until then. */
 void nor_start(void);
+/* For so long nobody could look at what it does: that is not its time. Interrupts masked. */
+void nor_excuse(uint32_t ticks);
 /* Manufacturer, type, capacity: 0x00ef4018; only while nor_poll says idle. */
 uint32_t nor_jedec(void);
 void uart_start(void);
@@ -50,6 +54,8 @@ void rom_if_asked(void);
 /* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as
  * in the message hello. True: too many in a row, the board only speaks. */
 bool fault_recall(uint8_t cause);
+/* The crystal has started and stopped again, twice since anybody asked for a restart. */
+bool fault_crystal_stops(void);
 void fault_set_image_crc(uint32_t crc);
 /* memory.c: paint the stack and test the buffers of DMA. Before anything is in them. */
 void memory_start(void);

@@ -9,6 +9,7 @@
 #include "firmware/health.h"
 
 #define QUIET_RESTARTS 5u
+#define CRYSTAL_STOPS  2u
 #define FRAME_WORDS    8u  /* r0-r3, r12, lr, pc, xpsr */
 #define FRAME_FP_WORDS 26u /* and s0-s15, fpscr, one reserved */
 #define XPSR_ALIGNED   (1u << 9)
@@ -26,7 +27,7 @@ static struct {
 } crash __attribute__((section(".noinit")));
 
 static struct {
-    uint8_t restarts, in_row, late_task, reserved;
+    uint8_t restarts, in_row, late_task, crystal_stops;
     uint32_t late_pc;
     uint32_t image_crc;
     uint32_t crc;
@@ -170,8 +171,10 @@ bool fault_recall(uint8_t cause)
         past.restarts = (uint8_t)(past.restarts + (past.restarts < UINT8_MAX));
         past.in_row = (uint8_t)(past.in_row + (past.in_row < UINT8_MAX));
     } else {
-        past.in_row = 0; /* power, a button, a command */
+        past.in_row = past.crystal_stops = 0; /* power, a button, a command */
     }
+    if (crash.fresh && crash.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
+        past.crystal_stops = (uint8_t)(past.crystal_stops + (past.crystal_stops < UINT8_MAX));
     crash.fresh = 0;
     seal_crash();
     past.late_task = 0;
@@ -182,6 +185,11 @@ bool fault_recall(uint8_t cause)
     seal_past();
     tasks_start();
     return restart.quiet;
+}
+
+bool fault_crystal_stops(void)
+{
+    return past.crystal_stops >= CRYSTAL_STOPS;
 }
 
 void fault_set_image_crc(uint32_t crc)

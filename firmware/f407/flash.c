@@ -15,7 +15,7 @@
 /* about 1 s, should the loop run from the cache; the loop stands still with the flash otherwise */
 #define POLLS    12000000u
 
-static uint32_t interrupts;
+static uint32_t interrupts, begun_tick;
 
 const uint8_t *flash_copy(unsigned copy)
 {
@@ -35,6 +35,7 @@ static void forget_data_cache(void)
 void flash_begin(void)
 {
     interrupts = irq_mask();
+    begun_tick = TIM2->CNT;
     watchdog_patience(WATCHDOG_FLASH);
     if (FLASH_CR & FLASH_CR_LOCK) {
         FLASH_KEYR = KEY1;
@@ -49,6 +50,7 @@ void flash_end(void)
     forget_data_cache();
     watchdog_patience(WATCHDOG_USUAL);
     board_scans_restart();
+    nor_excuse(TIM2->CNT - begun_tick);
     irq_restore(interrupts);
 }
 

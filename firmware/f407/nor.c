@@ -120,11 +120,11 @@ static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
     rx->PAR = (uint32_t)(uintptr_t)&SPI2->DR;
     rx->M0AR = in ? (uint32_t)(uintptr_t)in : (uint32_t)(uintptr_t)&sink;
     rx->NDTR = count;
-    rx->CR = DMA_CR_CHANNEL(0) | (in ? DMA_CR_MINC : 0) | DMA_CR_TCIE | DMA_CR_TEIE | DMA_CR_EN;
+    dma_stream_start(rx, DMA_CR_CHANNEL(0) | (in ? DMA_CR_MINC : 0) | DMA_CR_TCIE | DMA_CR_TEIE);
     tx->PAR = (uint32_t)(uintptr_t)&SPI2->DR;
     tx->M0AR = out ? (uint32_t)(uintptr_t)out : (uint32_t)(uintptr_t)&filler;
     tx->NDTR = count;
-    tx->CR = DMA_CR_CHANNEL(0) | (out ? DMA_CR_MINC : 0) | DMA_CR_MEM_TO_PERIPHERAL | DMA_CR_EN;
+    dma_stream_start(tx, DMA_CR_CHANNEL(0) | (out ? DMA_CR_MINC : 0) | DMA_CR_MEM_TO_PERIPHERAL);
     SPI2->CR2 = SPI_CR2_RXDMAEN | SPI_CR2_TXDMAEN;
 }
 
@@ -167,6 +167,12 @@ void dma1_stream3_irq(void)
         else
             begin_dma(NULL, NULL, STATUS_STRETCH);
     }
+    irq_end();
+}
+
+void nor_excuse(uint32_t ticks)
+{
+    since_tick += ticks;
 }
 
 uint32_t nor_jedec(void)
@@ -227,8 +233,8 @@ void nor_start(void)
 static void give_up_transfer(void)
 {
     uint32_t mask = irq_mask();
-    DMA1->stream[RX_STREAM].CR = 0;
-    DMA1->stream[TX_STREAM].CR = 0;
+    dma_stream_stop(DMA1, RX_STREAM);
+    dma_stream_stop(DMA1, TX_STREAM);
     SPI2->CR2 = 0;
     select(false);
     phase = ABSENT;
@@ -241,7 +247,9 @@ enum nor_status nor_poll(void)
     switch (phase) {
     case ABSENT: return NOR_MISSING;
     case STARTING: look_for_chip(); return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
-    case IDLE: return failed ? NOR_FAILED : NOR_IDLE;
+    case IDLE:
+        memory_fence(); /* what was read is the caller's from here on */
+        return failed ? NOR_FAILED : NOR_IDLE;
     case ERASING:
         if (!(read_status() & STATUS_BUSY))
             phase = IDLE;

@@ -26,6 +26,7 @@ struct rcc_regs {
 #define RCC_CIR_CSSF         (1u << 7)
 #define RCC_PLLCFGR_SRC_HSE  (1u << 22)
 #define RCC_PLLCFGR_RESERVED (2u << 28) /* its reset value, to be kept */
+#define RCC_CFGR_SW_MASK     3u
 #define RCC_CFGR_SW_PLL      2u
 #define RCC_CFGR_SWS_MASK    (3u << 2)
 #define RCC_CFGR_SWS_PLL     (2u << 2)
@@ -137,6 +138,7 @@ struct tim_regs {
 #define TIM_SR_CC1OF         (1u << 9)
 #define TIM_SR_CC2OF         (1u << 10)
 #define TIM_CCMR1_CC1_TI1    (1u << 0)
+#define TIM_CCMR1_IC1F_8     (3u << 4) /* eight samples of 84 MHz */
 #define TIM_CCMR1_IC1PSC_8   (3u << 2)
 #define TIM_CCER_CC1E        (1u << 0)
 #define TIM_CCMR1_CC2_TI2    (1u << 8)
@@ -265,23 +267,31 @@ struct iwdg_regs {
 #define DBGMCU_IDCODE                (*(reg32 *)0xe0042000u)
 /* RM0090 38.16: which clocks stop with the core while a debugger halts it */
 #define DBGMCU_APB1_FZ               (*(reg32 *)0xe0042008u)
+#define DBGMCU_APB1_FZ_DBG_TIM2_STOP (1u << 0)
+#define DBGMCU_APB1_FZ_DBG_TIM4_STOP (1u << 2)
 #define DBGMCU_APB1_FZ_DBG_IWDG_STOP (1u << 12)
 
 /* PM0214 4.3 to 4.5 */
-#define SYST_CSR  (*(reg32 *)0xe000e010u)
-#define SYST_RVR  (*(reg32 *)0xe000e014u)
-#define SYST_CVR  (*(reg32 *)0xe000e018u)
-#define NVIC_ISER ((reg32 *)0xe000e100u)
-#define NVIC_IPR  ((volatile uint8_t *)0xe000e400u)
-#define SCB_CPUID (*(reg32 *)0xe000ed00u)
-#define SCB_VTOR  (*(reg32 *)0xe000ed08u)
-#define SCB_AIRCR (*(reg32 *)0xe000ed0cu)
-#define SCB_SHPR  ((volatile uint8_t *)0xe000ed18u)
-#define SCB_CFSR  (*(reg32 *)0xe000ed28u)
-#define SCB_HFSR  (*(reg32 *)0xe000ed2cu)
-#define SCB_MMFAR (*(reg32 *)0xe000ed34u)
-#define SCB_BFAR  (*(reg32 *)0xe000ed38u)
-#define SCB_CPACR (*(reg32 *)0xe000ed88u)
+#define SYST_CSR           (*(reg32 *)0xe000e010u)
+#define SYST_RVR           (*(reg32 *)0xe000e014u)
+#define SYST_CVR           (*(reg32 *)0xe000e018u)
+#define NVIC_ISER          ((reg32 *)0xe000e100u)
+#define NVIC_ICER          ((reg32 *)0xe000e180u)
+#define NVIC_ICPR          ((reg32 *)0xe000e280u)
+#define NVIC_IPR           ((volatile uint8_t *)0xe000e400u)
+#define SCB_CPUID          (*(reg32 *)0xe000ed00u)
+#define NVIC_WORDS         3u /* 82 interrupts */
+#define SCB_ICSR           (*(reg32 *)0xe000ed04u)
+#define SCB_ICSR_PENDSTCLR (1u << 25)
+#define SCB_ICSR_PENDSVCLR (1u << 27)
+#define SCB_VTOR           (*(reg32 *)0xe000ed08u)
+#define SCB_AIRCR          (*(reg32 *)0xe000ed0cu)
+#define SCB_SHPR           ((volatile uint8_t *)0xe000ed18u)
+#define SCB_CFSR           (*(reg32 *)0xe000ed28u)
+#define SCB_HFSR           (*(reg32 *)0xe000ed2cu)
+#define SCB_MMFAR          (*(reg32 *)0xe000ed34u)
+#define SCB_BFAR           (*(reg32 *)0xe000ed38u)
+#define SCB_CPACR          (*(reg32 *)0xe000ed88u)
 
 /* ARMv7-M C1.6.5, C1.8: the core's cycle counter */
 #define SCB_DEMCR          (*(reg32 *)0xe000edfcu)
@@ -329,11 +339,41 @@ static inline void irq_restore(uint32_t primask)
     __asm volatile("msr primask, %0" ::"r"(primask) : "memory");
 }
 
+/* Ends each interrupt: a flag that was cleared just before must be clear at the peripheral, or the
+ * interrupt comes again. */
+static inline void irq_end(void)
+{
+    __asm volatile("dsb" ::: "memory");
+}
+
+/* Between memory and what tells an interrupt or DMA of it: neither the compiler nor the bus moves
+ * loads and stores past it. */
+static inline void memory_fence(void)
+{
+    __asm volatile("dmb" ::: "memory");
+}
+
 /* Shift of a stream's flags in ISR[stream / 4] and IFCR[stream / 4]. */
 static inline unsigned dma_flag_shift(unsigned stream)
 {
     static const uint8_t shift[4] = {0, 6, 16, 22};
     return shift[stream % 4];
+}
+
+/* What the buffer holds is there before the stream reads it. */
+static inline void dma_stream_start(struct dma_stream_regs *stream, uint32_t settings)
+{
+    memory_fence();
+    stream->CR = settings | DMA_CR_EN;
+}
+
+/* Waits for the transfer under way, and clears the flags. RM0090 10.3.17 */
+static inline void dma_stream_stop(struct dma_regs *dma, unsigned number)
+{
+    dma->stream[number].CR = 0;
+    for (unsigned polls = 0; (dma->stream[number].CR & DMA_CR_EN) && polls < 1000; polls++) {
+    }
+    dma->IFCR[number / 4] = DMA_FLAGS_ALL << dma_flag_shift(number);
 }
 
 #endif

@@ -10,21 +10,27 @@
  * 84000 n of TIM2: edges and samples share one clock without any software in between. Blocks are 8
  * scans, an even number, so every block begins with the excitation forward (PD12 high, PD13 low).
  *
+ * Which block has ended is told by TIM2 alone: whatever kept an interrupt from coming, no block
+ * takes the place of another, and those that nobody looked at are missing. A debugger that halts
+ * the core halts both timers (board.c).
+ *
  * Channels that are not fitted are not in the sequences. The converter with the longer sequence
  * tells when a block is there; with as many in both it is ADC1, for the stream of ADC3 has the
  * lower number and is served first. */
 #include "common/block.h"
 #include "firmware/f407/drivers.h"
+#include "firmware/f407/queue.h"
 #include "firmware/health.h"
 
-#define SCAN_TICKS   10500u
-#define TRIGGER_TICK 2352u
-#define REVERSE_TICK 2u
+#define SCAN_TICKS       10500u
+#define TRIGGER_TICK     2352u
+#define REVERSE_TICK     2u
+#define CONVERSION_TICKS 496u /* 124 of 21 MHz */
 /* in the circular buffer: one block is filled while the other is summed */
-#define SCANS        (2 * MR_SCANS_PER_BLOCK)
-#define ADC1_STREAM  4u
-#define ADC3_STREAM  1u
-#define BLOCK_QUEUE  16u
+#define SCANS            (2 * MR_SCANS_PER_BLOCK)
+#define ADC1_STREAM      4u
+#define ADC3_STREAM      1u
+#define BLOCK_QUEUE      16u
 
 /* Rows of as many codes as the converter's sequence has. Two are added and compared at a time, so
  * they lie on words. */
@@ -34,9 +40,12 @@ static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 static struct mr_scan scan;
 static bool prepared, timers_run;
 
-static struct mr_block queue[BLOCK_QUEUE];
-static volatile uint32_t queued, taken;
-static uint32_t next_index; /* of the block being filled */
+static struct mr_block ring[BLOCK_QUEUE];
+static struct queue queue;
+/* Of the block being filled; of the one that began with the first half of the buffer. */
+static uint32_t next_index, first_index;
+/* From a block's first trigger until its last conversion begins. */
+static uint32_t last_conversion_ticks;
 
 /* Where the other converter's stream stood when the last block was full; of one that stands still,
  * one half in two looks right. */
@@ -62,17 +71,14 @@ static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc
                          uint32_t count, uint32_t interrupts)
 {
     struct dma_stream_regs *stream = &DMA2->stream[number];
-    stream->CR = 0;
-    for (unsigned polls = 0; (stream->CR & DMA_CR_EN) && polls < 1000; polls++) {
-    }
-    DMA2->IFCR[number / 4] = DMA_FLAGS_ALL << dma_flag_shift(number);
+    dma_stream_stop(DMA2, number);
     if (count == 0)
         return;
     stream->PAR = (uint32_t)(uintptr_t)&adc->DR;
     stream->M0AR = (uint32_t)(uintptr_t)memory;
     stream->NDTR = count;
-    stream->CR = DMA_CR_CHANNEL(channel) | DMA_CR_PRIORITY(3) | DMA_CR_MSIZE_16 | DMA_CR_PSIZE_16 |
-                 DMA_CR_MINC | DMA_CR_CIRC | interrupts | DMA_CR_EN;
+    dma_stream_start(stream, DMA_CR_CHANNEL(channel) | DMA_CR_PRIORITY(3) | DMA_CR_MSIZE_16 |
+                                 DMA_CR_PSIZE_16 | DMA_CR_MINC | DMA_CR_CIRC | interrupts);
 }
 
 static void start_converter(struct adc_regs *adc, const uint8_t *channel, unsigned count)
@@ -104,8 +110,12 @@ static void start_conversions(void)
     ADC3->CR2 = 0;
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
     bool adc3_is_last = scan.transducers > scan.others;
+    uint32_t conversions = adc3_is_last ? scan.transducers : scan.others;
     other_stood = STOOD_NOWHERE;
     other_stands = false;
+    first_index = next_index;
+    last_conversion_ticks = (MR_SCANS_PER_BLOCK - 1u) * SCAN_TICKS +
+                            (conversions - 1u) * CONVERSION_TICKS;
     start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);
     start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers,
                  adc3_is_last ? tell : 0);
@@ -158,6 +168,15 @@ static void check_polarity(void)
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
+/* How many blocks have ended since the last one that was seen to. The end of one is told by its
+ * flag: while its last conversion lasts it counts already, though that is still to come. */
+static uint32_t blocks_ended(void)
+{
+    int32_t since =
+        (int32_t)(TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) - last_conversion_ticks);
+    return since < 0 ? 0 : (uint32_t)since / MR_TICKS_PER_BLOCK + 1u;
+}
+
 /* A stream's half is full, or the other: the block is taken from there. The other converter
  * triggers at the same time and is done by now: its stream must stand at the same half, or a scan
  * of it was lost. It stands there until its first code of the next scan, 36 us at least. Once it
@@ -172,15 +191,18 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
         return;
 
-    if (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF) {
-        /* more than a block late: two have passed */
-        next_index += 2;
+    uint32_t ended = blocks_ended();
+    if (ended == 0)
+        return; /* it is missing already */
+    next_index += ended;
+    uint32_t index = next_index - 1u;
+    unsigned half = (index - first_index) % 2u ? MR_SCANS_PER_BLOCK : 0;
+    if (ended > 1 ||
+        (flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)) != (half ? DMA_FLAG_TCIF : DMA_FLAG_HTIF)) {
         other_stood = STOOD_NOWHERE;
         health_count(MR_FAULT_SCAN_OVERRUN, 1);
         return;
     }
-    unsigned half = flags & DMA_FLAG_HTIF ? 0 : MR_SCANS_PER_BLOCK;
-    uint32_t index = next_index++;
     uint32_t expected = half ? SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
     uint32_t stands_at = DMA2->stream[other].NDTR;
     other_stands |= stands_at == other_stood;
@@ -190,11 +212,11 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
         return;
     }
     check_polarity();
-    if (queued - taken == BLOCK_QUEUE) {
+    if (queue_filled(&queue) == BLOCK_QUEUE) {
         health_count(MR_FAULT_BLOCK_LATE, 0);
         return;
     }
-    struct mr_block *block = &queue[queued % BLOCK_QUEUE];
+    struct mr_block *block = &ring[queue.put % BLOCK_QUEUE];
     uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
     uint16_t *transducers = adc3_code + half * scan.transducers,
              *others = adc1_code + half * scan.others;
@@ -203,19 +225,21 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
                             (uint16_t(*)[MR_ADC1_CHANNELS])others);
     else
         mr_block_from_some(block, &scan, index, tick, transducers, others);
-    queued++;
+    queue_put(&queue, 1);
 }
 
 void dma2_stream1_irq(void);
 void dma2_stream1_irq(void)
 {
     end_block(ADC3_STREAM, ADC1_STREAM, scan.others);
+    irq_end();
 }
 
 void dma2_stream4_irq(void);
 void dma2_stream4_irq(void)
 {
     end_block(ADC1_STREAM, ADC3_STREAM, scan.transducers);
+    irq_end();
 }
 
 void adc_irq(void);
@@ -226,24 +250,25 @@ void adc_irq(void)
     health_count(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
     ADC1->CR1 &= ~ADC_CR1_OVRIE;
     ADC3->CR1 &= ~ADC_CR1_OVRIE;
+    irq_end();
 }
 
 bool scan_ready(void)
 {
-    return taken != queued;
+    return queue_filled(&queue) != 0;
 }
 
 unsigned board_blocks_waiting(void)
 {
-    return queued - taken;
+    return queue_filled(&queue);
 }
 
 bool board_block_take(struct mr_block *block)
 {
     if (!scan_ready())
         return false;
-    *block = queue[taken % BLOCK_QUEUE];
-    taken++;
+    *block = ring[queue.taken % BLOCK_QUEUE];
+    queue_take(&queue, 1);
     return true;
 }
 
@@ -271,8 +296,10 @@ static void begin_again(const struct mr_scan *with)
             start_conversions();
         }
         irq_restore(mask);
-        if (now)
+        if (now) {
+            capture_forget_old();
             return;
+        }
     }
 }
 

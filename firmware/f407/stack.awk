@@ -27,7 +27,7 @@ BEGIN { FRAME = 108; LIBRARY = 160 } # 26 words with floating point, one more fo
 
 END {
     if (failed) exit 1
-    total = report("thread", "reset")
+    total = report("thread", "start_program")
     total += FRAME + worst("supervision", "systick_irq")
     total += FRAME + worst("serial", "dma2_stream7_irq dma1_stream3_irq")
     total += FRAME + worst("CAN", "can1_tx_irq can1_rx0_irq")
@@ -54,7 +54,7 @@ function report(label, name) {
     printf "%-12s %5d bytes (%s)", label, depth(name), name
     for (; name != ""; name = deepest[name]) printf " > %s", name
     printf "\n"
-    return depth("reset")
+    return depth("start_program")
 }
 
 function depth(name,    list, n, i, deep, most) {

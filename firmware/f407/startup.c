@@ -1,4 +1,5 @@
-/* Vector table and reset. The floating-point unit is on before any code that could use it. */
+/* Vector table and reset. The floating-point unit is on before any code that could use it. Who
+ * started the program may have left anything in the core: the boot ROM's Go, a debugger. */
 #include <stdint.h>
 
 #include "firmware/f407/regs.h"
@@ -19,8 +20,30 @@ void dma2_stream1_irq(void);
 void dma2_stream4_irq(void);
 void dma2_stream7_irq(void);
 
-void reset(void)
+void start_program(void);
+
+__attribute__((naked)) void reset(void)
 {
+    __asm volatile("cpsid i\n\t"
+                   "cpsie f\n\t"
+                   "movs r0, #0\n\t"
+                   "msr basepri, r0\n\t"
+                   "msr control, r0\n\t"
+                   "isb\n\t"
+                   "ldr r0, =stack_top\n\t"
+                   "msr msp, r0\n\t"
+                   "b.w start_program\n\t"
+                   ".ltorg");
+}
+
+__attribute__((used)) void start_program(void)
+{
+    SYST_CSR = 0;
+    SCB_ICSR = SCB_ICSR_PENDSTCLR | SCB_ICSR_PENDSVCLR;
+    for (unsigned n = 0; n < NVIC_WORDS; n++) {
+        NVIC_ICER[n] = 0xffffffffu;
+        NVIC_ICPR[n] = 0xffffffffu;
+    }
     rom_if_asked();
     /* where matrig.ld puts them; started by the boot ROM, that ROM's vectors are at 0 */
     SCB_VTOR = 0x08000000u;
@@ -31,6 +54,7 @@ void reset(void)
         *to = *from++;
     for (uint32_t *to = bss_start; to < bss_end; to++)
         *to = 0;
+    __asm volatile("cpsie i" ::: "memory");
     (void)main();
     processor_fault();
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "firmware/f407/drivers.h"
+#include "firmware/f407/queue.h"
 
 #define TX_RING   8192u
 #define RX_RING   1024u
@@ -15,8 +16,8 @@
 #define PCLK2_HZ  84000000u
 
 static uint8_t tx_ring[TX_RING] DMA_BUFFER, rx_ring[RX_RING] DMA_BUFFER;
-static volatile uint32_t tx_put, tx_got; /* bytes ever queued and ever sent */
-static volatile uint32_t tx_chunk;       /* bytes the DMA is sending */
+static struct queue tx_queue;
+static volatile uint32_t tx_chunk; /* bytes the DMA is sending */
 static uint32_t rx_got;
 
 void uart_start(void)
@@ -28,7 +29,7 @@ void uart_start(void)
     rx->PAR = (uint32_t)(uintptr_t)&UART->DR;
     rx->M0AR = (uint32_t)(uintptr_t)rx_ring;
     rx->NDTR = RX_RING;
-    rx->CR = DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_CIRC | DMA_CR_EN;
+    dma_stream_start(rx, DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_CIRC);
     DMA2->stream[TX_STREAM].PAR = (uint32_t)(uintptr_t)&UART->DR;
     irq_enable(IRQ_DMA2_STREAM7, PRIORITY_SERIAL);
 }
@@ -36,8 +37,8 @@ void uart_start(void)
 /* Gives the DMA the next stretch of the ring. Interrupts masked, or inside its own. */
 static void send_next(void)
 {
-    uint32_t waiting = tx_put - tx_got;
-    uint32_t at = tx_got % TX_RING;
+    uint32_t waiting = queue_filled(&tx_queue);
+    uint32_t at = tx_queue.taken % TX_RING;
     struct dma_stream_regs *tx = &DMA2->stream[TX_STREAM];
     tx_chunk = waiting < TX_RING - at ? waiting : TX_RING - at;
     if (!tx_chunk)
@@ -45,29 +46,30 @@ static void send_next(void)
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
     tx->M0AR = (uint32_t)(uintptr_t)&tx_ring[at];
     tx->NDTR = tx_chunk;
-    tx->CR = DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL | DMA_CR_TCIE |
-             DMA_CR_TEIE | DMA_CR_EN;
+    dma_stream_start(tx, DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL |
+                             DMA_CR_TCIE | DMA_CR_TEIE);
 }
 
 void dma2_stream7_irq(void);
 void dma2_stream7_irq(void)
 {
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
-    tx_got += tx_chunk;
+    queue_take(&tx_queue, tx_chunk);
     send_next();
+    irq_end();
 }
 
 bool board_serial_send(const uint8_t *bytes, size_t length)
 {
-    if (length > TX_RING - (tx_put - tx_got))
+    if (length > TX_RING - queue_filled(&tx_queue))
         return false;
-    uint32_t at = tx_put % TX_RING;
+    uint32_t at = tx_queue.put % TX_RING;
     size_t to_end = TX_RING - at;
     size_t first = length < to_end ? length : to_end;
     memcpy(&tx_ring[at], bytes, first);
     memcpy(tx_ring, bytes + first, length - first);
     uint32_t mask = irq_mask();
-    tx_put += length;
+    queue_put(&tx_queue, (uint32_t)length);
     if (!tx_chunk)
         send_next();
     irq_restore(mask);
@@ -78,6 +80,7 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity)
 {
     size_t count = 0;
     uint32_t head = (RX_RING - DMA2->stream[RX_STREAM].NDTR) % RX_RING;
+    memory_fence();
     while (rx_got != head && count < capacity) {
         bytes[count++] = rx_ring[rx_got];
         rx_got = (rx_got + 1) % RX_RING;
@@ -92,5 +95,5 @@ void uart_rate(uint32_t baud)
 
 bool uart_sent(void)
 {
-    return tx_put == tx_got;
+    return queue_filled(&tx_queue) == 0;
 }

@@ -55,7 +55,7 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
     }
     if (state->next_edge == replay->edge_count)
         return HIL_NEVER;
-    return cycle_of(dev, replay->edge_tick[state->next_edge]) - hil_tim2_capture_delay(dev->tim, 0);
+    return cycle_of(dev, replay->edge_tick[state->next_edge]);
 }
 
 /* The same of PB3. */

@@ -149,6 +149,40 @@ TEST(a_change_costs_blocks_and_nothing_else)
     }
 }
 
+/* A page of the other memory is being programmed when the change begins, and half a second later it
+ * seems to take for ever: the memory is neither slow nor gone. Several moments, each in a fork. */
+TEST(a_change_is_not_the_time_of_the_other_memory)
+{
+    struct hil_options options = ear_options();
+    unsigned tried = 0;
+    options.cell_times = HIL_TIMES_MAXIMUM;
+    struct ear *ear = ear_open(&options, 0), *fork = malloc(sizeof *fork);
+    struct mr_config next;
+    assert_non_null(fork);
+    ear_until(ear, 1.0);
+    read_out(ear, &now);
+    uint32_t crc = stage(ear, &next);
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_RUNWAY_FORGET, 0, 1); /* the runway is stored anew */
+    for (unsigned step = 0; step < 15000 && tried < 8; step++) {
+        pass(ear, 200e-6);
+        const struct hil_w25q *nor = &ear->board->state.w25q;
+        double left_ms = ((double)nor->end_ps - (double)hil_board_now_ps(ear->board)) * 1e-9;
+        if (nor->operation != 0x02 || left_ms < 1.0 + 0.2 * tried)
+            continue;
+        *fork = *ear;
+        ear_attach(fork, snapshot_fork(ear->board));
+        ear_command(fork, EAR_CAN, MR_COMMAND_CONFIG_APPLY, (int32_t)crc, tag);
+        pass(fork, 1.0);
+        assert_int_equal(last_ack(fork, EAR_CAN).status, MR_OK);
+        assert_int_equal(ear_faults(fork, EAR_CAN), 0);
+        hil_board_destroy(fork->board);
+        tried++;
+    }
+    assert_int_equal(tried, 8);
+    free(fork);
+    ear_close(ear);
+}
+
 /* A landing after a change is one by the new configuration: stations of all gates moved, and so the
  * stop. */
 TEST(a_landing_is_by_the_new_configuration)

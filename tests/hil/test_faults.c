@@ -104,6 +104,30 @@ TEST(a_crystal_that_comes_back_is_used)
     ear_close(ear);
 }
 
+/* One that starts each time and stops again: after the second crash the internal oscillator serves,
+ * and that is told. Whoever asks for a restart has it tried again. */
+TEST(a_crystal_that_stops_again_and_again_is_given_up)
+{
+    struct ear *ear = ear_open(NULL, 0);
+    for (unsigned n = 0; n < 20; n++) {
+        char order[80];
+        snprintf(order, sizeof order, "at %.2f crystal stop\nat %.3f crystal start", 0.3 + 0.25 * n,
+                 0.301 + 0.25 * n);
+        ear_order(ear, order);
+    }
+    ear_until(ear, 6.0);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 2);
+    assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, MR_CLOCK_INTERNAL_PLL);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL),
+                     EAR_BIT(CLOCK_FALLBACK) | EAR_BIT(CAN_SILENT) | EAR_BIT(HARD_FAULT));
+    assert_int_equal(ear->fault[MR_FAULT_CLOCK_FALLBACK].detail, 255);
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_RESET, 0, 1);
+    ear_until(ear, 7.5);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 3);
+    assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, MR_CLOCK_CRYSTAL);
+    ear_close(ear);
+}
+
 /* An image without clock security: instructions and scans stand still, physical time does not, and
  * both go on when the crystal has started again, 2 ms after it can. */
 TEST(without_clock_security_the_clock_stands_still)

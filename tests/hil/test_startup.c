@@ -1,5 +1,8 @@
 /* How the firmware starts: pins that float until then, clocks that somebody else left on. */
+#include <unicorn/unicorn.h>
+
 #include "hil/board/board.h"
+#include "hil/core/nvic.h"
 #include "tests/hil/ear.h"
 
 #define PORT_B 1u
@@ -99,4 +102,86 @@ TEST(the_boot_rom_finds_its_vectors_at_0)
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 24000000);
     assert_memory_equal(at_zero, of_rom, sizeof of_rom);
     ear_close(ear);
+}
+
+/* APB at 42 and 84 MHz at most: its prescalers are in force before HCLK is 168 MHz, and in nothing
+ * but one write they cannot be. RM0090 7.3.3 */
+TEST(prescalers_come_before_the_clock)
+{
+    struct ear *ear = ear_open(NULL, 0);
+    const struct hil_core_state *core = &ear->board->core.state;
+    bool before = false;
+    bench_run(ear->board, 2 * HIL_MS_PS);
+    for (uint64_t at_ps = 2 * HIL_MS_PS; core->clock.hclk_hz == 16000000; at_ps += 62500) {
+        assert_true(at_ps < 10 * HIL_MS_PS);
+        bench_run(ear->board, at_ps);
+        before |= core->clock.hclk_hz == 16000000 &&
+                  (ear->board->state.mcu.rcc.cfgr & 0xfc00u) == (4u << 13 | 5u << 10);
+    }
+    assert_true(before);
+    ear_close(ear);
+}
+
+/* A PLL that does not lock, for a second, at the slowest watchdog: the reset tries again. */
+TEST(a_start_that_hangs_ends_in_a_reset)
+{
+    struct hil_options options = ear_options();
+    options.lsi_hz = 17000;
+    struct ear *ear = ear_open(&options, 0);
+    for (uint64_t t_us = 100; t_us < 1000000; t_us += 100) {
+        hil_event_set_ps(&ear->board->core, HIL_EVENT_PLL, HIL_NEVER);
+        bench_run(ear->board, t_us * HIL_US_PS);
+    }
+    assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 1);
+    bench_run(ear->board, 3 * HIL_SECOND_PS);
+    assert_int_equal(ear_hello(ear, EAR_CAN).clock_source, MR_CLOCK_CRYSTAL);
+    assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause & 8u, 8u);
+    ear_close(ear);
+}
+
+/* The longest start, that without a crystal, and the fastest watchdog: none. A debugger that halts
+ * the core stops the watchdog, and the timers of the samples with it (RM0090 38.16.4: bits 12, 2,
+ * 0). */
+TEST(no_start_takes_too_long)
+{
+    struct hil_options options = ear_options();
+    options.lsi_hz = 47000;
+    options.hse_hz = 0;
+    struct ear *ear = ear_open(&options, 0);
+    bench_run(ear->board, 2 * HIL_SECOND_PS);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+    assert_int_equal(ear->board->core.state.scb.apb1_fz, 1u << 12 | 1u << 2 | 1u << 0);
+    ear_close(ear);
+}
+
+/* The boot ROM's Go and a debugger start the program, and no reset: with interrupts masked, on
+ * another stack, with an interrupt that the program does not know enabled, and one that waits. */
+TEST(what_another_program_left_in_the_core_is_taken_back)
+{
+    enum { MASKED, OTHER_STACK, PENDING, WAYS };
+    for (unsigned way = 0; way < WAYS; way++) {
+        struct ear *ear = ear_open(NULL, 0);
+        struct hil_core *core = &ear->board->core;
+        uint32_t one = 1, two = 2, away = 0x10000100u;
+        unsigned tim2 = 16u + HIL_IRQ_TIM2;
+        if (way == MASKED) {
+            uc_reg_write(core->uc, UC_ARM_REG_PRIMASK, &one);
+        } else if (way == OTHER_STACK) {
+            uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &two);
+            uc_reg_write(core->uc, UC_ARM_REG_SP, &away);
+        } else {
+            core->state.nvic.enabled[tim2 / 32u] |= 1u << tim2 % 32u;
+            core->state.nvic.pending[15 / 32u] |= 1u << 15;
+            uc_reg_write(core->uc, UC_ARM_REG_PRIMASK, &one);
+        }
+        bench_run(ear->board, HIL_SECOND_PS);
+        uint32_t control = 0;
+        uc_reg_read(core->uc, UC_ARM_REG_CONTROL, &control);
+        assert_int_equal(control & 2u, 0);
+        assert_int_equal(core->state.nvic.enabled[tim2 / 32u] >> tim2 % 32u & 1u, 0);
+        assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+        assert_true(ear->heard[EAR_CAN][MR_ID_CLOCK] > 5);
+        assert_int_equal(ear_faults(ear, EAR_CAN), 0);
+        ear_close(ear);
+    }
 }
