@@ -7,10 +7,11 @@ static float square_root(float x)
     return __builtin_sqrtf(x);
 }
 
-static inline float magnitude(float x)
-{
-    return __builtin_fabsf(x);
-}
+#define LAW(name)              one_##name
+#define LAW_REAL               float
+#define LAW_SIZE(x)            __builtin_fabsf(x)
+#define LAW_SIGNED(size, sign) __builtin_copysignf(size, sign)
+#include "common/chain_law.h"
 
 float mr_chain_step_limit_s(const struct mr_chain_params *params)
 {
@@ -76,14 +77,16 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
 
 /* What is the same for all joints and mats of a chain, kept in registers while a bay moves. */
 struct law {
-    float kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
+    struct one_joint joint;
+    float friction_lb, per_lb, step_s;
 };
 
 static inline struct law law_of(const struct mr_chain *chain)
 {
-    return (struct law){chain->kl_lb_ft, chain->params.cl_lb_s_ft,
-                        chain->slack_ft, chain->friction_lb,
-                        chain->per_lb,   chain->step_s};
+    return (struct law){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
+                        chain->friction_lb,
+                        chain->per_lb,
+                        chain->step_s};
 }
 
 /* Tension of joint j that is open by g_ft and opens at opening_ft_s, tension positive; moves its
@@ -91,61 +94,18 @@ static inline struct law law_of(const struct mr_chain *chain)
 static inline float pull(struct mr_chain *chain, const struct law *law, unsigned j, float g_ft,
                          float opening_ft_s)
 {
-    float reach_ft = chain->reach_ft[j];
-    /* A reach is never beyond the slack, so that most joints are settled by two comparisons. */
-    if (g_ft >= reach_ft) {
-        if (g_ft <= law->slack_ft) {
-            chain->reach_ft[j] = g_ft;
-            return 0.0f;
-        }
-        chain->reach_ft[j] = law->slack_ft;
-        return law->kl_lb_ft * (g_ft - law->slack_ft) + law->cl_lb_s_ft * opening_ft_s;
-    }
-    if (!(reach_ft > 0.0f))
-        return g_ft < 0.0f ? law->kl_lb_ft * g_ft + law->cl_lb_s_ft * opening_ft_s : 0.0f;
-    float damper_lb = law->cl_lb_s_ft * opening_ft_s;
     float grit_lb = chain->grit_lb[j];
-    float held_lb = law->kl_lb_ft * (g_ft - reach_ft);
-    if (held_lb >= -grit_lb) {
-        float kept_lb = held_lb + damper_lb;
-        return kept_lb < -grit_lb ? -grit_lb : kept_lb > 0.0f ? 0.0f : kept_lb;
-    }
-    float yielded_ft = g_ft + grit_lb / law->kl_lb_ft;
-    if (yielded_ft > 0.0f) {
-        chain->reach_ft[j] = yielded_ft;
-        return -grit_lb;
-    }
-    chain->reach_ft[j] = 0.0f;
-    return g_ft < 0.0f ? law->kl_lb_ft * g_ft + damper_lb : 0.0f;
+    struct one_pull pull = one_joint_pull(law->joint, grit_lb, grit_lb / law->joint.kl_lb_ft,
+                                          chain->reach_ft[j], g_ft, opening_ft_s);
+    if (!pull.kept)
+        chain->reach_ft[j] = pull.reach_ft;
+    return pull.lb;
 }
 
 static inline float pull_now(struct mr_chain *chain, const struct law *law, unsigned j)
 {
     return pull(chain, law, j, chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
                 chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
-}
-
-/* Speed after a step under the force X without friction. */
-static inline float slip(float v_ft_s, float x_lb, float friction_lb, float per_lb)
-{
-    if (v_ft_s == 0.0f) {
-        if (x_lb > friction_lb)
-            return (x_lb - friction_lb) * per_lb;
-        if (x_lb < -friction_lb)
-            return (x_lb + friction_lb) * per_lb;
-        return 0.0f;
-    }
-    float braking_lb = x_lb - __builtin_copysignf(friction_lb, v_ft_s);
-    float after_ft_s = v_ft_s + braking_lb * per_lb;
-    if (after_ft_s * v_ft_s > 0.0f)
-        return after_ft_s;
-    if (magnitude(x_lb) <= friction_lb)
-        return 0.0f;
-    /* It stops within the step and is thrown back: what is left of the step with friction the other
-     * way. */
-    float left = 1.0f + v_ft_s / (braking_lb * per_lb);
-    float back_lb = x_lb > 0.0f ? x_lb - friction_lb : x_lb + friction_lb;
-    return left > 0.0f ? back_lb * per_lb * left : 0.0f;
 }
 
 static unsigned place_of(const struct mr_chain *chain, unsigned mat)
@@ -174,8 +134,8 @@ static float step_bay(struct mr_chain *chain, const struct law *law, unsigned ba
         float right_lb = pull(chain, law, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft),
                               next_ft_s - v_ft_s);
         float x_lb = right_lb - left_lb + chain->push_lb[n];
-        if (v_ft_s != 0.0f || magnitude(x_lb) > law->friction_lb) {
-            v_ft_s = slip(v_ft_s, x_lb, law->friction_lb, law->per_lb);
+        if (v_ft_s != 0.0f || __builtin_fabsf(x_lb) > law->friction_lb) {
+            v_ft_s = one_mat_slip(v_ft_s, x_lb, law->friction_lb, law->per_lb).v_ft_s;
             chain->v_ft_s[n] = v_ft_s;
             chain->u_ft[n] = u_ft + law->step_s * v_ft_s;
         }
@@ -249,8 +209,8 @@ bool mr_chain_settle(struct mr_chain *chain)
         for (unsigned n = first; n <= last; n++) {
             float u_ft = chain->u_ft[n], v_ft_s = chain->v_ft_s[n];
             moves = moves || v_ft_s != 0.0f;
-            if (!(magnitude(u_ft) < MR_CHAIN_RUNAWAY_FT &&
-                  magnitude(v_ft_s) < MR_CHAIN_RUNAWAY_FT_S))
+            if (!(__builtin_fabsf(u_ft) < MR_CHAIN_RUNAWAY_FT &&
+                  __builtin_fabsf(v_ft_s) < MR_CHAIN_RUNAWAY_FT_S))
                 chain->runaway = true;
         }
         chain->awake[bay] = moves;

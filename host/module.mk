@@ -22,7 +22,7 @@ manuals := $(B)/matrig.1 $(B)/matrig-board.1 $(commands:%=$(B)/matrig-%.1)
 # result; the exceptions' flags are not looked at.
 $(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
 # Vectors go from function to function, but all of those are inline: no calling convention is in it.
-$(B)/host/host/sim/models/%.o: HOST_FLAGS += -Wno-psabi
+$(B)/host/host/sim/models/%.o $(B)/host/host/sim/solvers/chain.o: HOST_FLAGS += -Wno-psabi
 # GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
 $(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(study_objects): | $(B)/.study-packages

@@ -13,6 +13,13 @@
 
 #include "host/sim/scene/scene.h"
 
+/* struct law_joint, law_joint_pull, law_mat_slip, ... in doubles */
+#define LAW(name)              law_##name
+#define LAW_REAL               double
+#define LAW_SIZE(x)            fabs(x)
+#define LAW_SIGNED(size, sign) copysign(size, sign)
+#include "common/chain_law.h"
+
 #define LAW_INLINE static inline __attribute__((always_inline))
 
 /* A function that is compiled twice; the processor decides which is called. The results have the
@@ -21,13 +28,6 @@
 #define VECTOR __attribute__((target_clones("avx2", "default")))
 #else
 #define VECTOR
-#endif
-
-/* LAW_PICKED keeps the compiler from turning the choice of a value back into a branch. */
-#if defined __GNUC__ && __GNUC__ >= 12 && !defined __clang__
-#define LAW_PICKED(x) __builtin_assoc_barrier(x)
-#else
-#define LAW_PICKED(x) (x)
 #endif
 
 /* Largest rates that a law brings to a mat: `rate2` of what pulls back, 1/s2; `damping` of what
@@ -52,7 +52,7 @@ LAW_INLINE double law_most(double a, double b)
 /* Joint: what two mats pull each other with along the runway. README.md, "Joint force" and "Chain
  * and landings".
  *
- * Sampled (joint_pull, joint_pull_one): the case is looked up from the opening; fixed steps,
+ * Sampled (joint_pull): the case is looked up from the opening; fixed steps,
  * solvers/chain.h and landing.h. Located (joint_located_lb): the case is a mode, which holds
  * while joint_margin_ft is not
  * negative; the planar models. */
@@ -60,20 +60,9 @@ LAW_INLINE double law_most(double a, double b)
 /* What the joints of a scene need; the least is evaluated. */
 enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 
-/* Parameters that all joints share. */
-struct joint {
-    double kl_lb_ft, cl_lb_s_ft, slack_ft;
-};
-
-/* One joint's grit: the tension down to which grit holds it open (minus its grit), grit/KL, and
- * reach. */
+/* One joint's grit, grit/KL, and reach. */
 struct joint_grit {
-    double hold_lb, give_ft, reach_ft;
-};
-
-struct joint_pull {
-    double lb;
-    double reach_ft; /* from now on; with grit only */
+    double lb, give_ft, reach_ft;
 };
 
 LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
@@ -81,58 +70,14 @@ LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
     return slack_ft <= 0.0 ? JOINT_LINEAR : gritty ? JOINT_GRIT : JOINT_SLACK;
 }
 
-/* Tension at opening g with the damper's part given. Nothing branches, so that a loop over joints
- * takes several at a time: all cases are computed, and the one that holds is picked. */
-LAW_INLINE struct joint_pull joint_pull(enum joint_law law, const struct joint *joint, double g_ft,
-                                        double damper_lb, struct joint_grit grit)
+LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint, double g_ft,
+                                      double rate_ft_s, struct joint_grit grit)
 {
-    const double kl = joint->kl_lb_ft, slack = joint->slack_ft;
-    double pressed_lb = kl * g_ft + damper_lb;
     if (law == JOINT_LINEAR)
-        return (struct joint_pull){pressed_lb, 0.0};
-    double bare_lb = g_ft < 0.0 ? pressed_lb : 0.0;
-    double hooked_lb = kl * (g_ft - slack) + damper_lb;
+        return law_pulled(joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s, 0.0);
     if (law == JOINT_SLACK)
-        return (struct joint_pull){g_ft > slack ? hooked_lb : bare_lb, 0.0};
-    double r_ft = grit.reach_ft, hold_lb = grit.hold_lb;
-    double held_lb = kl * (g_ft - r_ft);
-    double yielded_ft = LAW_PICKED(law_most(0.0, g_ft + grit.give_ft));
-    double kept_lb = LAW_PICKED(law_least(0.0, LAW_PICKED(law_most(hold_lb, held_lb + damper_lb))));
-    double yielding_lb = LAW_PICKED(yielded_ft > 0.0 ? hold_lb : bare_lb);
-    double gritty_lb = LAW_PICKED(held_lb < hold_lb ? yielding_lb : kept_lb);
-    double gritty_ft = LAW_PICKED(held_lb < hold_lb ? yielded_ft : r_ft);
-    double closing_lb = LAW_PICKED(r_ft > 0.0 ? gritty_lb : bare_lb);
-    double closing_ft = LAW_PICKED(r_ft > 0.0 ? gritty_ft : 0.0);
-    double free_lb = LAW_PICKED(g_ft >= r_ft ? 0.0 : closing_lb);
-    return (struct joint_pull){g_ft > slack ? hooked_lb : free_lb,
-                               law_least(slack, LAW_PICKED(law_most(g_ft, closing_ft)))};
-}
-
-/* The same bits for a joint by itself (tests/host/test_sim_laws.c): most joints are free, and need
- * the first lines only. */
-LAW_INLINE struct joint_pull joint_pull_one(enum joint_law law, const struct joint *joint,
-                                            double g_ft, double damper_lb, struct joint_grit grit)
-{
-    const double kl = joint->kl_lb_ft, slack = joint->slack_ft;
-    if (law == JOINT_LINEAR)
-        return (struct joint_pull){kl * g_ft + damper_lb, 0.0};
-    if (g_ft > slack)
-        return (struct joint_pull){kl * (g_ft - slack) + damper_lb, slack};
-    double reach_ft = 0.0;
-    if (law == JOINT_GRIT) {
-        if (g_ft >= grit.reach_ft)
-            return (struct joint_pull){0.0, g_ft};
-        if (grit.reach_ft > 0.0) {
-            double held_lb = kl * (g_ft - grit.reach_ft);
-            if (!(held_lb < grit.hold_lb))
-                return (struct joint_pull){
-                    law_least(0.0, law_most(grit.hold_lb, held_lb + damper_lb)), grit.reach_ft};
-            reach_ft = law_most(0.0, g_ft + grit.give_ft);
-            if (reach_ft > 0.0)
-                return (struct joint_pull){grit.hold_lb, reach_ft};
-        }
-    }
-    return (struct joint_pull){g_ft < 0.0 ? kl * g_ft + damper_lb : 0.0, reach_ft};
+        grit = (struct joint_grit){0};
+    return law_joint_pull(joint, grit.lb, grit.give_ft, grit.reach_ft, g_ft, rate_ft_s);
 }
 
 /* How far down grit reaches in a joint that is opened by g at the start. */
@@ -164,7 +109,7 @@ LAW_INLINE bool joint_transmits(bool slack, int mode)
     return !slack || mode != 0;
 }
 
-LAW_INLINE double joint_located_lb(const struct joint *joint, bool slack, int mode, double g_ft,
+LAW_INLINE double joint_located_lb(const struct law_joint *joint, bool slack, int mode, double g_ft,
                                    double rate_ft_s)
 {
     if (slack) {
@@ -186,7 +131,8 @@ LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double
 
 /* A mat among equal ones, `joined` ends of springs at it and its neighbours: 4 in a chain, fewer
  * for a single mat. */
-LAW_INLINE struct law_bound joint_bound(const struct joint *joint, double joined, double mass_slug)
+LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double joined,
+                                        double mass_slug)
 {
     return (struct law_bound){joined * joint->kl_lb_ft / mass_slug,
                               joined * joint->cl_lb_s_ft / mass_slug};
@@ -307,41 +253,14 @@ LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, d
     return (struct law_bound){0.0, law == SIM_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
 }
 
-/* A mat over a step of constant force with law stick, for a loop over mats: nothing branches. */
-struct friction_step {
-    double after_ft_s; /* right unless it stops and is not held: friction_thrown_back_ft_s */
-    bool stops, held;
-};
-
-LAW_INLINE struct friction_step friction_step(double v_ft_s, double x_lb, double c_lb,
-                                              double per_lb)
-{
-    double brake_lb = x_lb - copysign(c_lb, v_ft_s == 0.0 ? x_lb : v_ft_s);
-    double after_ft_s = v_ft_s + brake_lb * per_lb;
-    bool rests = !(after_ft_s * v_ft_s > 0.0); /* or turns round */
-    bool held = fabs(x_lb) <= c_lb;
-    return (struct friction_step){(rests & held) ? 0.0 : after_ft_s, rests & (v_ft_s != 0.0), held};
-}
-
-/* Speed after h of a mat that a force beyond its Coulomb limit throws back: it stops on the way and
- * starts again. */
-LAW_INLINE double friction_thrown_back_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
-                                            double mass_slug)
-{
-    double brake_lb = x_lb - copysign(c_lb, v_ft_s);
-    double left_s = h_s + v_ft_s * mass_slug / brake_lb; /* brake and speed have opposite signs */
-    return (x_lb - copysign(c_lb, x_lb)) * (left_s / mass_slug);
-}
-
 /* Speed after h of a mat at v under force x and Coulomb limit c: at rest it stays while |x| <= c;
  * one whose speed reaches 0 within h is tested again there. `stops` counts those. */
 LAW_INLINE double friction_speed_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
                                       double mass_slug, unsigned *stops)
 {
-    struct friction_step step = friction_step(v_ft_s, x_lb, c_lb, h_s / mass_slug);
-    *stops += step.stops;
-    return step.stops && !step.held ? friction_thrown_back_ft_s(v_ft_s, x_lb, c_lb, h_s, mass_slug)
-                                    : step.after_ft_s;
+    struct law_slip slip = law_mat_slip(v_ft_s, x_lb, c_lb, h_s / mass_slug);
+    *stops += slip.stops;
+    return slip.v_ft_s;
 }
 
 #endif

@@ -39,7 +39,7 @@ static size_t seek(struct sim_wheel *wheel, double t_s)
 static double along(const struct sim_path_row *row, double t_s, double from, double to)
 {
     double length_s = row[1].t_s - row[0].t_s;
-    if (length_s <= 0.0 || t_s >= row[1].t_s)
+    if (length_s <= 0.0 || t_s >= row[1].t_s || from == to)
         return to;
     return from + (to - from) * ((t_s - row[0].t_s) / length_s);
 }

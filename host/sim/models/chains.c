@@ -5,15 +5,10 @@
 #include <string.h>
 
 #include "host/base/xmalloc.h"
-/* 32 bytes: one register with AVX2, two elsewhere. Comparisons give -1 or 0 in each lane. */
-typedef float lanes __attribute__((vector_size(4 * CHAINS_LANES)));
-typedef int32_t masks __attribute__((vector_size(4 * CHAINS_LANES)));
-
-#define INLINE static inline __attribute__((always_inline))
+#include "host/sim/elements/lanes.h"
 
 struct chains {
     unsigned mats, bays;
-    bool avx2;          /* the processor has it */
     unsigned low, high; /* bays awake in some lane, and some between; low > high: none */
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
     masks awake[MR_CHAIN_BAYS + 2u];
@@ -26,60 +21,18 @@ struct chains {
     masks runaway;
 };
 
-static inline bool any_set(const masks *mask)
-{
-    uint64_t part[CHAINS_LANES / 2];
-    memcpy(part, mask, sizeof part);
-    return (part[0] | part[1] | part[2] | part[3]) != 0;
-}
-
-#if defined __x86_64__ && !defined __clang__
-#define HAS_AVX2 1
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#define VARIANT(name)         name##_avx2
-#define ANY(mask)             (__builtin_ia32_movmskps256((lanes)(mask)) != 0)
-/* One instruction each, which the compiler does not find in the plain form. */
-#define CHOOSE(mask, yes, no) __builtin_ia32_blendvps256(no, yes, (lanes)(mask))
-#define LESSER(a, b)          __builtin_ia32_minps256(a, b)
-#define GREATER(a, b)         __builtin_ia32_maxps256(a, b)
-#include "host/sim/models/chains_kernel.h"
-#undef VARIANT
-#undef ANY
-#undef CHOOSE
-#undef LESSER
-#undef GREATER
-#pragma GCC pop_options
-#else
-#define HAS_AVX2 0
-#endif
-#define VARIANT(name)         name##_plain
-#define ANY(mask)             any_set(&(mask))
-#define CHOOSE(mask, yes, no) (lanes)(((mask) & (masks)(yes)) | (~(mask) & (masks)(no)))
-/* Of equal ones the second: so the instructions have it, and zeros keep their sign. */
-#define LESSER(a, b)          CHOOSE((a) < (b), a, b)
-#define GREATER(a, b)         CHOOSE((a) > (b), a, b)
-#include "host/sim/models/chains_kernel.h"
+#define LANES_FILE "host/sim/models/chains_kernel.h"
+#include "host/sim/elements/lanes_each.h"
 
 void chains_step(struct chains *c, const unsigned mat[CHAINS_LANES],
                  const float thrust_lb[CHAINS_LANES])
 {
-#if HAS_AVX2
-    if (c->avx2) {
-        step_avx2(c, mat, thrust_lb);
-        return;
-    }
-#endif
-    step_plain(c, mat, thrust_lb);
+    LANES_CALL(step, c, mat, thrust_lb);
 }
 
 unsigned chains_settle(struct chains *c)
 {
-#if HAS_AVX2
-    if (c->avx2)
-        return settle_avx2(c);
-#endif
-    return settle_plain(c);
+    return LANES_CALL(settle, c);
 }
 
 struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
@@ -93,9 +46,6 @@ struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
     c->mats = params[0].mats;
     c->bays = (c->mats + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
     c->low = MR_CHAIN_BAYS + 1u;
-#if HAS_AVX2
-    c->avx2 = __builtin_cpu_supports("avx2");
-#endif
     for (unsigned k = 0; k < CHAINS_LANES && *status == MR_OK; k++) {
         struct mr_chain_params p = params[k];
         p.mats = params[0].mats;
@@ -140,6 +90,6 @@ unsigned chains_mats_awake(const struct chains *c)
 {
     unsigned mats = 0;
     for (unsigned bay = c->low; bay <= c->high; bay++)
-        mats += any_plain(&c->awake[bay]) ? last_of_plain(c, bay) - first_of_plain(bay) + 1u : 0u;
+        mats += any_plain(c->awake[bay]) ? last_of_plain(c, bay) - first_of_plain(bay) + 1u : 0u;
     return mats;
 }

@@ -106,7 +106,7 @@ KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struc
     double rate = r->v - l->v;
     if (full)
         rate += m->half_ft * (l->w * l->s + r->w * r->s);
-    const struct joint joint = {m->kl, m->cl, m->slack_ft};
+    const struct law_joint joint = {m->kl, m->cl, m->slack_ft};
     return joint_located_lb(&joint, slack, slack ? m->joint[j] : 0, g, rate);
 }
 

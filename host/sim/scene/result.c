@@ -223,6 +223,25 @@ void sim_record_deliver(struct sim_record *record, struct sim_result *result)
     }
 }
 
+static double *copy_of(const double *list, size_t count)
+{
+    return memcpy(xmalloc(count * sizeof *list), list, count * sizeof *list);
+}
+
+void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, const double *push_lb,
+                              const double *pull_lb, struct sim_result *result)
+{
+    size_t mats = (size_t)record->mats;
+    struct sim_difference peak = sim_record_peak(record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->u_ft = copy_of(u_ft, mats + 1);
+    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
+    result->push_lb = copy_of(push_lb, mats + 2);
+    result->pull_lb = copy_of(pull_lb, mats + 2);
+    sim_record_deliver(record, result);
+}
+
 void sim_record_free(struct sim_record *record)
 {
     free(record->snapshots);

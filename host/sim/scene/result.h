@@ -206,6 +206,9 @@ struct sim_difference sim_record_peak(const struct sim_record *record);
 
 /* Hand outputs and samples over to a result, which owns them from then on. */
 void sim_record_deliver(struct sim_record *record, struct sim_result *result);
+/* Likewise for a chain, with its peak and copies of the lists by mat and joint; gap_ft is 0. */
+void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, const double *push_lb,
+                              const double *pull_lb, struct sim_result *result);
 
 void sim_record_free(struct sim_record *record);
 

@@ -15,18 +15,21 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/solvers/chain_event.h"
 
+#define LANES_DOUBLE
+#include "host/sim/elements/lanes.h"
+
 /* The horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and "Chain
  * and landings". Mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. */
 
 struct chain {
     int mats;
     enum joint_law joints;
-    struct joint joint;
-    bool damped;
+    struct law_joint joint;
     bool left_free;
     bool right_free;
     enum sim_friction friction;
     bool sticks; /* friction stick, and nothing else that depends on a mat's speed */
+    bool plain;  /* that, ends held, and no modifications */
     double veps_ft_s;
     double mass_slug;
     double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
@@ -38,30 +41,33 @@ struct chain {
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;
-    double *hold_lb; /* tension down to which grit holds an open joint: minus its grit */
+    double *grit_lb;
     double *reach_ft;
     double *thrust_lb;
-    double *limit_lb;    /* Coulomb limit */
-    double *give_ft;     /* grit/KL */
-    double *tension_lb;  /* of the last kick */
+    double *limit_lb;   /* Coulomb limit */
+    double *give_ft;    /* grit/KL */
+    double *tension_lb; /* of the last kick */
+    double *last_lb;    /* of the one before it, and of that before */
+    double *before_last_lb;
     double *before_ft_s; /* speeds before it */
     double *push_lb;     /* largest compression and tension that chain_note has seen */
     double *pull_lb;
+    double large_lb;   /* half of the largest tension so far */
     struct mods *mods; /* NULL when the scene has none */
     struct element_set elements;
     struct gear *gear; /* NULL: the wheel has one axle, and its ground slides or holds */
 };
 
-#define ARRAYS    12
+#define ARRAYS    14
 #define BLOCK     4 /* mats and joints are computed in whole blocks, with padding at both ends */
 #define PADDING   8
 #define ALIGNMENT 64
 
-#if defined __x86_64__ && defined __GNUC__ && !defined __clang__
-#define VECTORS _Pragma("GCC ivdep")
-#else
-#define VECTORS
-#endif
+typedef lanes stored __attribute__((aligned(8), may_alias));
+#define LOAD(at)         ((lanes) * (const stored *)(at))
+#define STORE(at, value) (*(stored *)(at) = (stored)(value))
+#define LANES_FILE       "host/sim/solvers/chain_kernel.h"
+#include "host/sim/elements/lanes_each.h"
 
 /* Coulomb limit of a mat without the wheel. */
 static double bare_limit_lb(const struct chain *chain, int mat)
@@ -71,11 +77,12 @@ static double bare_limit_lb(const struct chain *chain, int mat)
 
 static void chain_reset(struct chain *chain, const struct sim_scene *scene)
 {
+    chain->large_lb = 0.0;
     memset(chain->storage, 0, ARRAYS * chain->length * sizeof *chain->storage);
     for (int j = 1; j <= chain->mats + 1; j++) {
         chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint(&scene->grit_lb, j);
-        chain->hold_lb[j] = -grit_lb;
+        chain->grit_lb[j] = grit_lb;
         chain->give_ft[j] = grit_lb / chain->joint.kl_lb_ft;
         chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
@@ -96,7 +103,6 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     double *first = storage + PADDING; /* mat 0 */
     *chain = (struct chain){
         .mats = scene->mats,
-        .damped = scene->cl_lb_s_ft > 0.0,
         .left_free = scene->left == SIM_FREE,
         .right_free = scene->right == SIM_FREE,
         .friction = scene->friction > 0.0 ? scene->friction_law : SIM_NONE,
@@ -113,7 +119,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .u_ft = first,
         .v_ft_s = first + length,
         .gap0_ft = first + 2 * length,
-        .hold_lb = first + 3 * length,
+        .grit_lb = first + 3 * length,
         .reach_ft = first + 4 * length,
         .thrust_lb = first + 5 * length,
         .limit_lb = first + 6 * length,
@@ -122,6 +128,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .before_ft_s = first + 9 * length,
         .push_lb = first + 10 * length,
         .pull_lb = first + 11 * length,
+        .last_lb = first + 12 * length,
+        .before_last_lb = first + 13 * length,
     };
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
@@ -130,6 +138,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     chain->mods = mods_make(scene);
     chain->gear = gear_make(scene);
     chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0 && !chain->gear;
+    chain->plain = chain->sticks && !chain->mods && !chain->left_free && !chain->right_free;
     chain_reset(chain, scene);
 }
 
@@ -229,92 +238,6 @@ static int block_of(int i)
     return i / BLOCK * BLOCK;
 }
 
-/* Tensions of `count` joints (whole blocks) from the present openings and speeds; moves the grit's
- * reach. No joint depends on another's result. */
-LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum joint_law joints,
-                     bool damped)
-{
-    const double *u = chain->u_ft + first, *left_u = u - 1;
-    const double *v = chain->v_ft_s + first, *left_v = v - 1;
-    const double *gap0 = chain->gap0_ft + first, *hold = chain->hold_lb + first;
-    const double *give = chain->give_ft + first;
-    double *reach = chain->reach_ft + first, *tension = chain->tension_lb + first;
-    const struct joint joint = chain->joint;
-    VECTORS
-    for (size_t j = 0; j < count / BLOCK * BLOCK; j++) {
-        double g_ft = gap0[j] + (u[j] - left_u[j]);
-        double damper_lb = damped ? joint.cl_lb_s_ft * (v[j] - left_v[j]) : 0.0;
-        bool gritty = joints == JOINT_GRIT;
-        struct joint_grit grit = {gritty ? hold[j] : 0.0, gritty ? give[j] : 0.0,
-                                  gritty ? reach[j] : 0.0};
-        struct joint_pull pulled = joint_pull(joints, &joint, g_ft, damper_lb, grit);
-        tension[j] = pulled.lb;
-        if (gritty)
-            reach[j] = pulled.reach_ft;
-    }
-}
-
-/* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
-VECTOR static void pull_joints(const struct chain *chain, int first, size_t count)
-{
-    if (chain->joints == JOINT_LINEAR && chain->damped)
-        pull(chain, first, count, JOINT_LINEAR, true);
-    else if (chain->joints == JOINT_LINEAR)
-        pull(chain, first, count, JOINT_LINEAR, false);
-    else if (chain->joints == JOINT_SLACK && chain->damped)
-        pull(chain, first, count, JOINT_SLACK, true);
-    else if (chain->joints == JOINT_SLACK)
-        pull(chain, first, count, JOINT_SLACK, false);
-    else if (chain->damped)
-        pull(chain, first, count, JOINT_GRIT, true);
-    else
-        pull(chain, first, count, JOINT_GRIT, false);
-}
-
-struct stops {
-    int64_t all;
-    int64_t thrown_back; /* of them: those whose speed is not yet right */
-};
-
-/* Friction stick: mats at rest, moving and stopping, like the joints without a branch. */
-VECTOR static struct stops stick_mats(const struct chain *chain, double h_s, int first,
-                                      size_t count)
-{
-    const double *left = chain->tension_lb + first, *right = left + 1;
-    const double *thrust = chain->thrust_lb + first, *limit = chain->limit_lb + first;
-    double *v = chain->v_ft_s + first, *before = chain->before_ft_s + first;
-    double per_lb = h_s / chain->mass_slug;
-    int64_t all = 0, at_rest = 0;
-    VECTORS
-    for (size_t n = 0; n < count / BLOCK * BLOCK; n++) {
-        double v_ft_s = v[n];
-        double x_lb = right[n] - left[n] + thrust[n];
-        struct friction_step step = friction_step(v_ft_s, x_lb, limit[n], per_lb);
-        before[n] = v_ft_s;
-        v[n] = step.after_ft_s;
-        all += step.stops;
-        at_rest += step.stops & step.held;
-    }
-    return (struct stops){all, all - at_rest};
-}
-
-static unsigned stick(const struct chain *chain, double h_s, int first, int last)
-{
-    int block = block_of(first);
-    struct stops stops = stick_mats(chain, h_s, block, (size_t)(block_of(last) + BLOCK - block));
-    for (int n = first; stops.thrown_back > 0 && n <= last; n++) {
-        double v_ft_s = chain->before_ft_s[n];
-        double x_lb = push_lb(chain, n);
-        bool stopped = v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0);
-        if (!stopped || fabs(x_lb) <= chain->limit_lb[n])
-            continue;
-        chain->v_ft_s[n] = friction_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s,
-                                                     chain->mass_slug);
-        stops.thrown_back--;
-    }
-    return (unsigned)stops.all;
-}
-
 /* Rates under the other laws do not stop a mat. */
 static void slide(const struct chain *chain, double h_s, int first, int last)
 {
@@ -355,7 +278,7 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
-        stops = stick(chain, h_s, first, last);
+        stops = LANES_CALL(stick, chain, h_s, block_of(first), block_of(last));
         ride(chain, h_s);
         return stops;
     }
@@ -391,7 +314,7 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
 static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
 {
     int block = block_of(first);
-    pull_joints(chain, block, (size_t)(block_of(last + 1) + BLOCK - block));
+    LANES_CALL(pull_joints, chain, block, block_of(last + 1));
     if (chain->left_free)
         chain->tension_lb[1] = 0.0;
     if (chain->right_free)
@@ -399,36 +322,19 @@ static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
     if (chain->mods)
         brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
     if (chain->sticks)
-        return stick(chain, h_s, first, last);
+        return LANES_CALL(stick, chain, h_s, block, block_of(last));
     if (chain->elements.count > 0 || chain->gear)
         return kick_elements(chain, h_s, first, last);
     slide(chain, h_s, first, last);
     return 0;
 }
 
-VECTOR static void chain_drift(struct chain *chain, double h_s, int first, int last)
+static double large_tension_lb(const struct chain *chain, int first, int last)
 {
-    int block = block_of(first);
-    size_t count = (size_t)(block_of(last) + BLOCK - block);
-    double *u = chain->u_ft + block;
-    const double *v = chain->v_ft_s + block;
-    VECTORS
-    for (size_t n = 0; n < count / BLOCK * BLOCK; n++)
-        u[n] += h_s * v[n];
-}
-
-/* Keep the largest tensions of the last kick, of joints first..last + 1. */
-VECTOR static void chain_note(struct chain *chain, int first, int last)
-{
-    int block = block_of(first);
-    size_t count = (size_t)(block_of(last + 1) + BLOCK - block);
-    const double *tension = chain->tension_lb + block;
-    double *push = chain->push_lb + block, *pull_lb = chain->pull_lb + block;
-    VECTORS
-    for (size_t j = 0; j < count / BLOCK * BLOCK; j++) {
-        push[j] = law_most(push[j], -tension[j]);
-        pull_lb[j] = law_most(pull_lb[j], tension[j]);
-    }
+    double most_lb = 2.0 * chain->large_lb;
+    for (int j = first; j <= last + 1; j++)
+        most_lb = law_most(most_lb, law_most(chain->push_lb[j], chain->pull_lb[j]));
+    return 0.5 * most_lb;
 }
 
 /* How far joint j's spring is stretched (or pressed). */
@@ -486,7 +392,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
     sim_result_leave_out(result, "vertical motion and rotation (model chain)");
     if (chain->friction == SIM_NONE)
         sim_result_leave_out(result, "friction (none)");
-    if (!chain->damped)
+    if (scene->cl_lb_s_ft == 0.0)
         sim_result_leave_out(result, "joint damping (CL 0)");
     if (chain->joints == JOINT_LINEAR)
         sim_result_leave_out(result, "slack (0)");
@@ -658,7 +564,11 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         chain_touch(chain, touch, count);
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
-        pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
+        if (chain->plain)
+            pass->events += LANES_CALL(step, chain, to_s - from_s, h, block_of(window.first),
+                                       block_of(window.last));
+        else
+            pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
         if (chain->mods)
             chain_unbrace(chain);
         if (prune && i == 0)
@@ -674,11 +584,12 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        chain_note(chain, window.first, window.last);
-        chain_drift(chain, h, window.first, window.last);
+        if (!chain->plain)
+            LANES_CALL(drift, chain, h, block_of(window.first), block_of(window.last + 1));
 
         double t_s = (double)(i + 1) * h;
         if (i % ENERGY_STEPS == 0 || last) {
+            chain->large_lb = large_tension_lb(chain, window.first, window.last);
             double energy_lb_ft = chain_energy_lb_ft(chain, window.first, window.last);
             if (!(energy_lb_ft <= ENERGY_EXCESS * put_in_lb_ft)) {
                 pass->failed = true;
@@ -730,31 +641,6 @@ static void start_pass(struct pass *pass, struct chain *chain, const struct sim_
     result->rejected += pass->done; /* until this pass is the one that answers */
 }
 
-/* What a chain has come to. `record` and `mods` are the result's from then on. */
-static void deliver(struct chain *chain, struct sim_record *record, struct mods_state **mods,
-                    struct sim_result *result)
-{
-    size_t mats = (size_t)chain->mats;
-    result->mods = *mods;
-    *mods = NULL;
-    struct sim_difference peak = sim_record_peak(record);
-    result->peak_u_ft = peak.u_ft;
-    result->peak_mat = peak.mat;
-    result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
-    result->push_lb = xcalloc(mats + 2, sizeof *result->push_lb);
-    result->pull_lb = xcalloc(mats + 2, sizeof *result->pull_lb);
-    if (result->status == SIM_OK)
-        memcpy(chain->u_ft, record->snapshots[record->snapshot_count - 1].u_ft,
-               (mats + 1) * sizeof *chain->u_ft);
-    memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
-    for (int j = 1; j <= chain->mats + 1; j++)
-        result->gap_ft[j] = chain_opening_ft(chain, j);
-    memcpy(result->push_lb, chain->push_lb, (mats + 2) * sizeof *chain->push_lb);
-    memcpy(result->pull_lb, chain->pull_lb, (mats + 2) * sizeof *chain->pull_lb);
-    sim_record_deliver(record, result);
-}
-
 static void answer(struct chain *chain, struct pass *pass, const struct pass *other,
                    struct sim_result *result)
 {
@@ -772,7 +658,14 @@ static void answer(struct chain *chain, struct pass *pass, const struct pass *ot
     if (pass->mods && other->mods)
         pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
     result->speed_end_ft_s = pass->speed_end_ft_s;
-    deliver(chain, &pass->record, &pass->mods, result);
+    result->mods = pass->mods;
+    pass->mods = NULL;
+    if (result->status == SIM_OK)
+        memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
+               ((size_t)chain->mats + 1) * sizeof *chain->u_ft);
+    sim_record_deliver_chain(&pass->record, chain->u_ft, chain->push_lb, chain->pull_lb, result);
+    for (int j = 1; j <= chain->mats + 1; j++)
+        result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
 /* The finer pass is the coarser one of the next pair. */

@@ -168,8 +168,6 @@ static void start_run(struct run *run, struct motion *m, double tolerance,
 
 static void deliver(const struct motion *m, struct run *run, struct sim_result *result)
 {
-    size_t mats = (size_t)m->mats;
-    struct sim_difference peak = sim_record_peak(&run->record);
     result->dt_s = run->longest_s;
     result->pass_ms = run->ms;
     result->steps = run->steps;
@@ -180,19 +178,10 @@ static void deliver(const struct motion *m, struct run *run, struct sim_result *
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
         result->status != SIM_UNPREDICTABLE)
         return;
-    result->peak_u_ft = peak.u_ft;
-    result->peak_mat = peak.mat;
     result->speed_end_ft_s = motion_largest(m->c[1], 1, m->mats);
-    result->u_ft = xcalloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
-    result->push_lb = xcalloc(mats + 2, sizeof *result->push_lb);
-    result->pull_lb = xcalloc(mats + 2, sizeof *result->pull_lb);
-    memcpy(result->u_ft, m->c[0], (mats + 1) * sizeof *result->u_ft);
+    sim_record_deliver_chain(&run->record, m->c[0], m->push_most_lb, m->pull_most_lb, result);
     for (int j = 1; j <= m->mats + 1; j++)
         result->gap_ft[j] = motion_opening_ft(m, j);
-    memcpy(result->push_lb, m->push_most_lb, (mats + 2) * sizeof *result->push_lb);
-    memcpy(result->pull_lb, m->pull_most_lb, (mats + 2) * sizeof *result->pull_lb);
-    sim_record_deliver(&run->record, result);
 }
 
 /* Where the last run first differs from another by so much. */

@@ -187,7 +187,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
-    const struct joint joint = {m->kl, m->cl, l->slack_ft};
+    const struct law_joint joint = {m->kl, m->cl, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
         left = right; /* also past an end that pulls nothing */
@@ -202,8 +202,8 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
                rate = v_r - v_l + left.ft_s + right.ft_s;
         if (law == JOINT_SLACK && l->closing_step_s > 0.0)
             rate = damped_rate_ft_s(g, rate, l->slack_ft, l->closing_step_s);
-        struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
-        struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
+        struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
+        struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         double t_lb = pulled.lb;
         if (l->mods && mods_is_torn(l->mods, j + 1))
             t_lb = fmin(0.0, t_lb);
@@ -495,8 +495,8 @@ static void lay_out(struct planar_engine *l)
     l->u = storage + 2 * length;
     l->v = l->u + joints;
     l->gap0_ft = l->v + joints;
-    l->hold_lb = l->gap0_ft + joints;
-    l->give_ft = l->hold_lb + joints;
+    l->grit_lb = l->gap0_ft + joints;
+    l->give_ft = l->grit_lb + joints;
     l->reach_ft = l->give_ft + joints;
     l->tension_lb = l->reach_ft + joints;
     l->height = l->tension_lb + joints;
@@ -522,9 +522,9 @@ static void lay_out(struct planar_engine *l)
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
-        l->hold_lb[j] = -sim_scene_joint(&l->scene->grit_lb, j + 1);
-        l->give_ft[j] = -l->hold_lb[j] / m->kl;
-        gritty = gritty || l->hold_lb[j] < 0.0;
+        l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);
+        l->give_ft[j] = l->grit_lb[j] / m->kl;
+        gritty = gritty || l->grit_lb[j] > 0.0;
     }
     l->joints = joint_law(l->slack_ft, gritty);
 }

@@ -23,7 +23,7 @@ struct planar_engine {
     size_t stored; /* values from z on: all that a march leaves in this */
     double *z;     /* every mat's, all the time */
     double *accel, *u, *v, *height;
-    double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/law.h */
+    double *gap0_ft, *grit_lb, *give_ft, *reach_ft; /* per joint; elements/law.h */
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
     /* what modifications and the gear press nodes down with and bend joints by; NULL: nothing */
     double *brace_lb, *brace_lb_ft;

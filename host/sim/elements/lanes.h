@@ -1,0 +1,50 @@
+/* Lanes: numbers side by side in a vector of 32 bytes: floats, or doubles if LANES_DOUBLE is
+ * defined. */
+#ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
+#define MATRIG_HOST_SIM_ELEMENTS_LANES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined LANES_DOUBLE
+typedef double lane_real;
+typedef int64_t lane_mask;
+#define LANES_BUILTIN(name) __builtin_ia32_##name##pd256
+#else
+typedef float lane_real;
+typedef int32_t lane_mask;
+#define LANES_BUILTIN(name) __builtin_ia32_##name##ps256
+#endif
+#define LANES_COUNT (32 / sizeof(lane_real))
+/* Comparisons give -1 or 0 in each lane. */
+typedef lane_real lanes __attribute__((vector_size(32)));
+typedef lane_mask masks __attribute__((vector_size(32)));
+#define LANES_INLINE static inline __attribute__((always_inline))
+#if defined __x86_64__ && !defined __clang__
+#define LANES_HAVE_AVX2 1
+#else
+#define LANES_HAVE_AVX2 0
+#endif
+
+#define LAW_VECTOR
+#define LAW_REAL                lanes
+#define LAW_MASK                masks
+#define LAW_VALUE(x)            ((lanes){0} + (lane_real)(x))
+#define LAW_IF(mask, yes, no)   LANES(choose)(mask, yes, no)
+#define LAW_ONLY(mask, yes)     ((lanes)((mask) & (masks)(yes)))
+#define LAW_PICK(mask, yes, no) LANES(pick)(mask, yes, no)
+#define LAW_BOTH(a, b)          ((a) & (b))
+#define LAW_EITHER(a, b)        ((a) | (b))
+#define LAW_NOT(mask)           (~(mask))
+#define LAW_ANY(mask)           LANES(any)(mask)
+#define LAW_ONE(mask)           false
+#define LAW_LESSER(a, b)        LANES(lesser)(a, b)
+#define LAW_GREATER(a, b)       LANES(greater)(a, b)
+#define LAW_SIGN                ((masks)(-LAW_VALUE(0)))
+#define LAW_SIZE(x)             ((lanes)(~LAW_SIGN & (masks)(x)))
+/* of a size that is not negative */
+#define LAW_SIGNED(size, sign)  ((lanes)((LAW_SIGN & (masks)(sign)) | (masks)(size)))
+#define LAW(name)               LANES(name)
+
+#endif

@@ -1,0 +1,150 @@
+/* What chain.c does with all mats and joints in a step: whole blocks, with mats side by side in the
+ * lanes. For one kind of processor (lanes_each.h). */
+#include "host/sim/elements/lanes_kernel.h"
+
+/* Tensions of the block of joints that begins at j, from the present openings and speeds. Moves the
+ * reach of grit. */
+LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law law)
+{
+    lanes g_ft = LOAD(chain->gap0_ft + j) + (LOAD(chain->u_ft + j) - LOAD(chain->u_ft + j - 1));
+    lanes rate_ft_s = LOAD(chain->v_ft_s + j) - LOAD(chain->v_ft_s + j - 1);
+    struct LANES(joint)
+        joint = {LAW_VALUE(chain->joint.kl_lb_ft), LAW_VALUE(chain->joint.cl_lb_s_ft),
+                 LAW_VALUE(chain->joint.slack_ft)};
+    if (law == JOINT_LINEAR)
+        return joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s;
+    const lanes none = {0};
+    bool gritty = law == JOINT_GRIT;
+    struct LANES(pull) pull = LANES(joint_pull)(
+        joint, gritty ? LOAD(chain->grit_lb + j) : none, gritty ? LOAD(chain->give_ft + j) : none,
+        gritty ? LOAD(chain->reach_ft + j) : none, g_ft, rate_ft_s);
+    if (gritty)
+        STORE(chain->reach_ft + j, pull.reach_ft);
+    return pull.lb;
+}
+
+/* The newest tensions of three. */
+LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb)
+{
+    STORE(chain->before_last_lb + j, LOAD(chain->last_lb + j));
+    STORE(chain->last_lb + j, LOAD(chain->tension_lb + j));
+    STORE(chain->tension_lb + j, tension_lb);
+}
+
+LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int last,
+                                     enum joint_law law)
+{
+    const struct chain copy = *all, *chain = &copy;
+    for (int j = first; j <= last; j += BLOCK)
+        LANES(keep)(chain, j, LANES(pull)(chain, j, law));
+}
+
+/* Speeds of the block of mats at n after a kick; counts in *stops those that came to rest. */
+LANES_INLINE lanes LANES(slip)(const struct chain *chain, int n, lanes left_lb, lanes right_lb,
+                               lanes per_lb, masks *stops)
+{
+    struct LANES(slip) slip = LANES(mat_slip)(LOAD(chain->v_ft_s + n),
+                                              right_lb - left_lb + LOAD(chain->thrust_lb + n),
+                                              LOAD(chain->limit_lb + n), per_lb);
+    *stops += slip.stops;
+    STORE(chain->v_ft_s + n, slip.v_ft_s);
+    return slip.v_ft_s;
+}
+
+/* Keeps the largest tensions of the block of joints at j, of which these are the last three. Of
+ * those that are large in the chain the top between steps counts: that of the parabola through the
+ * three, if all pull or all press. */
+LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, lanes middle_lb,
+                              lanes last_lb)
+{
+    lanes push_lb = LANES(greater)(LOAD(chain->push_lb + j), -last_lb);
+    lanes pull_lb = LANES(greater)(LOAD(chain->pull_lb + j), last_lb);
+    if (LANES(any)(LAW_SIZE(middle_lb) > LAW_VALUE(chain->large_lb))) {
+        const lanes none = {0};
+        lanes across_lb = last_lb - first_lb, up_lb = middle_lb - first_lb;
+        lanes down_lb = middle_lb - last_lb;
+        masks top = (up_lb * middle_lb > none) & (down_lb * middle_lb > none) &
+                    (first_lb * middle_lb > none) & (last_lb * middle_lb > none);
+        lanes most_lb = middle_lb +
+                        LAW_ONLY(top, across_lb * across_lb / (LAW_VALUE(8) * (up_lb + down_lb)));
+        push_lb = LANES(greater)(push_lb, -most_lb);
+        pull_lb = LANES(greater)(pull_lb, most_lb);
+    }
+    STORE(chain->push_lb + j, push_lb);
+    STORE(chain->pull_lb + j, pull_lb);
+}
+
+LANES_INLINE unsigned LANES(stops)(masks stops)
+{
+    int64_t sum = 0;
+    for (int i = 0; i < BLOCK; i++)
+        sum -= stops[i];
+    return (unsigned)sum;
+}
+
+/* Friction stick: mats of the blocks first..last at rest, moving and stopping. */
+static unsigned LANES(stick)(const struct chain *all, double h_s, int first, int last)
+{
+    const struct chain copy = *all, *chain = &copy;
+    lanes per_lb = LAW_VALUE(h_s / chain->mass_slug);
+    masks stops = {0};
+    for (int n = first; n <= last; n += BLOCK) {
+        STORE(chain->before_ft_s + n, LOAD(chain->v_ft_s + n));
+        LANES(slip)
+        (chain, n, LOAD(chain->tension_lb + n), LOAD(chain->tension_lb + n + 1), per_lb, &stops);
+    }
+    return LANES(stops)(stops);
+}
+
+/* A drift of the blocks first..last, and what is largest of the tensions of the kick before it. */
+static void LANES(drift)(const struct chain *all, double h_s, int first, int last)
+{
+    const struct chain copy = *all, *chain = &copy;
+    for (int n = first; n <= last; n += BLOCK) {
+        STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * LOAD(chain->v_ft_s + n));
+        LANES(note)
+        (chain, n, LOAD(chain->before_last_lb + n), LOAD(chain->last_lb + n),
+         LOAD(chain->tension_lb + n));
+    }
+}
+
+/* A whole step of the blocks first..last where nothing but joints, thrust and sticking friction
+ * acts: a kick over kick_s, a drift over h_s. */
+LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
+                                    int last, enum joint_law law)
+{
+    const struct chain copy = *all, *chain = &copy; /* whose pointers no store can change */
+    lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
+    masks stops = {0};
+    for (int j = first; j <= last + BLOCK; j += BLOCK) {
+        lanes before_lb = LOAD(chain->last_lb + j), last_lb = LOAD(chain->tension_lb + j);
+        lanes tension_lb = LANES(pull)(chain, j, law);
+        LANES(note)(chain, j, before_lb, last_lb, tension_lb);
+        STORE(chain->last_lb + j, last_lb);
+        STORE(chain->tension_lb + j, tension_lb);
+    }
+    for (int n = first; n <= last; n += BLOCK) {
+        lanes v_ft_s = LANES(slip)(chain, n, LOAD(chain->tension_lb + n),
+                                   LOAD(chain->tension_lb + n + 1), per_lb, &stops);
+        STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * v_ft_s);
+    }
+    return LANES(stops)(stops);
+}
+
+/* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
+#define EACH_LAW(chain, do, ...)                                             \
+    ((chain)->joints == JOINT_LINEAR  ? do(chain, __VA_ARGS__, JOINT_LINEAR) \
+     : (chain)->joints == JOINT_SLACK ? do(chain, __VA_ARGS__, JOINT_SLACK)  \
+                                      : do(chain, __VA_ARGS__, JOINT_GRIT))
+
+static unsigned LANES(step)(const struct chain *chain, double kick_s, double h_s, int first,
+                            int last)
+{
+    return EACH_LAW(chain, LANES(stride), kick_s, h_s, first, last);
+}
+
+static void LANES(pull_joints)(const struct chain *chain, int first, int last)
+{
+    EACH_LAW(chain, LANES(pull_blocks), first, last);
+}
+#undef EACH_LAW
