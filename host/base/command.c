@@ -279,10 +279,14 @@ enum mr_status run_parse(const char *text, int64_t *run, struct error *error)
 {
     char *end;
     errno = 0;
-    long long value = strtoll(text, &end, 10);
-    if (end == text || *end != '\0' || errno != 0 || value < 1)
-        return error_set(error, MR_USAGE, "not a RUN: '%s'; write the number of a landing, from 1",
+    bool boards = strncmp(text, "landing", 7) == 0;
+    const char *digits = text + (boards ? 7 : 0);
+    long long value = strtoll(digits, &end, 10);
+    if (end == digits || *end != '\0' || errno != 0 || value < 1)
+        return error_set(error, MR_USAGE,
+                         "not a RUN: '%s'; write the number of a landing, from 1, or landing5 for "
+                         "the one that the board calls 5",
                          text);
-    *run = value;
+    *run = boards ? -value : value;
     return MR_OK;
 }

@@ -34,7 +34,7 @@ enum option_kind {
     OPTION_IS_TEXT,   /* const char *; NULL: not given */
     OPTION_IS_NUMBER, /* double, in `unit` */
     OPTION_IS_WHOLE,  /* int64_t, a whole number */
-    OPTION_IS_RUN,    /* int64_t, the number of a landing; 0: not given */
+    OPTION_IS_RUN,    /* int64_t, as run_parse has it; 0: not given */
     OPTION_IS_CHOICE  /* const char *, one of `choices`; NULL: not given */
 };
 
@@ -180,7 +180,8 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
 
 /* RUN on the command line: the number of a landing in its database. */
 
-/* A whole number from 1; else MR_USAGE. */
+/* A whole number from 1; landing5, the board's number: -5, which store_run_find turns into the RUN;
+ * else MR_USAGE. */
 enum mr_status run_parse(const char *text, int64_t *run, struct error *error);
 
 #endif

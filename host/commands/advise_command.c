@@ -94,7 +94,7 @@ static void begin_load(const struct request *r, struct store *store, const struc
                   talk->state.landings, landings, r->serial);
 }
 
-static int run(const struct request *r, const struct cli *cli)
+static int run(struct request *r, const struct cli *cli)
 {
     static struct advise advise; /* a table, and profiles */
     struct error error = {0};
@@ -103,6 +103,7 @@ static int run(const struct request *r, const struct cli *cli)
     struct progress progress;
     struct mr_risk_plan plan;
     struct store *store = program_campaign(r->db, r->keep ? STORE_OPEN : STORE_READ);
+    store_run_find(store, &r->advise.before, fatal);
     advise_begin(store, &r->advise, &advise, fatal);
     if (r->load)
         begin_load(r, store, &advise, &talk);

@@ -312,8 +312,10 @@ static int read_record(const struct request *request, struct box_client *talk)
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
     struct store *store = program_campaign_or_new(request->cli, request->db);
-    boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
-            count, &filled, fatal);
+    int64_t run = request->run;
+    store_run_find(store, &run, fatal);
+    boxfill(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE])pages, present, count,
+            &filled, fatal);
     keep_configuration(request, talk, store, filled.run);
     free(pages);
     free(present);

@@ -62,7 +62,7 @@ static void remove_draft(const char *path)
     }
 }
 
-static enum mr_status make(const struct request *r, const struct cli *cli, size_t *image_bytes,
+static enum mr_status make(struct request *r, const struct cli *cli, size_t *image_bytes,
                            struct error *error)
 {
     struct store *store = NULL;
@@ -72,6 +72,7 @@ static enum mr_status make(const struct request *r, const struct cli *cli, size_
     if (access(r->path, F_OK) == 0)
         error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
     if (error->status == MR_OK && store_open(r->words[0], STORE_SOURCE, &store, error) == MR_OK &&
+        store_run_find(store, &r->run, error) == MR_OK &&
         find_image(r, store, cli, &image, error) == MR_OK &&
         store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length, error) ==
             MR_OK &&

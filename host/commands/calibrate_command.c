@@ -387,7 +387,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
     return values;
 }
 
-static void recompute(const struct request *r)
+static void recompute(struct request *r)
 {
     static struct mr_config config;
     struct store_landing *rows = NULL;
@@ -398,6 +398,7 @@ static void recompute(const struct request *r)
     config_text_load(r->recompute, &config, fatal);
     /* all landings or none: what is not committed is taken back */
     struct store *store = program_campaign(r->word, STORE_OPEN);
+    store_run_find(store, &r->run, fatal);
     store_begin(store, fatal);
     store_landings(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {

@@ -142,6 +142,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct compare_model model;
     read_request(argc, argv, cli, &request);
     struct store *store = program_campaign(request.db, STORE_OPEN);
+    store_run_find(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
     int exit_code = request.run ? compare_one(store, &request, &model, cli)
                                 : compare_many(store, &request, &model, cli);

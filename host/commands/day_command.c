@@ -279,15 +279,15 @@ static enum day_state look_state(const struct day_facts *f, char reason[240])
     if (!f->run)
         return because(reason, DAY_NOT_NEEDED, "no landing yet");
     if (f->noted)
-        return because(reason, DAY_DONE, "landing %lld has a note", (long long)f->run);
+        return because(reason, DAY_DONE, "RUN %lld has a note", (long long)f->run);
     if (f->logging && is_going_on(f))
-        return because(reason, DAY_NOT_NEEDED, "landing %lld is not over", (long long)f->run);
+        return because(reason, DAY_NOT_NEEDED, "RUN %lld is not over", (long long)f->run);
     if (is_going_on(f))
         return because(reason, DAY_NEXT,
-                       "landing %lld was cut off while it was %s: matrig board list shows whether "
+                       "RUN %lld was cut off while it was %s: matrig board list shows whether "
                        "the board has the rest of it",
                        (long long)f->run, mr_landing_state_text((uint8_t)f->state));
-    return because(reason, DAY_NEXT, "landing %lld has no note", (long long)f->run);
+    return because(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
 }
 
 static enum day_state series_state(const struct day_facts *f, char reason[240])
@@ -318,7 +318,7 @@ static enum day_state survey_state(const struct day_facts *f, char reason[240])
     if (is_surveyed(f))
         return because(reason, DAY_DONE, "survey %lld, ended %s", (long long)f->survey,
                        clock_text(f->survey_ended_us, at));
-    return f->run ? because(reason, DAY_NEXT, "the mat has not been read since landing %lld",
+    return f->run ? because(reason, DAY_NEXT, "the mat has not been read since RUN %lld",
                             (long long)f->run)
                   : because(reason, DAY_NEXT, "the mat has not been read yet");
 }
@@ -366,11 +366,10 @@ static enum day_state land_state(const struct day_facts *f, char reason[240])
     if (!f->logging)
         return because(reason, DAY_NEXT, "start the log in another terminal");
     if (is_going_on(f))
-        return because(reason, DAY_NEXT, "landing %lld: %s", run,
+        return because(reason, DAY_NEXT, "RUN %lld: %s", run,
                        mr_landing_state_text((uint8_t)f->state));
     if (f->run && f->armed_us >= f->logging_since_us)
-        return because(reason, DAY_NEXT, "landing %lld is recorded: end the log (Ctrl-C there)",
-                       run);
+        return because(reason, DAY_NEXT, "RUN %lld is recorded: end the log (Ctrl-C there)", run);
     return because(reason, DAY_NEXT, "the log runs, nothing is armed: type arm there");
 }
 

@@ -252,6 +252,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
         run_parse(words[1], &run, fatal);
         output_check(r.path, words[0], fatal);
         store = program_campaign(words[0], STORE_READ);
+        store_run_find(store, &run, fatal);
         store_landing_get(store, run, &landing, fatal);
     }
     write_out(store, run, &r, cli, &rows);

@@ -192,6 +192,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            read_readings(&file, request, &mapping, &result, &error) == MR_OK &&
            (program_new(cli, words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
                MR_OK &&
+           store_run_find(store, &request->like, &error) == MR_OK &&
            refuse_twice(store, &row, request, r.again, &error) == MR_OK &&
            import(store, &file, request, &mapping, &row, &result, &error));
     enum mr_status status = error.status;

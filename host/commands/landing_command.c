@@ -386,6 +386,7 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
                             ? program_campaign_or_new(cli, r.words[0])
                             : program_campaign(r.words[0],
                                                acts || r.withdraw_series ? STORE_OPEN : STORE_READ);
+    store_run_find(store, &r.run, fatal);
     if (r.series)
         begin_series(&r, store);
     else if (r.withdraw_series)

@@ -215,7 +215,8 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = parse(replay, argc, argv, cli, &error);
     default_paths(replay);
     if (status == MR_OK)
-        status = store_open(replay->db, STORE_READ, &store, &error);
+        status = store_open(replay->db, STORE_READ, &store, &error)
+                   ?: store_run_find(store, &replay->run, &error);
     if (status == MR_OK)
         status = replay_run(replay, store, cli, &error);
     store_close(store);

@@ -320,6 +320,7 @@ static int show_command(int argc, char **argv, const struct cli *cli)
     if (words[1])
         run_parse(words[1], &run, fatal);
     struct store *store = program_campaign(words[0], STORE_READ);
+    store_run_find(store, &run, fatal);
     if (run)
         show(store, run, answer);
     else

@@ -78,6 +78,9 @@ enum mr_status store_landing_put(struct store *store, const struct store_landing
                                  struct error *error);
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error);
+/* *run below 0: becomes that of the landing which its board numbered -*run. MR_UNKNOWN: there is
+ * none, or more than one. */
+enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error);
 
 /* Rows of a landing, in order, for the caller to free: store_edges(store, run, &rows, &count,
  * error), rows of struct store_edge. Of switch events `code` is the reason (common/switches.h),

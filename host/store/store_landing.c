@@ -58,12 +58,33 @@ STORE_NUMBERS_OF_LANDING(NUMBER_OF)
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error)
 {
+    int64_t other = 0;
+    char called[60] = "";
     enum mr_status status = STORE_ONE(store, error, LANDING_GET, landing, BIND(run));
-    return status != MR_TOO_FEW
-             ? status
-             : error_set(error, MR_UNKNOWN,
-                         "no such landing: RUN %lld in %s; matrig show DB lists them",
-                         (long long)run, store->path);
+    if (status != MR_TOO_FEW)
+        return status;
+    if (STORE_NUMBER(store, error, LANDING_CALLED, &other, BIND(run)) == MR_OK && other > 0)
+        snprintf(called, sizeof called, " (the board's landing %lld is RUN %lld)", (long long)run,
+                 (long long)other);
+    return error_set(error, MR_UNKNOWN,
+                     "no such landing: RUN %lld in %s%s; matrig show DB lists them", (long long)run,
+                     store->path, called);
+}
+
+enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error)
+{
+    int64_t called = -*run, found = 0;
+    enum mr_status status = *run < 0
+                              ? STORE_NUMBER(store, error, LANDING_CALLED, &found, BIND(called))
+                              : MR_OK;
+    if (status != MR_OK || *run >= 0)
+        return status;
+    *run = found;
+    return found > 0 ? MR_OK
+                     : error_set(error, MR_UNKNOWN,
+                                 "%s landing that a board called %lld: %s; matrig show DB lists "
+                                 "their RUNs",
+                                 found ? "more than one" : "no", (long long)called, store->path);
 }
 
 enum mr_status store_session_get(struct store *store, int64_t session,

@@ -63,14 +63,14 @@ landing() { # the log is seen, and what it records is next; the links are those 
     board=$!
     bash "$tmp/log.sh" >"$tmp/log.txt" 2>&1 </dev/null &
     log=$!
-    await in_landing 2 && $matrig --json day "$tmp/d.db" | tee "$tmp/said" | grep -q '"next":"land","reason":"landing 1: .*"logging":true' || { cat "$tmp/said" "$tmp/log.txt"; return 1; }
+    await in_landing 2 && $matrig --json day "$tmp/d.db" | tee "$tmp/said" | grep -q '"next":"land","reason":"RUN 1: .*"logging":true' || { cat "$tmp/said" "$tmp/log.txt"; return 1; }
     await in_landing 4 || return 1
     kill -INT $log 2>/dev/null
     wait $log
     [ "$(state "$tmp/d.db")" = look ] && [ -s "$tmp/d.db-landing.html" ] || return 1
     day '\nseen 1\nq\n' "$tmp/d.db" >"$tmp/said" || return 1
     cat "$tmp/said"
-    grep -q '^> 4 survey     next  *the mat has not been read since landing 1$' "$tmp/said" && [ "$(sqlite3 "$tmp/d.db" "select value from landing_changes where field = 'note'")" = 'seen 1' ] &&
+    grep -q '^> 4 survey     next  *the mat has not been read since RUN 1$' "$tmp/said" && [ "$(sqlite3 "$tmp/d.db" "select value from landing_changes where field = 'note'")" = 'seen 1' ] &&
         $matrig --json day "$tmp/d.db" | grep -q '"command":"matrig survey .*--edges left","logging":false,"run":1,"landings_today":1' &&
         day '8\nr\nq\n' "$tmp/d.db" >"$tmp/said" && grep -q "\$ matrig log --serial pty:$tmp/tty --can unix:$tmp/can " "$tmp/said" && [ -s "$tmp/d.db-report.html" ]
 }

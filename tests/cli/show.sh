@@ -18,8 +18,18 @@ empty_says_what_to_do() {
         grep -q "no series yet: matrig landing $tmp/empty.db --series NAME begins one" "$tmp/line" && grep -q "no survey yet: matrig survey $tmp/empty.db begins one" "$tmp/line" &&
         [ "$($matrig --json show "$tmp/empty.db")" = "{\"landings\":[],\"db\":\"$tmp/empty.db\",\"series\":0,\"surveys\":0}" ]
 }
+either_number() { # RUN, or the number that the board gave; an error names the other
+    local called run
+    run=1 called=$(sqlite3 "$db" 'select board_landing from landings')
+    cmp <($matrig show "$db" "$run") <($matrig show "$db" "landing$called") && cmp <($matrig export "$db" "$run" --format csv) <($matrig export "$db" "landing$called" --format csv) &&
+        fails_with 2 "no landing that a board called 999: $db" $matrig show "$db" landing999 && cp "$db" "$tmp/other.db" &&
+        sqlite3 "$tmp/other.db" "update landings set board_landing = 77 where id = $run" && fails_with 2 "no such landing: RUN 77 in .* .the board's landing 77 is RUN $run." $matrig show "$tmp/other.db" 77 &&
+        sqlite3 "$tmp/other.db" "insert into landings(session, boot, board_landing, armed_us, state) select session, boot + 1, 77, armed_us, state from landings" &&
+        fails_with 2 'more than one landing that a board called 77' $matrig bundle "$tmp/other.db" landing77 -o "$tmp/none.db"
+}
 check "an empty campaign says what to do" empty_says_what_to_do
 check "one that is not there is none" fails_with 3 "no such database: $tmp/none.db" $matrig show "$tmp/none.db"
+check "a landing by its RUN or its board's number" either_number
 check "nor a landing" fails_with 2 "no such landing: RUN 7 in $db" $matrig show "$db" 7
 
 # --- the summary again ---
