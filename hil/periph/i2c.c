@@ -72,6 +72,8 @@ static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t
         double stretch_s = (double)dev->slave.hold->stretch_ps * 1e-12;
         i2c->end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
         dev->slave.hold->stretch_ps = 0;
+        i2c->sr1 |= dev->slave.hold->disturbed ? SR1_BERR : 0;
+        dev->slave.hold->disturbed = false;
     }
 }
 

@@ -50,6 +50,7 @@ struct hil_i2c_hold {
     bool stuck;           /* it holds SDA low for good, */
     unsigned hung_clocks; /* or, left within a byte, until it has seen so many */
     uint64_t stretch_ps;  /* it holds SCL low for so long at the next byte */
+    bool disturbed;       /* a bus error is seen in the next byte, where there is none (ES0182) */
 };
 
 /* The slave on the bus. */

@@ -403,6 +403,7 @@ static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fa
     case HIL_THERMOMETER_DEAD: chip->dead = true; break;
     case HIL_THERMOMETER_STUCK: chip->hold.stuck = true; break;
     case HIL_THERMOMETER_HANG: chip->hold.hung_clocks = 9; break;
+    case HIL_THERMOMETER_BERR: chip->hold.disturbed = true; break;
     case HIL_THERMOMETER_STRETCH: chip->hold.stretch_ps = fault->duration_ps; break;
     case HIL_THERMOMETER_MEND:
         chip->dead = chip->hold.stuck = false;
@@ -613,7 +614,7 @@ static const struct action {
     {"nor fill|dead|mend", {.action = HIL_FAULT_NOR}},
     {"nor fail-program COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_PROGRAM}},
     {"nor fail-erase COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_ERASE}},
-    {"thermometer dead|stuck|hang|mend", {.action = HIL_FAULT_THERMOMETER}},
+    {"thermometer dead|stuck|hang|mend|berr", {.action = HIL_FAULT_THERMOMETER}},
     {"thermometer stretch MS",
      {.action = HIL_FAULT_THERMOMETER, .choice = HIL_THERMOMETER_STRETCH}},
 };

@@ -78,7 +78,7 @@ TEST(what_fails_is_told_and_comes_back)
     } cases[] = {
         {"thermometer dead", 1, 3},      {"thermometer stuck", 2, 3},
         {"thermometer hang", 2, 1},      {"thermometer stretch 50", 2, 1},
-        {"thermometer stretch 5", 0, 0},
+        {"thermometer stretch 5", 0, 0}, {"thermometer berr", 0, 0},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char order[128];
