@@ -3,6 +3,7 @@
  * (build/tests/variant/camera.elf). */
 #include <math.h>
 
+#include "hil/core/nvic.h"
 #include "tests/hil/ear.h"
 
 #define ELF         "build/tests/variant/camera.elf"
@@ -172,5 +173,34 @@ TEST(frames_go_on_when_the_counter_comes_round)
         before += heard.frame[i].tick > 0x80000000u;
     }
     assert_true(before > 10 && before < heard.frames - 10);
+    ear_close(ear);
+}
+
+/* A pulse while no block comes for 27 s, whatever is begun again: it would pass for one to come, and
+ * hold up the frames behind it. */
+TEST(an_old_pulse_holds_no_frame_up)
+{
+    const unsigned scan = 16u + 60u; /* DMA2 stream 4, RM0090 table 61 */
+    play(ELF, 100.0, 0.0, 0.0, NULL, 0.01);
+    hil_run_free(&ear->run);
+    still_run(&ear->run, 60.0);
+    hil_board_attach_rig(ear->board, &ear->run);
+    struct hil_core *core = &ear->board->core;
+    ear_until(ear, 0.5);
+    core->state.nvic.enabled[scan / 32u] &= ~(1u << scan % 32u);
+    hil_nvic_update(core);
+    ear_until(ear, 0.6);
+    hil_gpio_drive(&ear->board->mcu.gpio, 1, 3, true, hil_now(core));
+    ear_until(ear, 0.6001);
+    hil_gpio_drive(&ear->board->mcu.gpio, 1, 3, false, hil_now(core));
+    ear_until(ear, 27.5);
+    core->state.nvic.enabled[scan / 32u] |= 1u << scan % 32u;
+    hil_nvic_update(core);
+    ear_until(ear, 28.5);
+    assert_int_equal(ear->fault[MR_FAULT_EDGE_OVERRUN].count, 1);
+    assert_int_equal(ear->fault[MR_FAULT_EDGE_OVERRUN].detail, 2);
+    ear_command(ear, EAR_CAN, MR_COMMAND_ARM, 0, 1);
+    ear_until(ear, 29.5);
+    assert_in_range(heard.frames, 95, 101);
     ear_close(ear);
 }
