@@ -8,9 +8,7 @@
 #include <string.h>
 
 #include "common/splitmix.h"
-#include "host/base/cli.h"
 #include "host/base/parallel_for.h"
-#include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
@@ -206,15 +204,17 @@ void flatten(const struct flat_runway *r)
 struct work {
     const struct landing_series *series;
     struct series_run *runs;
-    atomic_size_t done;
+    atomic_size_t begun, done;
     void (*progress)(void *ctx, size_t done, size_t of);
     void *ctx;
 };
 
+/* The next that nobody has begun: some take longer than others. */
 static void play_some(void *context, size_t from, size_t every)
 {
     struct work *work = context;
-    for (size_t i = from; i < work->series->seeds; i += every) {
+    (void)every;
+    for (size_t i; (i = atomic_fetch_add(&work->begun, 1)) < work->series->seeds;) {
         series_play(work->series, work->series->first_seed + i, &work->runs[i]);
         size_t done = atomic_fetch_add(&work->done, 1) + 1;
         if (from == 0 && work->progress)
@@ -228,6 +228,7 @@ void series_ensemble(const struct landing_series *series, unsigned jobs,
 {
     struct work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};
     parallel_for(jobs < series->seeds ? jobs : (unsigned)series->seeds, play_some, &work);
+    series_errors(series, runs);
 }
 
 /* ---- play ---- */
@@ -236,6 +237,9 @@ void series_ensemble(const struct landing_series *series, unsigned jobs,
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE  (1.0 / 3.0)
 #define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
+/* of an ensemble's runways one is played again, at another step: no whole multiple */
+#define EVERY       6
+#define OTHER_STEP  1.37
 
 /* A runway between landings. */
 struct runway {
@@ -333,21 +337,29 @@ static void drop_scene(struct sim_scene *scene)
     free(scene->path);
 }
 
+/* `first`: what the landing came to in the first play, which this one repeats at its other step;
+ * NULL: this is the first. */
 static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
-                                 enum sim_model model, const struct sim_path_row *rows,
-                                 size_t count, struct sim_result *result, struct error *error)
+                                 enum sim_model model, const struct draw_path *path,
+                                 const struct series_outcome *first, struct series_outcome *out,
+                                 struct sim_result *result, struct error *error)
 {
     const struct landing_series *c = r->series;
+    bool chain = model == SIM_CHAIN;
     const struct sim_options options = {
-        .dt_s = model == SIM_CHAIN ? c->chain_dt_s : c->planar_dt_s,
+        .dt_s = first ? first->other_s[!chain]
+              : chain ? c->chain_dt_s
+                      : c->planar_dt_s,
         .single = true,
         .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
     };
     struct sim_scene scene = {0};
     *result = (struct sim_result){0};
-    set_scene(r, &landing->scene, model, rows, count, &scene);
+    set_scene(r, &landing->scene, model, path->rows, path->count, &scene);
     sim_run(&scene, &options, result, error);
     drop_scene(&scene);
+    double longer_s = OTHER_STEP * result->dt_s;
+    out->other_s[!chain] = longer_s < result->dt_limit_s ? longer_s : result->dt_s / OTHER_STEP;
     if (result->status == SIM_FOLDED) /* an outcome, not a failure */
         *error = (struct error){0};
     return error->status;
@@ -545,25 +557,23 @@ static void settle(struct runway *r, const struct sim_scene *scene, const struct
 }
 
 static enum mr_status land(struct runway *r, const struct series_landing *landing,
-                           const struct draw_path *path, struct series_outcome *out,
-                           struct error *error)
+                           const struct draw_path *path, const struct series_outcome *first,
+                           struct series_outcome *out, struct error *error)
 {
     const struct landing_series *c = r->series;
     const struct sim_scene *scene = &landing->scene;
     struct sim_result chain = {0}, planar = {0};
-    const struct sim_result *moved = &chain;
     if (c->engine != SERIES_PLANAR &&
-        run_engine(r, landing, SIM_CHAIN, path->rows, path->count, &chain, error) == MR_OK) {
+        run_engine(r, landing, SIM_CHAIN, path, first, out, &chain, error) == MR_OK)
         out->skip_ratio = lift_ratio(r, scene, chain.push_lb);
-    }
-    bool ask = c->engine == SERIES_PLANAR ||
-               (c->engine == SERIES_AUTO && (out->skip_ratio > c->skip_share || tips(scene)));
-    if (error->status == MR_OK && ask &&
-        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, &planar, error) == MR_OK) {
+    bool asked = c->engine == SERIES_PLANAR ||
+                 (c->engine == SERIES_AUTO && (out->skip_ratio > c->skip_share || tips(scene)));
+    if (error->status == MR_OK && (first ? first->by_planar : asked) &&
+        run_engine(r, landing, SIM_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         note_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
-        if (planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0))
-            moved = &planar;
+        out->by_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0);
     }
+    const struct sim_result *moved = out->by_planar ? &planar : &chain;
     if (error->status == MR_OK && moved->u_ft)
         settle(r, scene, moved, out);
     sim_result_free(&chain);
@@ -577,15 +587,16 @@ static void clear(struct runway *r)
     free(r->storage);
 }
 
-void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run)
+static void play(const struct landing_series *series, uint64_t seed, const struct series_run *first,
+                 struct series_run *run)
 {
     struct runway runway = {0};
     struct draw_path path = {0};
+    size_t landings = first ? first->played : series->landing_count;
     *run = (struct series_run){.seed = seed};
     run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
     lay(&runway, series, seed);
-    for (size_t i = 0; i < series->landing_count && run->error.status == MR_OK && run->buckled == 0;
-         i++) {
+    for (size_t i = 0; i < landings && run->buckled == 0; i++) {
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];
         if (i == 0 || landing->modified)
@@ -594,7 +605,8 @@ void series_play(const struct landing_series *series, uint64_t seed, struct seri
             break;
         out->stop_ft = path.stop_ft;
         out->deceleration_ft_s2 = path.mean_ft_s2;
-        if (land(&runway, landing, &path, out, &run->error) != MR_OK)
+        if (land(&runway, landing, &path, first ? &first->outcomes[i] : NULL, out, &run->error) !=
+            MR_OK)
             break;
         run->played = i + 1;
         if (out->buckled) {
@@ -606,389 +618,21 @@ void series_play(const struct landing_series *series, uint64_t seed, struct seri
     clear(&runway);
 }
 
+void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run)
+{
+    struct series_run other;
+    size_t index = (size_t)(seed - series->first_seed);
+    play(series, seed, NULL, run);
+    if (index % EVERY != EVERY - 1)
+        return;
+    play(series, seed, run, &other);
+    run->other = other.outcomes;
+    run->other_played = other.played;
+}
+
 void series_run_free(struct series_run *run)
 {
     free(run->outcomes);
-    run->outcomes = NULL;
-}
-
-/* ---- summary ---- */
-
-static double percentile(const double *sorted, size_t count, double share)
-{
-    double at = share * (double)(count - 1);
-    size_t left = (size_t)at;
-    if (left + 1 >= count)
-        return sorted[count - 1];
-    return sorted[left] + (at - (double)left) * (sorted[left + 1] - sorted[left]);
-}
-
-struct series_spread series_spread_of(double *values, size_t count)
-{
-    if (count == 0)
-        return (struct series_spread){(double)NAN, (double)NAN, (double)NAN, 0};
-    sort_numbers(values, count);
-    return (struct series_spread){percentile(values, count, 0.05), percentile(values, count, 0.5),
-                                  percentile(values, count, 0.95), count};
-}
-
-struct gather {
-    const struct landing_series *series;
-    const struct series_run *runs;
-    size_t landing;
-    double *values;
-};
-
-static const struct series_outcome *outcome_at(const struct gather *g, size_t run)
-{
-    return &g->runs[run].outcomes[g->landing];
-}
-
-/* Spread of one number at `offset` in the outcomes of a landing. */
-static struct series_spread spread_at(const struct gather *g, size_t offset)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played > g->landing)
-            g->values[count++] = *(const double *)((const char *)outcome_at(g, i) + offset);
-    }
-    return series_spread_of(g->values, count);
-}
-
-static struct series_spread zones(const struct gather *g)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played > g->landing)
-            g->values[count++] = outcome_at(g, i)->zone_mats;
-    }
-    return series_spread_of(g->values, count);
-}
-
-#define SPREAD(g, field) spread_at(g, offsetof(struct series_outcome, field))
-
-static void summarise_landing(struct series_landing_summary *s, const struct gather *g)
-{
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].played <= g->landing)
-            continue;
-        const struct series_outcome *out = outcome_at(g, i);
-        s->played++;
-        s->buckled += g->runs[i].buckled == (int)g->landing + 1;
-        s->planar += out->asked_planar;
-        s->waved += out->waves > 0;
-        s->unhinged += out->unhinged;
-        s->torn += out->tears > 0;
-    }
-    s->stop_ft = SPREAD(g, stop_ft);
-    s->peak_in = SPREAD(g, peak_in);
-    s->reach_ft = SPREAD(g, reach_ft);
-    s->zone_mats = zones(g);
-    for (size_t k = 0; k < g->series->station_count; k++) {
-        s->movement_in[k] =
-            spread_at(g, offsetof(struct series_outcome, movement_in) + k * sizeof(double));
-        s->total_in[k] = spread_at(g,
-                                   offsetof(struct series_outcome, total_in) + k * sizeof(double));
-    }
-}
-
-void series_summarise(struct series_summary *s, const struct landing_series *series,
-                      const struct series_run *runs)
-{
-    struct gather g = {.series = series, .runs = runs};
-    size_t buckled = 0, before = 0, seeds = series->seeds;
-    *s = (struct series_summary){0};
-    s->landing = xcalloc(series->landing_count, sizeof *s->landing);
-    g.values = xcalloc(4 * seeds, sizeof *g.values);
-    for (size_t i = 0; i < seeds; i++) {
-        s->failed += runs[i].error.status != MR_OK;
-        s->runways += runs[i].error.status == MR_OK;
-        s->survived += runs[i].error.status == MR_OK && runs[i].buckled == 0;
-        if (runs[i].buckled > 0) {
-            g.values[buckled] = runs[i].buckle_ft;
-            g.values[seeds + buckled++] = runs[i].buckled;
-        }
-        if (runs[i].buckled > 1) {
-            const struct series_outcome *last = &runs[i].outcomes[runs[i].buckled - 2];
-            g.values[2 * seeds + before] = last->zone_mats;
-            g.values[3 * seeds + before++] = last->peak_in;
-        }
-    }
-    s->station_ft = series_spread_of(g.values, buckled);
-    s->buckle_landing = series_spread_of(g.values + seeds, buckled);
-    s->zone_before = series_spread_of(g.values + 2 * seeds, before);
-    s->peak_before_in = series_spread_of(g.values + 3 * seeds, before);
-    for (g.landing = 0; g.landing < series->landing_count; g.landing++)
-        summarise_landing(&s->landing[g.landing], &g);
-    free(g.values);
-}
-
-void series_summary_free(struct series_summary *summary)
-{
-    free(summary->landing);
-    summary->landing = NULL;
-}
-
-/* ---- series answer ---- */
-
-static json_t *spread_json(const struct series_spread *s)
-{
-    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->middle, 6),
-                     cli_json_number(s->high, 6));
-}
-
-static json_t *spreads_json(const struct series_spread *list, size_t count)
-{
-    json_t *array = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(array, spread_json(&list[i]));
-    return array;
-}
-
-/* As many as show two digits of half the interval, and at most `most`: the median is known no
- * better. */
-static int decimals_of(const struct series_spread *s, double factor, int most)
-{
-    double half = factor * (s->high - s->low) / 2.0;
-    int decimals = half > 0.0 && isfinite(half) ? 1 - (int)floor(log10(half)) : most;
-    return decimals < 0 ? 0 : decimals > most ? most : decimals;
-}
-
-/* People read the median and, in brackets, the 5th and 95th percentiles. */
-static void add_spread(struct answer *answer, const char *name, const char *label,
-                       enum unit_kind kind, const struct series_spread *s, int decimals)
-{
-    const struct unit *unit = unit_of(kind, answer_in_si(answer));
-    const char *suffix = unit_given(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
-    char key[40], head[60];
-    snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
-    answer_json_value(answer, key, spread_json(s));
-    if (!label)
-        return;
-    snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
-    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_in_si(answer), decimals));
-    answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
-                 unit->factor * s->middle, decimals, unit->factor * s->low, decimals,
-                 unit->factor * s->high);
-}
-
-static void add_landing(struct answer *answer, const struct landing_series *c,
-                        const struct series_landing_summary *s, size_t number)
-{
-    bool shown = s->played > 0;
-    answer_row(answer);
-    answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
-    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->played);
-    add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
-    add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT, &s->peak_in,
-               2);
-    add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION, &s->reach_ft, 1);
-    add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
-               0);
-    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar);
-    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->waved);
-    answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled);
-    answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged);
-    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn);
-    if (shown && c->landings[number - 1].modified)
-        answer_words(answer, NULL, "before it", "modified");
-    answer_json_value(answer, "movement_in", spreads_json(s->movement_in, c->station_count));
-    answer_json_value(answer, "total_in", spreads_json(s->total_in, c->station_count));
-}
-
-static void add_stations(struct answer *answer, const struct landing_series *c,
-                         const struct series_landing_summary *s)
-{
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer)),
-                      *movement = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
-    char label[80];
-    snprintf(label, sizeof label, "movement in all, %s, median, at station, %s", movement->text,
-             station->text);
-    answer_table(answer, NULL, label);
-    for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
-        answer_row(answer);
-        answer_count(answer, NULL, "landing", (int64_t)i + 1);
-        for (size_t k = 0; k < c->station_count; k++) {
-            snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
-            answer_value(answer, NULL, label, UNIT_NUMBER,
-                         movement->factor * s[i].total_in[k].middle,
-                         unit_decimals(UNIT_DISPLACEMENT, answer_in_si(answer), 2));
-        }
-    }
-    answer_close(answer);
-}
-
-static json_t *stations_json(const double *stations_ft, size_t count)
-{
-    json_t *array = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(array, cli_json_number(stations_ft[i], 6));
-    return array;
-}
-
-static json_t *outcome_json(const struct series_outcome *o, size_t number)
-{
-    json_t *object = json_pack(
-        "{s:I,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,"
-        "s:o,s:o}",
-        "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
-        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar", o->asked_planar,
-        "lift_ratio", cli_json_number(o->skip_ratio, 4), "peak_in", cli_json_number(o->peak_in, 5),
-        "reach_ft", cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
-        cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
-        "push_lb", cli_json_number(o->push_lb, 5), "pull_lb", cli_json_number(o->pull_lb, 5),
-        "tears", o->tears, "waves", o->waves, "wave_ft",
-        o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
-        cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
-        cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
-        "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
-        stations_json(o->failure_ft, (size_t)o->failures));
-    if (o->crest_ft > 0.0) {
-        json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
-        json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
-    }
-    if (o->band_slack > 0)
-        json_object_set_new(object, "band_slack", json_integer(o->band_slack));
-    return object;
-}
-
-static json_t *run_json(const struct series_run *run)
-{
-    json_t *outcomes = json_array();
-    for (size_t i = 0; i < run->played; i++)
-        json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
-    json_t *object = json_pack(
-        "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
-        run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
-        run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
-    if (run->error.status != MR_OK)
-        json_object_set_new(object, "failed", json_string(run->error.text));
-    return object;
-}
-
-/* Medians over runways: of the largest value that a runway had in the landings before the one that
- * it buckled in. */
-static double largest(const struct landing_series *c, const struct series_run *runs,
-                      double (*value)(const struct series_outcome *))
-{
-    double *values = xcalloc(c->seeds, sizeof *values);
-    size_t count = 0;
-    for (size_t i = 0; i < c->seeds; i++) {
-        double most = (double)NAN;
-        for (size_t k = 0; k < runs[i].played; k++) {
-            if (!runs[i].outcomes[k].buckled)
-                most = fmax(most, value(&runs[i].outcomes[k]));
-        }
-        if (runs[i].error.status == MR_OK && !isnan(most))
-            values[count++] = most;
-    }
-    struct series_spread spread = series_spread_of(values, count);
-    free(values);
-    return spread.middle;
-}
-
-static double movement_in(const struct series_outcome *outcome)
-{
-    return outcome->peak_in;
-}
-
-static double zone_mats(const struct series_outcome *outcome)
-{
-    return outcome->zone_mats;
-}
-
-/* One number each, for tables and sweeps. */
-static void add_medians(struct answer *answer, const struct landing_series *c,
-                        const struct series_run *runs, const struct series_summary *s)
-{
-    /* NaN without a runway: null */
-    double share = (double)(s->runways - s->survived) / (double)s->runways;
-    answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
-    answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
-    answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.middle, 1);
-    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, largest(c, runs, zone_mats), 0);
-    answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT, largest(c, runs, movement_in),
-                 2);
-}
-
-static void add_buckled(struct answer *answer, const struct landing_series *c,
-                        const struct series_summary *s)
-{
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
-    char in[200] = "";
-    for (size_t i = 0, length = 0; i < c->landing_count && length < sizeof in; i++) {
-        if (s->landing[i].buckled > 0)
-            length += (size_t)snprintf(in + length, sizeof in - length, ", %zu in landing %zu",
-                                       s->landing[i].buckled, i + 1);
-    }
-    answer_words(answer, NULL, "buckled", "%zu of %zu runways%s", s->runways - s->survived,
-                 s->runways, in);
-    if (s->station_ft.count > 0)
-        answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
-                      station->factor * s->station_ft.middle, station->factor * s->station_ft.low,
-                      station->factor * s->station_ft.high, station->text);
-    answer_json_value(answer, "buckled_landing", spread_json(&s->buckle_landing));
-    answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));
-}
-
-static void add_told(struct answer *answer, const char *label, const char *text)
-{
-    if (text[0])
-        answer_words(answer, NULL, label, "%s", text);
-}
-
-/* What came out of it, and what the answer is worth. */
-static void series_answer_outcome(struct answer *answer, const struct landing_series *c,
-                                  const struct series_run *runs, const struct series_summary *s)
-{
-    answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
-                    c->name, c->landing_count, c->seeds, (unsigned long long)c->first_seed,
-                    (unsigned long long)(c->first_seed + c->seeds - 1), c->landings[0].scene.mats);
-    answer_words(answer, "name", NULL, "%s", c->name);
-    answer_count(answer, "seeds", NULL, (int64_t)c->seeds);
-    answer_count(answer, "first_seed", NULL, (int64_t)c->first_seed);
-    answer_count(answer, "failed", NULL, (int64_t)s->failed);
-    answer_count(answer, "survived", NULL, (int64_t)s->survived);
-    answer_words(answer, "observed", NULL, "%s", c->observed);
-    for (size_t i = 0; i < c->seeds; i++) {
-        if (runs[i].error.status != MR_OK)
-            answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
-                         (unsigned long long)runs[i].seed, runs[i].played + 1, runs[i].error.text);
-    }
-    char ground[200];
-    series_ground_text(c, ground, sizeof ground);
-    answer_words(answer, "ground", "ground", "%s", ground);
-    add_buckled(answer, c, s);
-    add_told(answer, "observed", c->observed);
-    add_told(answer, "parameters", c->basis);
-    add_told(answer, "put in afterwards, so no prediction", c->afterwards);
-}
-
-/* Landing by landing. */
-static void series_answer_landings(struct answer *answer, const struct landing_series *c,
-                                   const struct series_run *runs, const struct series_summary *s)
-{
-    json_t *list = json_array();
-    answer_table(answer, "landings",
-                 "landings: median and, in brackets, 5th to 95th percentile over the runways that "
-                 "took the landing");
-    for (size_t i = 0; i < c->landing_count; i++)
-        add_landing(answer, c, &s->landing[i], i + 1);
-    answer_close(answer);
-    add_stations(answer, c, s->landing);
-    answer_json_value(answer, "stations_ft", stations_json(c->stations_ft, c->station_count));
-    for (size_t i = 0; i < c->seeds; i++)
-        json_array_append_new(list, run_json(&runs[i]));
-    answer_json_value(answer, "runways", list);
-    add_medians(answer, c, runs, s);
-}
-
-struct answer *series_answer(const struct landing_series *c, const struct series_run *runs,
-                             const struct series_summary *s, bool si)
-{
-    struct answer *answer = answer_new(si);
-    answer_as_given(answer);
-    series_answer_outcome(answer, c, runs, s);
-    series_answer_landings(answer, c, runs, s);
-    return answer;
+    free(run->other);
+    run->outcomes = run->other = NULL;
 }

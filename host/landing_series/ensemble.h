@@ -24,7 +24,11 @@ struct series_outcome {
      * it */
     double zone_from_ft, zone_to_ft;
     double push_lb, pull_lb; /* largest in a joint */
-    int tears;               /* joints pulled beyond their strength */
+    /* standard errors of what is largest in time, by the steps; NaN: not known */
+    double skip_error, push_error_lb, pull_error_lb;
+    bool by_planar;    /* movement and forces are the planar engine's, else the chain's */
+    double other_s[2]; /* the step of another play: of the chain, of the planar engine */
+    int tears;         /* joints pulled beyond their strength */
     int waves;
     double wave_ft; /* station of the highest; 0: none */
     double rise_in; /* highest */
@@ -53,13 +57,21 @@ struct series_run {
     double buckle_ft;                /* station */
     struct series_outcome *outcomes; /* landing_count */
     struct error error;              /* why this runway could not be played to its end */
+    /* of some runways the same landings, from the first on, at other steps; NULL: of this not */
+    struct series_outcome *other;
+    size_t other_played;
 };
 
-/* Play the runway of a seed. The result depends on series and seed alone. */
+/* Play the runway of a seed, and each sixth once more at other steps. The result depends on series
+ * and seed alone. */
 void series_play(const struct landing_series *series, uint64_t seed, struct series_run *run);
 void series_run_free(struct series_run *run);
 
-/* Play all seeds on `jobs` threads. `progress` is called now and then, by one of them; NULL: not.
+/* Set the errors in all outcomes, from the runways that were played twice: README.md, "What a peak
+ * is worth". */
+void series_errors(const struct landing_series *series, struct series_run *runs);
+
+/* Play all seeds on `jobs` threads, and their errors. `progress` is called now and then, by one of them; NULL: not.
  * A runway that fails keeps its error; the others are played. */
 void series_ensemble(const struct landing_series *series, unsigned jobs,
                      void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
@@ -131,12 +143,19 @@ struct series_spread {
 
 struct series_spread series_spread_of(double *values, size_t count); /* sorts them */
 
+/* Largest in time of one runway; over runways. */
+struct series_peak {
+    struct series_spread spread;
+    double mean, mean_error, error; /* of the mean, of one runway */
+};
+
 /* Of the runways that took this landing. */
 struct series_landing_summary {
     size_t played;
     size_t buckled;
     size_t planar, waved, unhinged, torn;
     struct series_spread stop_ft, peak_in, reach_ft, zone_mats;
+    struct series_peak skip_ratio, push_lb, pull_lb;
     struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
 };
 

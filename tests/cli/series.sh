@@ -25,6 +25,20 @@ seeds() {
         [ "$(grep -o '"seed":[0-9]*' "$tmp/seeds.json" | sort -u | wc -l)" = 4 ]
 }
 check "JSON on a line, of all seeds" seeds
+# Of six runways one is played twice, of four none.
+peak_errors() { # SEEDS TEST: errors of peaks in the JSON, and in the table
+    $m --json study "$tmp/small.json" --seeds "$1" >"$tmp/peaks.json" && python3 - "$tmp/peaks.json" "$2" <<'P' && $m study "$tmp/small.json" --seeds "$1" >"$tmp/peaks"
+import json, sys
+d = json.load(open(sys.argv[1]))
+holds = (lambda e: e is None) if sys.argv[2] == "none" else (lambda e: e > 0)
+for of in d["landings"] + [o for r in d["runways"] for o in r["landings"]]:
+    assert all(holds(of[k]) for k in ("lift_ratio_error", "push_error_lb", "pull_error_lb")), of
+for of in d["landings"]:
+    assert of["push_lb"][0] <= of["push_lb"][1] <= of["push_lb"][2] and holds(of["push_mean_error_lb"]), of
+P
+}
+check "peaks have errors" eval 'peak_errors 6 some && grep -Eq "^ +3 +[0-9.]+ \+- [0-9.]+ +[0-9.]+ +[0-9.]+ \+- " "$tmp/peaks"'
+check "of too few runways none" eval 'peak_errors 4 none && grep -Eq "^ +3 +[0-9.]+ +- +[0-9.]+ +- *$" "$tmp/peaks"'
 check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet study "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
 # A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.

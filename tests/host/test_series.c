@@ -237,6 +237,68 @@ TEST(test_spreads)
     assert_true(isnan(series_spread_of(&one, 0).middle));
 }
 
+/* By hand: six runways, of which two were played twice, -3 and 4 lb apart: root mean square 3.5355
+ * lb, 4.3027/1.96 for 2 degrees of freedom, spread 3.7417 lb; mean of the pairs 0.5 lb. */
+TEST(test_errors_of_peaks)
+{
+    struct landing_series series = load(60,
+                                        "\"seeds\":6,\"landings\":[{\"deceleration_ft_s2\":4}]");
+    struct series_outcome outcomes[6] = {{0}}, other[6] = {{0}};
+    struct series_run runs[6];
+    struct series_summary summary;
+    const double again_lb[6] = {0.0, 15.0, 0.0, 0.0, 14.0, 0.0};
+    for (int i = 0; i < 6; i++) {
+        outcomes[i].push_lb = 10.0 + 2.0 * i;
+        other[i].push_lb = again_lb[i];
+        runs[i] = (struct series_run){.played = 1, .outcomes = &outcomes[i], .other = &other[i]};
+        runs[i].other_played = again_lb[i] > 0.0;
+    }
+    series_errors(&series, runs);
+    for (int i = 0; i < 6; i++)
+        assert_near(outcomes[i].push_error_lb, 9.44871, 1e-3);
+    series_summarise(&summary, &series, runs);
+    assert_near(summary.landing[0].push_lb.mean, 15.0, 1e-12);
+    assert_near(summary.landing[0].push_lb.error, 9.44871, 1e-3);
+    assert_near(summary.landing[0].push_lb.mean_error, 3.88969, 1e-3);
+    series_summary_free(&summary);
+    /* the other engine's runways are no pairs of it */
+    outcomes[2].by_planar = outcomes[1].by_planar = true;
+    series_errors(&series, runs);
+    assert_true(isnan(outcomes[2].push_error_lb) && isnan(outcomes[1].push_error_lb));
+    assert_true(isfinite(outcomes[0].push_error_lb));
+    series_free(&series);
+}
+
+/* Beyond its error by the finest steps: at most one in twenty twice, none four times. */
+TEST(test_peaks_are_as_wrong_as_they_say)
+{
+    struct landing_series series =
+        load(100, "\"seeds\":30,\"engine\":{\"use\":\"chain\"},\"landings\":[{\"speed_ft_s\":16,"
+                  "\"deceleration_ft_s2\":4,\"times\":3}]");
+    struct series_run stated[30], fine[30];
+    int twice = 0, all = 0;
+    play_all(&series, 2, stated);
+    series.chain_dt_s = 1e-5;
+    play_all(&series, 2, fine);
+    for (int i = 0; i < 30; i++) {
+        assert_int_equal(stated[i].other_played, i % 6 == 5 ? 3 : 0);
+        for (int k = 0; k < 3; k++, all += 2) {
+            const struct series_outcome *a = &stated[i].outcomes[k], *b = &fine[i].outcomes[k];
+            double push = fabs(a->push_lb - b->push_lb) / a->push_error_lb,
+                   pull = fabs(a->pull_lb - b->pull_lb) / a->pull_error_lb;
+            assert_true(push < 4.0 && pull < 4.0);
+            assert_true(a->push_error_lb < 0.5 * a->push_lb);
+            twice += (push > 2.0) + (pull > 2.0);
+        }
+    }
+    assert_true(20 * twice <= all);
+    for (int i = 0; i < 30; i++) {
+        series_run_free(&stated[i]);
+        series_run_free(&fine[i]);
+    }
+    series_free(&series);
+}
+
 /* A band is put on before landing 2 and off before landing 3; what is not touched stays. */
 TEST(test_modifications_are_laid_over_the_scene)
 {

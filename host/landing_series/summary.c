@@ -1,0 +1,567 @@
+/* What an ensemble's runways did: numerical errors of the largest forces, distributions, and the
+ * answer of matrig study. */
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "common/gates.h"
+#include "host/base/cli.h"
+#include "host/base/statistics.h"
+#include "host/base/xmalloc.h"
+#include "host/landing_series/ensemble.h"
+
+/* ---- errors ---- */
+
+/* A landing's pairs count for so many of its own, the other landings' for the rest. */
+#define BORROWED 2
+#define LEAST    1e-3 /* of a value, no error is smaller */
+
+static const struct {
+    size_t value, error; /* in an outcome */
+} peaks[] = {
+    {offsetof(struct series_outcome, skip_ratio), offsetof(struct series_outcome, skip_error)},
+    {offsetof(struct series_outcome, push_lb), offsetof(struct series_outcome, push_error_lb)},
+    {offsetof(struct series_outcome, pull_lb), offsetof(struct series_outcome, pull_error_lb)},
+};
+
+static double *number(const struct series_outcome *outcome, size_t offset)
+{
+    return (double *)((char *)(uintptr_t)outcome + offset);
+}
+
+/* Of two errors; hypot is not the same on every processor. */
+static double both(double a, double b)
+{
+    return sqrt(a * a + b * b);
+}
+
+/* One peak of one landing, over the runways that one engine moved. */
+struct tally {
+    size_t count, pairs;
+    double sum, squares;
+    double apart, apart2; /* sums of pairs' differences and of their squares */
+};
+
+static struct tally tally_of(const struct landing_series *c, const struct series_run *runs,
+                             size_t landing, bool by_planar, size_t offset)
+{
+    struct tally t = {0};
+    for (size_t i = 0; i < c->seeds; i++) {
+        const struct series_outcome *o = &runs[i].outcomes[landing], *other = NULL;
+        if (runs[i].played <= landing || o->by_planar != by_planar)
+            continue;
+        double value = *number(o, offset);
+        t.count++;
+        t.sum += value;
+        t.squares += value * value;
+        if (runs[i].other_played > landing)
+            other = &runs[i].other[landing];
+        if (!other || other->by_planar != by_planar)
+            continue;
+        double apart = value - *number(other, offset);
+        t.pairs++;
+        t.apart += apart;
+        t.apart2 += apart * apart;
+    }
+    return t;
+}
+
+/* r: what the pairs differ by (root mean square), s: the spread over the runways, with which a rare
+ * impact comes that few pairs show. sqrt(r (r + s)): README.md has how that was measured. */
+static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_all)
+{
+    double mean = t->sum / (double)t->count;
+    double freedom = (double)(t->pairs + BORROWED), spread2 = 0.0;
+    double r = sqrt((t->apart2 + BORROWED * borrowed2 * mean * mean) / freedom);
+    if (t->count > 1)
+        spread2 = (t->squares - t->sum * mean) / (double)(t->count - 1);
+    r *= mr_gates_student((unsigned)fmin(freedom, (double)pairs_in_all));
+    return sqrt(r * (r + sqrt(fmax(spread2, 0.0))));
+}
+
+static void set_errors(const struct landing_series *c, struct series_run *runs, bool by_planar,
+                       size_t peak)
+{
+    double apart2 = 0.0;
+    size_t pairs = 0;
+    for (size_t k = 0; k < c->landing_count; k++) {
+        struct tally t = tally_of(c, runs, k, by_planar, peaks[peak].value);
+        pairs += t.sum > 0.0 ? t.pairs : 0;
+        double mean = t.sum / (double)t.count;
+        apart2 += t.sum > 0.0 ? t.apart2 / (mean * mean) : 0.0;
+    }
+    for (size_t k = 0; k < c->landing_count; k++) {
+        struct tally t = tally_of(c, runs, k, by_planar, peaks[peak].value);
+        double error = pairs > 0 && t.count > 0 ? error_of(&t, apart2 / (double)pairs, pairs)
+                                                : (double)NAN;
+        for (size_t i = 0; i < c->seeds; i++) {
+            struct series_outcome *o = &runs[i].outcomes[k];
+            if (runs[i].played > k && o->by_planar == by_planar)
+                *number(o, peaks[peak].error) =
+                    isnan(error) ? error : fmax(error, LEAST * *number(o, peaks[peak].value));
+        }
+    }
+}
+
+void series_errors(const struct landing_series *series, struct series_run *runs)
+{
+    for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++) {
+        set_errors(series, runs, false, peak);
+        set_errors(series, runs, true, peak);
+    }
+    /* a joint that no run hit may be hit as the hardest was */
+    for (size_t i = 0; i < series->seeds; i++) {
+        for (size_t k = 0; k < runs[i].played; k++) {
+            struct series_outcome *o = &runs[i].outcomes[k];
+            if (o->push_lb > 0.0)
+                o->skip_error = both(o->skip_error, o->skip_ratio * o->push_error_lb / o->push_lb);
+        }
+    }
+}
+
+/* ---- summary ---- */
+
+static double percentile(const double *sorted, size_t count, double share)
+{
+    double at = share * (double)(count - 1);
+    size_t left = (size_t)at;
+    if (left + 1 >= count)
+        return sorted[count - 1];
+    return sorted[left] + (at - (double)left) * (sorted[left + 1] - sorted[left]);
+}
+
+struct series_spread series_spread_of(double *values, size_t count)
+{
+    if (count == 0)
+        return (struct series_spread){(double)NAN, (double)NAN, (double)NAN, 0};
+    sort_numbers(values, count);
+    return (struct series_spread){percentile(values, count, 0.05), percentile(values, count, 0.5),
+                                  percentile(values, count, 0.95), count};
+}
+
+struct gather {
+    const struct landing_series *series;
+    const struct series_run *runs;
+    size_t landing;
+    double *values;
+};
+
+static const struct series_outcome *outcome_at(const struct gather *g, size_t run)
+{
+    return &g->runs[run].outcomes[g->landing];
+}
+
+/* Spread of one number at `offset` in the outcomes of a landing. */
+static struct series_spread spread_at(const struct gather *g, size_t offset)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < g->series->seeds; i++) {
+        if (g->runs[i].played > g->landing)
+            g->values[count++] = *number(outcome_at(g, i), offset);
+    }
+    return series_spread_of(g->values, count);
+}
+
+static struct series_spread zones(const struct gather *g)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < g->series->seeds; i++) {
+        if (g->runs[i].played > g->landing)
+            g->values[count++] = outcome_at(g, i)->zone_mats;
+    }
+    return series_spread_of(g->values, count);
+}
+
+#define SPREAD(g, field) spread_at(g, offsetof(struct series_outcome, field))
+
+/* The error of the mean does not fall below what the pairs differ by on average: no more runways
+ * make that less. */
+static struct series_peak peak_of(const struct gather *g, size_t peak)
+{
+    struct series_peak p = {.spread = spread_at(g, peaks[peak].value)};
+    double count = (double)p.spread.count, errors2 = 0.0, known = 0.0, apart = 0.0, pairs = 0.0;
+    for (int by_planar = 0; by_planar < 2; by_planar++) {
+        struct tally t = tally_of(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
+        p.mean += t.sum / count; /* NaN without a runway */
+        apart += t.apart;
+        pairs += (double)t.pairs;
+    }
+    for (size_t i = 0; i < g->series->seeds; i++) {
+        if (g->runs[i].played <= g->landing)
+            continue;
+        double error = *number(outcome_at(g, i), peaks[peak].error);
+        errors2 += isnan(error) ? 0.0 : error * error;
+        known += !isnan(error);
+    }
+    p.error = sqrt(errors2 / known); /* NaN when no runway has one */
+    p.mean_error = both(p.error / sqrt(count), apart / fmax(pairs, 1.0));
+    return p;
+}
+
+static void summarise_landing(struct series_landing_summary *s, const struct gather *g)
+{
+    for (size_t i = 0; i < g->series->seeds; i++) {
+        if (g->runs[i].played <= g->landing)
+            continue;
+        const struct series_outcome *out = outcome_at(g, i);
+        s->played++;
+        s->buckled += g->runs[i].buckled == (int)g->landing + 1;
+        s->planar += out->asked_planar;
+        s->waved += out->waves > 0;
+        s->unhinged += out->unhinged;
+        s->torn += out->tears > 0;
+    }
+    s->stop_ft = SPREAD(g, stop_ft);
+    s->peak_in = SPREAD(g, peak_in);
+    s->reach_ft = SPREAD(g, reach_ft);
+    s->zone_mats = zones(g);
+    s->skip_ratio = peak_of(g, 0);
+    s->push_lb = peak_of(g, 1);
+    s->pull_lb = peak_of(g, 2);
+    for (size_t k = 0; k < g->series->station_count; k++) {
+        s->movement_in[k] =
+            spread_at(g, offsetof(struct series_outcome, movement_in) + k * sizeof(double));
+        s->total_in[k] = spread_at(g,
+                                   offsetof(struct series_outcome, total_in) + k * sizeof(double));
+    }
+}
+
+void series_summarise(struct series_summary *s, const struct landing_series *series,
+                      const struct series_run *runs)
+{
+    struct gather g = {.series = series, .runs = runs};
+    size_t buckled = 0, before = 0, seeds = series->seeds;
+    *s = (struct series_summary){0};
+    s->landing = xcalloc(series->landing_count, sizeof *s->landing);
+    g.values = xcalloc(4 * seeds, sizeof *g.values);
+    for (size_t i = 0; i < seeds; i++) {
+        s->failed += runs[i].error.status != MR_OK;
+        s->runways += runs[i].error.status == MR_OK;
+        s->survived += runs[i].error.status == MR_OK && runs[i].buckled == 0;
+        if (runs[i].buckled > 0) {
+            g.values[buckled] = runs[i].buckle_ft;
+            g.values[seeds + buckled++] = runs[i].buckled;
+        }
+        if (runs[i].buckled > 1) {
+            const struct series_outcome *last = &runs[i].outcomes[runs[i].buckled - 2];
+            g.values[2 * seeds + before] = last->zone_mats;
+            g.values[3 * seeds + before++] = last->peak_in;
+        }
+    }
+    s->station_ft = series_spread_of(g.values, buckled);
+    s->buckle_landing = series_spread_of(g.values + seeds, buckled);
+    s->zone_before = series_spread_of(g.values + 2 * seeds, before);
+    s->peak_before_in = series_spread_of(g.values + 3 * seeds, before);
+    for (g.landing = 0; g.landing < series->landing_count; g.landing++)
+        summarise_landing(&s->landing[g.landing], &g);
+    free(g.values);
+}
+
+void series_summary_free(struct series_summary *summary)
+{
+    free(summary->landing);
+    summary->landing = NULL;
+}
+
+/* ---- series answer ---- */
+
+static json_t *spread_json(const struct series_spread *s)
+{
+    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->middle, 6),
+                     cli_json_number(s->high, 6));
+}
+
+static json_t *spreads_json(const struct series_spread *list, size_t count)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(array, spread_json(&list[i]));
+    return array;
+}
+
+/* As many as show two digits of half the interval, and at most `most`: the median is known no
+ * better. */
+static int decimals_of(const struct series_spread *s, double factor, int most)
+{
+    double half = factor * (s->high - s->low) / 2.0;
+    int decimals = half > 0.0 && isfinite(half) ? 1 - (int)floor(log10(half)) : most;
+    return decimals < 0 ? 0 : decimals > most ? most : decimals;
+}
+
+/* People read the median and, in brackets, the 5th and 95th percentiles. */
+static void add_spread(struct answer *answer, const char *name, const char *label,
+                       enum unit_kind kind, const struct series_spread *s, int decimals)
+{
+    const struct unit *unit = unit_of(kind, answer_in_si(answer));
+    const char *suffix = unit_given(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
+    char key[40], head[60];
+    snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
+    answer_json_value(answer, key, spread_json(s));
+    if (!label)
+        return;
+    snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
+    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_in_si(answer), decimals));
+    answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
+                 unit->factor * s->middle, decimals, unit->factor * s->low, decimals,
+                 unit->factor * s->high);
+}
+
+/* Of the JSON; people see them in a table of their own. */
+static void add_peak(struct answer *answer, const char *name, const char *mean, enum unit_kind kind,
+                     const struct series_peak *p)
+{
+    char key[24];
+    add_spread(answer, name, NULL, kind, &p->spread, 0);
+    answer_estimate(answer, mean, NULL, kind, p->mean, p->mean_error, 0);
+    snprintf(key, sizeof key, "%s_error", name);
+    answer_value(answer, key, NULL, kind, p->error, 0);
+}
+
+static void add_landing(struct answer *answer, const struct landing_series *c,
+                        const struct series_landing_summary *s, size_t number)
+{
+    bool shown = s->played > 0;
+    answer_row(answer);
+    answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
+    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->played);
+    add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
+    add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT, &s->peak_in,
+               2);
+    add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION, &s->reach_ft, 1);
+    add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
+               0);
+    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar);
+    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->waved);
+    answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled);
+    answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged);
+    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn);
+    if (shown && c->landings[number - 1].modified)
+        answer_words(answer, NULL, "before it", "modified");
+    add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->skip_ratio);
+    add_peak(answer, "push", "push_mean", UNIT_TENSION, &s->push_lb);
+    add_peak(answer, "pull", "pull_mean", UNIT_TENSION, &s->pull_lb);
+    answer_json_value(answer, "movement_in", spreads_json(s->movement_in, c->station_count));
+    answer_json_value(answer, "total_in", spreads_json(s->total_in, c->station_count));
+}
+
+static void add_forces(struct answer *answer, const struct landing_series *c,
+                       const struct series_landing_summary *s)
+{
+    answer_table(answer, NULL,
+                 "largest force in a joint: mean over the runways with its standard error by the "
+                 "steps, and the error of one runway's");
+    for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
+        const struct series_peak *push = &s[i].push_lb, *pull = &s[i].pull_lb;
+        answer_row(answer);
+        answer_count(answer, NULL, "landing", (int64_t)i + 1);
+        answer_estimate(answer, NULL, "push", UNIT_TENSION, push->mean, push->mean_error, 1);
+        answer_value(answer, NULL, "error of|one push", UNIT_TENSION, push->error, 1);
+        answer_estimate(answer, NULL, "pull", UNIT_TENSION, pull->mean, pull->mean_error, 1);
+        answer_value(answer, NULL, "error of|one pull", UNIT_TENSION, pull->error, 1);
+    }
+    answer_close(answer);
+}
+
+static void add_stations(struct answer *answer, const struct landing_series *c,
+                         const struct series_landing_summary *s)
+{
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer)),
+                      *movement = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
+    char label[80];
+    snprintf(label, sizeof label, "movement in all, %s, median, at station, %s", movement->text,
+             station->text);
+    answer_table(answer, NULL, label);
+    for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
+        answer_row(answer);
+        answer_count(answer, NULL, "landing", (int64_t)i + 1);
+        for (size_t k = 0; k < c->station_count; k++) {
+            snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
+            answer_value(answer, NULL, label, UNIT_NUMBER,
+                         movement->factor * s[i].total_in[k].middle,
+                         unit_decimals(UNIT_DISPLACEMENT, answer_in_si(answer), 2));
+        }
+    }
+    answer_close(answer);
+}
+
+static json_t *stations_json(const double *stations_ft, size_t count)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(array, cli_json_number(stations_ft[i], 6));
+    return array;
+}
+
+static json_t *outcome_json(const struct series_outcome *o, size_t number)
+{
+    json_t *object = json_pack(
+        "{s:I,s:o,s:o,s:b,s:o,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,"
+        "s:b,"
+        "s:o,s:o}",
+        "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
+        "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar", o->asked_planar,
+        "lift_ratio", cli_json_number(o->skip_ratio, 4), "lift_ratio_error",
+        cli_json_number(o->skip_error, 2), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
+        cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
+        cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
+        "push_lb", cli_json_number(o->push_lb, 5), "push_error_lb",
+        cli_json_number(o->push_error_lb, 2), "pull_lb", cli_json_number(o->pull_lb, 5),
+        "pull_error_lb", cli_json_number(o->pull_error_lb, 2), "tears", o->tears, "waves", o->waves,
+        "wave_ft", o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
+        cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
+        cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
+        "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
+        stations_json(o->failure_ft, (size_t)o->failures));
+    if (o->crest_ft > 0.0) {
+        json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
+        json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
+    }
+    if (o->band_slack > 0)
+        json_object_set_new(object, "band_slack", json_integer(o->band_slack));
+    return object;
+}
+
+static json_t *run_json(const struct series_run *run)
+{
+    json_t *outcomes = json_array();
+    for (size_t i = 0; i < run->played; i++)
+        json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
+    json_t *object = json_pack(
+        "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
+        run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
+        run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
+    if (run->error.status != MR_OK)
+        json_object_set_new(object, "failed", json_string(run->error.text));
+    return object;
+}
+
+/* Medians over runways: of the largest value that a runway had in the landings before the one that
+ * it buckled in. */
+static double largest(const struct landing_series *c, const struct series_run *runs,
+                      double (*value)(const struct series_outcome *))
+{
+    double *values = xcalloc(c->seeds, sizeof *values);
+    size_t count = 0;
+    for (size_t i = 0; i < c->seeds; i++) {
+        double most = (double)NAN;
+        for (size_t k = 0; k < runs[i].played; k++) {
+            if (!runs[i].outcomes[k].buckled)
+                most = fmax(most, value(&runs[i].outcomes[k]));
+        }
+        if (runs[i].error.status == MR_OK && !isnan(most))
+            values[count++] = most;
+    }
+    struct series_spread spread = series_spread_of(values, count);
+    free(values);
+    return spread.middle;
+}
+
+static double movement_in(const struct series_outcome *outcome)
+{
+    return outcome->peak_in;
+}
+
+static double zone_mats(const struct series_outcome *outcome)
+{
+    return outcome->zone_mats;
+}
+
+/* One number each, for tables and sweeps. */
+static void add_medians(struct answer *answer, const struct landing_series *c,
+                        const struct series_run *runs, const struct series_summary *s)
+{
+    /* NaN without a runway: null */
+    double share = (double)(s->runways - s->survived) / (double)s->runways;
+    answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
+    answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
+    answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.middle, 1);
+    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, largest(c, runs, zone_mats), 0);
+    answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT, largest(c, runs, movement_in),
+                 2);
+}
+
+static void add_buckled(struct answer *answer, const struct landing_series *c,
+                        const struct series_summary *s)
+{
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    char in[200] = "";
+    for (size_t i = 0, length = 0; i < c->landing_count && length < sizeof in; i++) {
+        if (s->landing[i].buckled > 0)
+            length += (size_t)snprintf(in + length, sizeof in - length, ", %zu in landing %zu",
+                                       s->landing[i].buckled, i + 1);
+    }
+    answer_words(answer, NULL, "buckled", "%zu of %zu runways%s", s->runways - s->survived,
+                 s->runways, in);
+    if (s->station_ft.count > 0)
+        answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
+                      station->factor * s->station_ft.middle, station->factor * s->station_ft.low,
+                      station->factor * s->station_ft.high, station->text);
+    answer_json_value(answer, "buckled_landing", spread_json(&s->buckle_landing));
+    answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));
+}
+
+static void add_told(struct answer *answer, const char *label, const char *text)
+{
+    if (text[0])
+        answer_words(answer, NULL, label, "%s", text);
+}
+
+/* What came out of it, and what the answer is worth. */
+static void series_answer_outcome(struct answer *answer, const struct landing_series *c,
+                                  const struct series_run *runs, const struct series_summary *s)
+{
+    answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
+                    c->name, c->landing_count, c->seeds, (unsigned long long)c->first_seed,
+                    (unsigned long long)(c->first_seed + c->seeds - 1), c->landings[0].scene.mats);
+    answer_words(answer, "name", NULL, "%s", c->name);
+    answer_count(answer, "seeds", NULL, (int64_t)c->seeds);
+    answer_count(answer, "first_seed", NULL, (int64_t)c->first_seed);
+    answer_count(answer, "failed", NULL, (int64_t)s->failed);
+    answer_count(answer, "survived", NULL, (int64_t)s->survived);
+    answer_words(answer, "observed", NULL, "%s", c->observed);
+    for (size_t i = 0; i < c->seeds; i++) {
+        if (runs[i].error.status != MR_OK)
+            answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
+                         (unsigned long long)runs[i].seed, runs[i].played + 1, runs[i].error.text);
+    }
+    char ground[200];
+    series_ground_text(c, ground, sizeof ground);
+    answer_words(answer, "ground", "ground", "%s", ground);
+    add_buckled(answer, c, s);
+    add_told(answer, "observed", c->observed);
+    add_told(answer, "parameters", c->basis);
+    add_told(answer, "put in afterwards, so no prediction", c->afterwards);
+}
+
+/* Landing by landing. */
+static void series_answer_landings(struct answer *answer, const struct landing_series *c,
+                                   const struct series_run *runs, const struct series_summary *s)
+{
+    json_t *list = json_array();
+    answer_table(answer, "landings",
+                 "landings: median and, in brackets, 5th to 95th percentile over the runways that "
+                 "took the landing");
+    for (size_t i = 0; i < c->landing_count; i++)
+        add_landing(answer, c, &s->landing[i], i + 1);
+    answer_close(answer);
+    add_forces(answer, c, s->landing);
+    add_stations(answer, c, s->landing);
+    answer_json_value(answer, "stations_ft", stations_json(c->stations_ft, c->station_count));
+    for (size_t i = 0; i < c->seeds; i++)
+        json_array_append_new(list, run_json(&runs[i]));
+    answer_json_value(answer, "runways", list);
+    add_medians(answer, c, runs, s);
+}
+
+struct answer *series_answer(const struct landing_series *c, const struct series_run *runs,
+                             const struct series_summary *s, bool si)
+{
+    struct answer *answer = answer_new(si);
+    answer_as_given(answer);
+    series_answer_outcome(answer, c, runs, s);
+    series_answer_landings(answer, c, runs, s);
+    return answer;
+}
