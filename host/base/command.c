@@ -1,5 +1,6 @@
 #include "host/base/command.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -196,11 +197,36 @@ static enum mr_status read_choice(const struct parsing *p, const struct command_
                      option->name, suggestion, suggestion[0] ? "" : ";", all);
 }
 
+/* A page that is called x.pdf is none: of an output (F.html, F.csv) the ending is the format. */
+static enum mr_status check_ending(const struct command_option *option, const char *text,
+                                   struct error *error)
+{
+    static const char known[] = ".pdf.png.jpg.jpeg.gif.svg.html.htm.csv.tsv.json.mf4.mdf.dbc.xls."
+                                "xlsx.ods.doc.docx.zip.gz.cfg.";
+    const char *dot = strrchr(text, '.'), *own = strchr(option->argument, '.');
+    char ending[12];
+    if (!own || !dot || strchr(dot, '/') || strlen(dot) + 2 > sizeof ending)
+        return MR_OK;
+    snprintf(ending, sizeof ending, "%s.", dot);
+    for (char *c = ending; *c; c++)
+        *c = (char)tolower((unsigned char)*c);
+    if (!strstr(known, ending))
+        return MR_OK;
+    *strrchr(ending, '.') = '\0';
+    if (strstr(own, ending))
+        return MR_OK;
+    return error_set(error, MR_USAGE,
+                     "another format than the ending says: '%s' for %s; name it %s", text,
+                     option->name, option->argument);
+}
+
 static enum mr_status take_value(const struct parsing *p, const struct command_option *option,
                                  const char *text, struct error *error)
 {
     switch (option->kind) {
-    case OPTION_IS_TEXT: *(const char **)place_of(p, option) = text; return MR_OK;
+    case OPTION_IS_TEXT:
+        *(const char **)place_of(p, option) = text;
+        return check_ending(option, text, error);
     case OPTION_IS_NUMBER: return read_number(p, option, text, error);
     case OPTION_IS_WHOLE: return read_whole(p, option, text, error);
     case OPTION_IS_RUN: return read_run(p, option, text, error);
@@ -248,6 +274,21 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
     return take_value(p, option, attached ? attached : argv[++*at], error);
 }
 
+/* Behind an option's text it is that text's second word. */
+static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, struct error *error)
+{
+    const char *attached;
+    size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
+                                                : p->command->count;
+    if (row == p->command->count || p->command->parts[row].option.kind != OPTION_IS_TEXT)
+        return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help",
+                         argv[i], p->name, p->name);
+    return error_set(error, MR_USAGE,
+                     "one word too many: '%s' of %s; a text of several words stands in quotes: "
+                     "%s '%s %s ...'",
+                     argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
+}
+
 enum mr_status command_parse(const struct command *command, int argc, char **argv,
                              const struct cli *cli, void *values, const char **words,
                              struct error *error)
@@ -263,8 +304,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
         if (is_option && take_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
         if (!is_option && count == operands->most)
-            return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help",
-                             argv[i], p.name, p.name);
+            return one_too_many(&p, argv, i, error);
         if (!is_option)
             words[count++] = argv[i];
     }

@@ -29,6 +29,35 @@ bool output_is_database(const char *path)
     return is;
 }
 
+enum mr_status output_other_kind(const char *path, const char *wanted, struct error *error)
+{
+    static const struct {
+        const char *begins, *kind, *advice;
+    } kinds[] = {
+        {"PK\003\004", "a spreadsheet or an archive", "save the sheet as CSV"},
+        {"\320\317\021\340", "an old spreadsheet", "save the sheet as CSV"},
+        {"%PDF", "a PDF", "give the file that it was made from"},
+        {"\211PNG", "a picture", "give the file that it was made from"},
+        {"SQLite format 3", "a campaign", "matrig show says what it holds"},
+        {"matrig-run ", "a recorded landing", "matrig-board --rig plays it"},
+        {"MDF     ", "an MDF4 file", "export it as CSV"},
+        {"# matrig configuration", "a board's configuration", "matrig board config set takes it"},
+        {"<!DOCTYPE", "a page", "give the file that it was made from"},
+    };
+    char begins[32] = "";
+    struct stat kind;
+    FILE *file = stat(path, &kind) == 0 && S_ISREG(kind.st_mode) ? fopen(path, "r") : NULL;
+    if (file) {
+        (void)!fread(begins, 1, sizeof begins - 1, file);
+        fclose(file);
+    }
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
+        if (strncmp(begins, kinds[i].begins, strlen(kinds[i].begins)) == 0)
+            return error_set(error, MR_MALFORMED, "%s, no %s: %s; %s", kinds[i].kind, wanted, path,
+                             kinds[i].advice);
+    return MR_OK;
+}
+
 static enum mr_status cannot(const char *path, struct error *error)
 {
     return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno),

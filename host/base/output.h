@@ -49,5 +49,8 @@ enum mr_status output_keep(const char *path, bool force, struct error *error);
 enum mr_status output_not_input(const char *path, const char *input, struct error *error);
 
 bool output_is_database(const char *path);
+/* MR_MALFORMED: what is to be read as `wanted` ("survey sheet") is a file of another kind, by its
+ * first bytes: "a spreadsheet, no survey sheet: F; save it as CSV". */
+enum mr_status output_other_kind(const char *path, const char *wanted, struct error *error);
 
 #endif

@@ -77,7 +77,23 @@ void spell_suggest_try(struct spell_suggest *near, const char *candidate)
 
 void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT])
 {
+    static const struct {
+        const char *words, *answer;
+    } otherwise[] = {
+        {" delete remove rm undo revert ",
+         "nothing is deleted: landing --void, --withdraw and --withdraw-series, survey --withdraw "
+         "take a mistake back"},
+        {" arm disarm zero shunt reset gages gauges ",
+         "the board is asked: matrig board --serial LINK arm, disarm, zero [1|2], shunt or reset"},
+        {" output out ", "files are named by -o F"},
+        {" format pdf print ", "the ending of -o F is the format; a browser prints report's page"},
+    };
+    char word[40];
     out[0] = '\0';
+    snprintf(word, sizeof word, " %.30s ", bare(near->word));
     if (near->best)
         snprintf(out, SPELL_SUGGEST_TEXT, "; did you mean %.90s?", near->best);
+    for (size_t i = 0; i < sizeof otherwise / sizeof otherwise[0] && !near->best; i++)
+        if (strstr(otherwise[i].words, word))
+            snprintf(out, SPELL_SUGGEST_TEXT, "; %s;", otherwise[i].answer);
 }

@@ -15,8 +15,9 @@ void spell_suggest_begin(struct spell_suggest *near, const char *word);
 /* Of equally near ones the first is kept; the text stays the caller's. */
 void spell_suggest_try(struct spell_suggest *near, const char *candidate);
 
-/* "; did you mean BEST?", or "" when nothing is near. */
-#define SPELL_SUGGEST_TEXT 120
+/* "; did you mean BEST?"; of a word for what is done otherwise here (delete, undo) how, behind it
+ * ";"; "" when nothing is near. */
+#define SPELL_SUGGEST_TEXT 200
 void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_SUGGEST_TEXT]);
 
 #endif

@@ -65,10 +65,9 @@ static bool parse_uncertainty(const char *text, struct store_certificate *row)
 
 static bool parse_coverage(const char *text, struct store_certificate *row)
 {
-    char *end;
-    row->coverage_factor = strtod(text, &end);
-    return end != text && *end == '\0' && row->coverage_factor >= 0.5 &&
-           row->coverage_factor <= 5.0;
+    struct quantity_wrong wrong;
+    return quantity_parse(text, NULL, NULL, &row->coverage_factor, &wrong) &&
+           row->coverage_factor >= 0.5 && row->coverage_factor <= 5.0;
 }
 
 static bool parse_text(const char *text, char *into, size_t size)

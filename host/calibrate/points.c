@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "common/decimal.h"
+#include "host/base/output.h"
 #include "host/base/quantity.h"
 
 #define BLANKS          " \t\r\n"
@@ -142,6 +143,9 @@ static enum mr_status read_line(struct reader *r, char *line)
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
     char *comma = strchr(line, ',');
+    if (!r->named && strchr(line, ';'))
+        return complain(r, MR_MALFORMED, "columns apart by semicolons",
+                        "save it with commas between, and points in the numbers");
     if (!comma)
         return complain(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
     return r->named ? read_point(r, line, comma) : read_names(r, line, comma);
@@ -154,6 +158,8 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
     enum mr_status status = MR_OK;
     *points = (struct calibrate_points){.count = 0};
     struct reader r = {.path = path, .kind = kind, .points = points, .error = error};
+    if (output_other_kind(path, "file of points", error) != MR_OK)
+        return error->status;
     FILE *file = fopen(path, "r");
     if (!file)
         return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",

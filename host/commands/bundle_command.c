@@ -110,7 +110,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    OPTION_TEXT("-o", "F", path,
+    OPTION_TEXT("-o", "F.db", path,
                 "the file to write: a campaign in which the landing is RUN 1, with the firmware "
                 "image and SHA-256 of image and record\n"
                 "(table bundles). Every command that reads a campaign reads it"),

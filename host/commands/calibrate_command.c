@@ -310,10 +310,10 @@ static void calibrate(struct request *r)
     static struct mr_config config;
     static struct calibrate_points points;
     struct calibrate_fit fit;
-    if (r->config)
-        config_text_load(r->config, &config, fatal);
     if (r->points)
         calibrate_points_read(r->points, unit_kind(r), &points, fatal);
+    if (r->config)
+        config_text_load(r->config, &config, fatal);
     else
         read_board(r, &config, &points);
     struct mr_channel_config *channel = &config.channel[r->channel];
@@ -533,7 +533,7 @@ static const struct command_part parts[] = {
                 "names the columns: the unit of the values and codes, such as mm,codes or load "
                 "(lb),codes; a value may have a unit of\n"
                 "its own: 12.7 mm,372.4"),
-    OPTION_TEXT("-o", "F", output,
+    OPTION_TEXT("-o", "F.cfg", output,
                 "write the configuration with the new calibration; matrig board config set F gives "
                 "it to the board"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),

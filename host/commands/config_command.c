@@ -307,7 +307,7 @@ static const struct command_part parts[] = {
     HELP_WORD("config check F", "check F alone, without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
-    OPTION_TEXT("-o", "FILE", output, NULL),
+    OPTION_TEXT("-o", "F.cfg", output, NULL),
     OPTION_FLAG("--force", force, NULL),
 };
 

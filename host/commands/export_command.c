@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <unistd.h>
 
 #include "host/analyse/track.h"
@@ -210,6 +211,36 @@ static void write_out(struct store *store, int64_t run, const struct request *r,
     free(text);
 }
 
+/* The format that an ending says; NULL: none. */
+static const char *format_of(const char *path)
+{
+    static const char *const endings[][2] = {
+        {".csv", "csv"},
+        {".mf4", "mdf4"},
+        {".dbc", "dbc"},
+        {".log", "candump"},
+    };
+    const char *dot = path ? strrchr(path, '.') : NULL;
+    for (size_t i = 0; dot && i < sizeof endings / sizeof endings[0]; i++)
+        if (strcasecmp(dot, endings[i][0]) == 0)
+            return endings[i][1];
+    return NULL;
+}
+
+/* Given, or the ending's; never both and different. frames are a table, too. */
+static void find_format(struct request *r)
+{
+    const char *ending = format_of(r->path);
+    bool table = ending && strcmp(ending, "csv") == 0;
+    if (!r->format)
+        r->format = ending;
+    else if (ending && strcmp(ending, r->format) != 0 &&
+             !(table && strcmp(r->format, "frames") == 0))
+        error_set(fatal, MR_USAGE,
+                  "another format than the ending says: '%s' for --format %s; give one of them",
+                  r->path, r->format);
+}
+
 /* DB RUN for every format but dbc. */
 static void check_operands(const struct request *r, bool dbc, const char *const words[2])
 {
@@ -237,6 +268,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     long rows = 0;
     struct store_landing landing;
     command_parse(&command_export, argc, argv, cli, &r, words, fatal);
+    find_format(&r);
     bool dbc = r.format && strcmp(r.format, "dbc") == 0;
     check_operands(&r, dbc, words);
     if (cli->json && !r.path)
@@ -279,7 +311,8 @@ static const struct command_part parts[] = {
     HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and what is "
                                "not valid, CAN frames as bus logging\n"
                                "with the DBC attached"),
-    OPTION_TEXT("-o", "F", path, "where to write; else standard output"),
+    OPTION_TEXT("-o", "F.csv, .mf4, .dbc or .log", path,
+                "where to write; else standard output. Its ending is the format"),
     OPTION_TEXT("--base", "B", base,
                 "dbc of a board with this base on its bus, which is added to every identifier: 400 "
                 "and 0x190 are the same"),

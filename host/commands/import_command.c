@@ -182,9 +182,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     struct store_import row = {0};
     command_parse(&command_import, argc, argv, cli, &r, words, &error);
     request->path = words[1];
-    if (error.status == MR_OK && output_is_database(request->path))
-        error_set(&error, MR_MALFORMED, "a campaign, no log: %s; matrig show %s says what it holds",
-                  request->path, request->path);
+    if (error.status == MR_OK)
+        output_other_kind(request->path, "log", &error);
     (void)(error.status == MR_OK &&
            (!r.base || link_read_base(r.base, "--base", &request->base, &error) == MR_OK) &&
            textfile_open(request->path, &file, &error) == MR_OK &&

@@ -391,7 +391,7 @@ static const struct command_part parts[] = {
                 "take arm [N] and disarm, a line each, from standard input; it does without when "
                 "that is a terminal.\n"
                 "Before it arms it asks, and sends when the next line is yes"),
-    OPTION_TEXT("--page", "F", page,
+    OPTION_TEXT("--page", "F.html", page,
                 "keep the report in F up to date: written beside the logging when a landing ends"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S,
                   "wait so long for a device that was unplugged or is down; else an hour"),

@@ -492,7 +492,7 @@ static const struct command_part parts[] = {
         "            (readings within the free travel are refused: leave them out)\n"
         "pull        pull_lb, weight_lb: f\n"
         "deflection  load_lb, deflection_in [, mats]: KV"),
-    OPTION_TEXT("-o", "F", output_path, "write the parameters as the beginning of a scene"),
+    OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the beginning of a scene"),
     OPTION_FORCE(force),
     HELP_NOTE("\nPush tests, how a loaded mat gives way along the runway: gear_k_lb_ft, "
               "gear_unloading, gear_axle_law, f"),

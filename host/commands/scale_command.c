@@ -414,7 +414,7 @@ static const struct command_part parts[] = {
                   "prototype length / model length; else {standard}"),
     HELP_ITEM("--keep density", "the 1/7 model's rule: forces by n^3 (the default)"),
     HELP_ITEM("--keep modulus", "the pilot model's rule: forces by n^2"),
-    OPTION_TEXT("-o", "F", output_path, "where to write the scene; else standard output"),
+    OPTION_TEXT("-o", "F.json", output_path, "where to write the scene; else standard output"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a value may "
               "have another of its kind: F=480N."),

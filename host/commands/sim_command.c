@@ -171,7 +171,7 @@ static const struct command_part parts[] = {
         "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
         "tolerance of the solver; chain: the error estimate allowed, of the largest movement"),
     OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and staggered"),
-    OPTION_TEXT("--csv", "F", csv_path,
+    OPTION_TEXT("--csv", "F.csv", csv_path,
                 "write the history of the mats in u_mats (or all): displacements, heights of their "
                 "left ends"),
     OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,

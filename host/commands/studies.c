@@ -193,7 +193,7 @@ static const struct command_part fit_parts[] = {
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "of what is drawn; else {standard}. The same seed gives the same answer"),
     OPTION_TEXT("--plot", "F", plot, "a plot of the residuals, SVG, PNG or PDF (gnuplot)"),
-    OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
+    OPTION_TEXT("-o", "F.json", out_scene, "the scene with the fitted values"),
     OPTION_FORCE(force),
     HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
 };

@@ -780,7 +780,7 @@ static const struct command_part parts[] = {
                 "readings of a sheet. What a person would be asked about is taken with --doubtful "
                 "only; exit 1 without"),
     OPTION_TEXT(
-        "--sheet", "F", sheet,
+        "--sheet", "F.csv", sheet,
         "write the sheet: all places in walking order, and the last readings (-: standard output)"),
     OPTION_FLAG("--end", end, "end a partial survey as it is"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,

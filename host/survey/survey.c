@@ -9,6 +9,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/units.h"
 #include "host/base/xmalloc.h"
@@ -168,18 +169,12 @@ static bool is_end(const char *text)
     return *skip_space(text) == '\0';
 }
 
-/* Some calipers type a comma for the point. */
 static bool parse_number(const char *text, bool si, double *value_in, struct quantity_wrong *wrong)
 {
-    char line[80];
     size_t digits = strspn(text, "+-.,0123456789"); /* no caliper writes powers of ten */
-    if (strlen(text) >= sizeof line || digits == 0 || toupper((unsigned char)text[digits]) == 'E')
+    if (digits == 0 || toupper((unsigned char)text[digits]) == 'E')
         return false;
-    memcpy(line, text, strlen(text) + 1);
-    char *comma = strchr(line, ',');
-    if (comma)
-        *comma = '.';
-    return quantity_parse(line, "in", si ? "mm" : "in", value_in, wrong) &&
+    return quantity_parse(text, "in", si ? "mm" : "in", value_in, wrong) &&
            fabs(*value_in) <= READING_IN;
 }
 
@@ -403,6 +398,12 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
             *mm = true;
         }
     }
+    if (column[KIND] < 0 && strchr(cell[0], ';'))
+        return error_set(
+            error, MR_MALFORMED,
+            "columns apart by semicolons: %s, line 1; save it with commas between, and "
+            "points in the numbers",
+            path);
     for (int i = 0; i < NOTE; i++) {
         if (column[i] < 0)
             return error_set(
@@ -442,6 +443,13 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
         return error_set(error, MR_MALFORMED,
                          "not a reading, '%s': %s, line %zu; write a number, or nothing%s%s",
                          text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
+    bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
+    if (distance && fabs(log(fabs(value) / SURVEY_SPACING_IN)) > 2.0) /* 25.4 is 3.2 */
+        return error_set(
+            error, MR_MALFORMED,
+            "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; is "
+            "the unit another? name the column reading_%s",
+            text[READING], path, line, mm ? "in" : "mm");
     sheet->value_in[at] = value;
     snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[NOTE]);
     sheet->count++;
@@ -458,6 +466,8 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
     memset(sheet, 0, sizeof *sheet);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         sheet->value_in[i] = (double)NAN;
+    if (output_other_kind(path, "survey sheet", error) != MR_OK)
+        return error->status;
     FILE *file = fopen(path, "r");
     if (!file)
         return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",

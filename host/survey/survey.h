@@ -82,8 +82,8 @@ double survey_item_limit_in(const struct survey_item *item);
 /* A survey being taken: what is asked next, what was typed, what is doubted. Pure: who keeps the
  * readings is the caller.
  *
- * A line is a number and Enter, as a caliper types it ("33.512", "33,512", "33.512 in", "851.2
- * mm"; any unit of a length), or a word:
+ * A line is a number and Enter, as a caliper types it ("33.512", "33.512 in", "851.2 mm"; any unit
+ * of a length; a comma is none: 33,512 may be thousands), or a word:
  *
  *     s        skip this one
  *     b        back by one

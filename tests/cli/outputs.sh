@@ -88,11 +88,11 @@ linked() {
 }
 check "a symbolic link is followed, and stays" linked
 input() { # by each of its names
-    cp host/scenes/wave.json "$tmp/scene.json" && ln -sf scene.json "$tmp/scene.link" && ln -f "$tmp/scene.json" "$tmp/scene.hard" || return 1
-    for other in scene.json scene.link scene.hard; do
-        fails_with 2 'would overwrite what is read' $matrig sim "$tmp/scene.json" --csv "$tmp/$other" || return 1
+    cp host/scenes/wave.json "$tmp/scene.copy" && ln -sf scene.copy "$tmp/scene.link" && ln -f "$tmp/scene.copy" "$tmp/scene.hard" || return 1
+    for other in scene.copy scene.link scene.hard; do
+        fails_with 2 'would overwrite what is read' $matrig sim "$tmp/scene.copy" --csv "$tmp/$other" || return 1
     done
-    cmp "$tmp/scene.json" host/scenes/wave.json
+    cmp "$tmp/scene.copy" host/scenes/wave.json
 }
 check "what is read is not written over" input
 database() {

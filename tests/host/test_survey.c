@@ -53,7 +53,7 @@ static void entry(const char *line, bool si, enum survey_word word, double value
 TEST(lines_are_read_as_calipers_type_them)
 {
     entry("33.512", false, SURVEY_NUMBER, 33.512);
-    entry("  +33,512\r", false, SURVEY_NUMBER, 33.512);
+    entry("  +33.512\r", false, SURVEY_NUMBER, 33.512);
     entry("851.2048 mm", false, SURVEY_NUMBER, 33.512);
     entry("2.5 ft", true, SURVEY_NUMBER, 30.0);
     entry("33.512in", true, SURVEY_NUMBER, 33.512);
@@ -67,9 +67,9 @@ TEST(lines_are_read_as_calipers_type_them)
     entry("q", false, SURVEY_QUIT, 0);
     entry("?", false, SURVEY_HELP, 0);
     entry("n dirt in the joint", false, SURVEY_NOTE, 0);
-    const char *const nonsense[] = {"n",         "n ",    "su",  "33.5.1",   "33.5 lb",
-                                    "33.5 34.1", "1e3",   "nan", "inf",      "0x10",
-                                    "-",         "99999", ".",   "33.5mm in"};
+    const char *const nonsense[] = {"n",   "n ",        "su",   "33.5.1", "33.5 lb", "33.5 34.1",
+                                    "1e3", "nan",       "inf",  "0x10",   "-",       "99999",
+                                    ".",   "33.5mm in", "33,8", "33,512"};
     for (size_t i = 0; i < sizeof nonsense / sizeof nonsense[0]; i++)
         entry(nonsense[i], false, SURVEY_NONSENSE, 0);
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/base/output.h"
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
 
@@ -579,6 +580,8 @@ static enum mr_status take(struct sim_scene *scene, const char *path, json_t *ro
                            const json_error_t *where, struct error *error)
 {
     if (!root) {
+        if (output_other_kind(path, "scene", error) != MR_OK)
+            return error->status;
         bool cut = json_error_code(where) == json_error_premature_end_of_input;
         return error_set(error, cut ? MR_TRUNCATED : MR_MALFORMED,
                          "%s: %s line %d column %d: %s; correct it there",
