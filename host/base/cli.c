@@ -29,8 +29,19 @@ static json_t *text_json(const char *text)
     return json_string(ascii);
 }
 
+void cli_end_signals(sigset_t *set)
+{
+    struct sigaction hangup;
+    sigemptyset(set);
+    sigaddset(set, SIGINT);
+    sigaddset(set, SIGTERM);
+    if (sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
+        sigaddset(set, SIGHUP);
+}
+
 void cli_begin(const struct cli *cli)
 {
+    signal(SIGXFSZ, SIG_IGN);
     wants_json = cli->json;
 }
 

@@ -9,6 +9,7 @@
 #define MATRIG_HOST_BASE_CLI_H
 
 #include <jansson.h>
+#include <signal.h>
 #include <stdbool.h>
 
 #include "host/base/error.h"
@@ -19,7 +20,11 @@ struct cli {
     bool si;    /* SI units instead of the report's */
 };
 
-/* What the words before the command ask for; before anything fails. */
+/* The signals that ask a long command for its end: Ctrl-C, kill, and a terminal that goes away
+ * unless that is ignored, as by nohup. */
+void cli_end_signals(sigset_t *set);
+/* What the words before the command ask for; before anything fails. A file that may not grow any
+ * more is an error of writing from then on, no signal. */
 void cli_begin(const struct cli *cli);
 /* Print `matrig: <line>` on stderr and return the exit code of the error's status. With --json the
  * object on stdout says it, too: {"error": line, "kind": word (error_kind), "exit": code}. */

@@ -323,11 +323,13 @@ void collector_move(struct collector *collector, struct store *store)
 }
 
 enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
-                               struct collector **collector, struct error *error)
+                               bool goes_on, struct collector **collector, struct error *error)
 {
     enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->can_base,
                                            before->side[LINK_SERIAL].spec, collector, error);
     if (status == MR_OK && !whole)
         (*collector)->told = before->told;
+    for (int kind = 0; status == MR_OK && goes_on && kind < LINK_KINDS; kind++)
+        (*collector)->side[kind].deframer = before->side[kind].deframer;
     return status;
 }

@@ -66,9 +66,10 @@ void collector_back_to_mark(struct collector *collector);
  * transactions. */
 void collector_move(struct collector *collector, struct store *store);
 /* A new session of the same links in another store; what came is put in again. Not `whole`: not
- * from the beginning on, so it begins with what the board has said of itself so far. */
+ * from the beginning on, so it begins with what the board has said of itself so far. `goes_on`:
+ * nothing again, it begins within the frame that the one before ended in. */
 enum mr_status collector_again(const struct collector *before, struct store *store, bool whole,
-                               struct collector **collector, struct error *error);
+                               bool goes_on, struct collector **collector, struct error *error);
 /* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end",
  * "time", "signal" ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by,

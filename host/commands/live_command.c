@@ -84,9 +84,7 @@ static enum mr_status look(struct watch *watch, struct error *error)
 static enum mr_status run(struct watch *watch, struct error *error)
 {
     sigset_t set;
-    sigemptyset(&set);
-    sigaddset(&set, SIGINT);
-    sigaddset(&set, SIGTERM);
+    cli_end_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
     struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK),
                              .events = POLLIN};
@@ -102,7 +100,7 @@ static enum mr_status run(struct watch *watch, struct error *error)
 
 static void open_watch(struct watch *watch, const char *db, const char *port)
 {
-    watch->store = program_campaign(db, STORE_OPEN);
+    watch->store = program_campaign(db, STORE_READ);
     watch->source = (struct live_source){
         .db = db,
         .si = watch->cli->si,

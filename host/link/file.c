@@ -297,7 +297,9 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         }
         link->counters.bad_lines = log->verdict.bad_lines;
         link->counters.elsewhere = log->elsewhere;
-        if (!taken && log->verdict.bad_lines == log->line && log->line >= STRANGE_LINES)
+        const struct link_counters *c = &link->counters;
+        if (!taken && c->received + c->error_frames + c->elsewhere == 0 &&
+            c->bad_lines >= STRANGE_LINES)
             return error_set(error, MR_MALFORMED,
                              "no candump line among the first %zu: %s; give a log that `candump "
                              "-L` wrote",

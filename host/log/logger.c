@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/signalfd.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -127,6 +128,8 @@ static void take_back(struct logger *logger)
     }
 }
 
+static enum mr_status go_on_beside(struct logger *logger, const char *original);
+
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_take_refusal(logger->store);
@@ -136,6 +139,11 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
         return error->status;
     take_back(logger);
     if (other) { /* logger_rescue goes on elsewhere */
+        *error = (struct error){0};
+        return MR_OK;
+    }
+    if (refused == STORE_GROWN && !store_make_room(logger->store) &&
+        go_on_beside(logger, store_path(logger->store)) == MR_OK) {
         *error = (struct error){0};
         return MR_OK;
     }
@@ -323,6 +331,8 @@ void logger_serve_live(struct logger *logger)
  * copied: a new campaign is begun beside it, into which goes what the queues have kept, as if it
  * came now. */
 
+#define SAVED         "-saved-"
+#define LARGE_BYTES   500000000
 #define SAVE_AGAIN_US 5000000u /* between two tries to save */
 #define NAMES         100      /* tried in one folder, within a second */
 #define PATH_MOST     4096
@@ -334,7 +344,10 @@ static void stem_of(const char *path, char *out, size_t size)
     snprintf(copy, sizeof copy, "%s", path);
     const char *name = basename(copy);
     size_t length = strlen(name);
-    if (length > 3 && strcmp(name + length - 3, ".db") == 0)
+    const char *saved = strstr(name, SAVED); /* beside the first one, not beside each other */
+    if (saved && saved > name)
+        length = (size_t)(saved - name);
+    else if (length > 3 && strcmp(name + length - 3, ".db") == 0)
         length -= 3;
     snprintf(out, size, "%.*s", (int)length, name);
 }
@@ -440,7 +453,7 @@ static uint64_t kept_since_us(const struct logger *logger, bool *whole)
 
 /* The new campaign, with a session of its own. */
 static enum mr_status begin_again(const struct logger *logger, const char *path, bool whole,
-                                  struct store **store, struct collector **collector,
+                                  bool goes_on, struct store **store, struct collector **collector,
                                   struct error *error)
 {
     *store = NULL;
@@ -453,7 +466,7 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
     if (status == MR_OK)
         status = store_begin(*store, error);
     if (status == MR_OK)
-        status = collector_again(logger->collector, *store, whole, collector, error);
+        status = collector_again(logger->collector, *store, whole, goes_on, collector, error);
     if (status == MR_OK)
         status = store_commit(*store, error);
     if (status != MR_OK) {
@@ -496,9 +509,9 @@ static void forget_landings(struct logger *logger) /* they come again, and have 
 }
 
 /* Begins another campaign beside the one at `original`, else in this folder, into which all that
- * the queues keep is to go once more. */
+ * the queues keep is to go; `again`: what went into the one before, too. */
 static enum mr_status start_over(struct logger *logger, enum store_place place,
-                                 const char *original)
+                                 const char *original, bool again)
 {
     char folder[PATH_MOST], kept[PATH_MOST], saved[sizeof logger->saved], since[40];
     const char *const folders[] = {folder_of(original, folder), "."};
@@ -506,15 +519,16 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     struct store *store = NULL;
     struct collector *collector = NULL;
     struct tm local;
-    bool whole;
+    bool whole = false;
     take_back(logger);
-    const time_t since_s = (time_t)(kept_since_us(logger, &whole) / 1000000u);
+    const time_t since_s = again ? (time_t)(kept_since_us(logger, &whole) / 1000000u) : time(NULL);
+    whole = whole && again;
     watch_call(&logger->watch, true);
     enum mr_status status = MR_IO;
     for (size_t i = 0; i < 2 && status != MR_OK; i++) {
         if (access(folders[i], W_OK | X_OK) == 0 &&
             name_beside(folders[i], original, "saved", ".db", saved, sizeof saved))
-            status = begin_again(logger, saved, whole, &store, &collector, &why);
+            status = begin_again(logger, saved, whole, !again, &store, &collector, &why);
     }
     watch_call(&logger->watch, false);
     logger_clear_progress(logger);
@@ -524,10 +538,10 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
         return status;
     }
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (logger->reader[link])
+        if (logger->reader[link] && again)
             link_queue_rewind_all(link_reader_queue(logger->reader[link]));
     }
-    logger->refilled = true;
+    logger->refilled |= again;
     collector_close(logger->collector);
     logger->collector = collector;
     if (place == STORE_OVERWRITTEN)
@@ -535,16 +549,32 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     else
         store_close(logger->store); /* all that is in it was put there by SQLite */
     go_on_in(logger, store, saved);
-    forget_landings(logger);
+    if (again)
+        forget_landings(logger);
     localtime_r(&since_s, &local);
     strftime(since, sizeof since, "%H:%M:%S", &local);
     fprintf(stderr,
             "matrig: %s: all that came since %s was saved in %s, and the log goes on there%s\n",
-            logger->taken, since, saved, whole ? "" : "; what came before is lost");
+            logger->taken, since, saved, whole || !again ? "" : "; what came before is lost");
     fflush(stderr);
     if (!whole)
         snprintf(logger->lost_before, sizeof logger->lost_before, "%s", since);
     return MR_OK;
+}
+
+/* The file may not grow. What is in it stays there, with its journal; into another one goes what the
+ * queues keep, where that is little beside what a file may hold: a landing is whole there. */
+static enum mr_status go_on_beside(struct logger *logger, const char *original)
+{
+    struct stat info;
+    char from[PATH_MOST];
+    snprintf(from, sizeof from, "%s", original);
+    bool again = stat(from, &info) == 0 && info.st_size >= LARGE_BYTES;
+    snprintf(
+        logger->taken, sizeof logger->taken,
+        "%s is as large as a file may be here (ulimit -f, or its file system), what is in it stays",
+        from);
+    return start_over(logger, STORE_IN_PLACE, from, again);
 }
 
 /* ---- taken away ---- */
@@ -598,7 +628,7 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
     say_what_happened(logger, place, original, now);
     if (!is_gone(place))
         return save_and_go_on(logger, place, original, now, error);
-    if (start_over(logger, place, original) == MR_OK)
+    if (start_over(logger, place, original, true) == MR_OK)
         logger->rescue_us = 0;
     else
         logger->again_us = now_us +
@@ -681,7 +711,7 @@ static enum mr_status go_beside(struct logger *logger, bool *beside, const char 
                          reason);
     snprintf(logger->taken, sizeof logger->taken, "%s took nothing any more (%.200s)",
              store_path(logger->store), reason);
-    if (*beside || start_over(logger, STORE_IN_PLACE, store_path(logger->store)) != MR_OK)
+    if (*beside || start_over(logger, STORE_IN_PLACE, store_path(logger->store), true) != MR_OK)
         return error_set(
             error, MR_IO,
             "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s",

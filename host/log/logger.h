@@ -64,7 +64,7 @@ struct logger {
     uint64_t again_us;    /* until then nothing is written: the campaign took nothing */
     char saved[4096];     /* the campaign was taken away, and is here now; "": not */
     char taken[9000];     /* what became of the one that was named, in a sentence */
-    char lost_before[40]; /* what came before that time of day is lost with it; "": nothing */
+    char lost_before[40]; /* what came before that time of day is not in it; "": all is */
     bool refilled;        /* the queues give all that they have kept once more */
     bool emptied;         /* what was logged is no longer in it */
     bool followed;        /* the watch knows the campaign with its journal */

@@ -72,7 +72,7 @@ void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
 static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
-                                              WATCH_FAILING};
+                                              WATCH_FAILING, WATCH_FULL_DISK};
     if (watch->refused != STORE_TAKES) {
         *since_us = watch->refused_us;
         return causes[watch->refused];
@@ -166,11 +166,12 @@ static void tell(const struct watch *watch, enum watch_cause cause, uint64_t las
 
 static void look_at_call(struct watch *watch, uint64_t at_us)
 {
-    sigset_t pending;
+    sigset_t pending, ends, both;
     sigemptyset(&pending);
     sigpending(&pending); /* of the process: the writing thread, which takes them, is in a call */
-    if (watch->end_us == 0 && watch->call_us &&
-        (sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1))
+    cli_end_signals(&ends);
+    sigandset(&both, &pending, &ends);
+    if (watch->end_us == 0 && watch->call_us && !sigisemptyset(&both))
         watch->end_us = at_us;
     if (watch->end_us == 0 || watch->call_us == 0)
         return;

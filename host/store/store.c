@@ -336,8 +336,21 @@ enum mr_status store_begin(struct store *store, struct error *error)
 
 enum mr_status store_commit(struct store *store, struct error *error)
 {
-    enum mr_status status = store_frames_flush(store, error);
-    return status == MR_OK ? store_execute(store, "COMMIT", "write", error) : status;
+    enum mr_status status = store_frames_flush(store, error)
+                              ?: store_execute(store, "COMMIT", "write", error);
+    store->made_room &= status != MR_OK;
+    return status;
+}
+
+bool store_make_room(struct store *store)
+{
+    int frames = 0, back = 0;
+    bool first = !store->made_room;
+    store->made_room = true;
+    return first &&
+           sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_PASSIVE, &frames,
+                                     &back) == SQLITE_OK &&
+           frames > 0 && back == frames;
 }
 
 /* ---- for matrig log ---- */
@@ -368,9 +381,10 @@ static enum store_refusal refusal_of(int code)
 
 enum store_refusal store_take_refusal(struct store *store)
 {
-    int refused = store->refused;
+    enum store_refusal refusal = store->grown ? STORE_GROWN : refusal_of(store->refused);
     store->refused = 0;
-    return refusal_of(refused);
+    store->grown = false;
+    return refusal;
 }
 
 void store_roll_back(struct store *store)

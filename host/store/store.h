@@ -429,12 +429,15 @@ enum store_refusal {
     STORE_LOCKED, /* another program is writing */
     STORE_FULL,   /* no room on the disk */
     STORE_FAILS,  /* the disk or the file system says so */
+    STORE_GROWN,  /* the file may not become larger: another one may */
 };
 
 /* Another program that writes is waited for so long in each call; else 30 s. */
 void store_patience(struct store *store, int wait_ms);
 /* Of the last call that failed, and forgets it. */
 enum store_refusal store_take_refusal(struct store *store);
+/* The journal may not grow: writes it back. True: another try may succeed. Between transactions. */
+bool store_make_room(struct store *store);
 /* Takes back what was put since store_begin. Without a transaction nothing happens. */
 void store_roll_back(struct store *store);
 

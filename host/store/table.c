@@ -1,5 +1,6 @@
 #include "host/store/table.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -326,11 +327,44 @@ void store_take_row(sqlite3_stmt *statement, const struct store_table *table, vo
 
 /* ---- an open campaign ---- */
 
+/* What the file system said last of one of the two files. */
+static int last_number(sqlite3 *database, int which)
+{
+    sqlite3_file *file = NULL;
+    int number = 0;
+    if (sqlite3_file_control(database, "main", which, &file) == SQLITE_OK && file && file->pMethods)
+        file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &number);
+    return number;
+}
+
+/* And of the last call that failed; 0: SQLite's code says all. */
+static int system_number(sqlite3 *database, int code)
+{
+    if (code != SQLITE_IOERR && code != SQLITE_CANTOPEN)
+        return 0;
+    int journal = last_number(database, SQLITE_FCNTL_JOURNAL_POINTER),
+        number = journal ? journal : last_number(database, SQLITE_FCNTL_FILE_POINTER);
+    number = number ? number : sqlite3_system_errno(database);
+    return number == ENOENT ? 0 : number; /* of a file that need not be there */
+}
+
 enum mr_status store_failed(struct store *store, const char *doing, struct error *error)
 {
     int code = sqlite3_errcode(store->database) & 0xff;
     const char *text = sqlite3_errmsg(store->database);
+    char system[STORE_TEXT];
+    int number = system_number(store->database, code);
+    if (number == ENOSPC || number == EDQUOT)
+        code = SQLITE_FULL;
     store->refused = code;
+    store->grown = number == EFBIG;
+    if (store->grown || code == SQLITE_FULL || number)
+        store_file_system(store->path, system);
+    if (store->grown)
+        return error_set(error, MR_FULL,
+                         "cannot %s (it is as large as a file may be here: ulimit -f, or the file "
+                         "system, %s): %s; go on in another one",
+                         doing, system, store->path);
     switch (code) {
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
@@ -350,15 +384,18 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
             "a value longer than matrig writes any (%s): %s; it is damaged, take a copy of before",
             text, store->path);
     case SQLITE_FULL:
-        return error_set(error, MR_FULL, "cannot %s (%s): %s; make room on the disk", doing, text,
-                         store->path);
+        return error_set(error, MR_FULL, "cannot %s (%s; %s): %s; make room on the disk", doing,
+                         text, system, store->path);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
         return error_set(error, MR_IO, "cannot %s (%s): %s; another program is writing to it",
                          doing, text, store->path);
     default:
-        return error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk", doing,
-                         text, store->path);
+        return number ? error_set(error, MR_IO,
+                                  "cannot %s (%s: %s; %s): %s; check path, rights and disk", doing,
+                                  text, strerror(number), system, store->path)
+                      : error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk",
+                                  doing, text, store->path);
     }
 }
 

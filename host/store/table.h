@@ -230,6 +230,8 @@ struct store {
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use, as the next two */
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
     int alone;               /* descriptor that keeps others who log out; 0: none */
+    bool made_room;          /* since the last commit */
+    bool grown;              /* its file may not become larger */
     bool waits;              /* it has locks, and another program holds them */
     bool writes;             /* its journal is written back when it is closed */
     char folder[STORE_TEXT]; /* holds a copy that is read; "": none */

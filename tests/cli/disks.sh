@@ -85,4 +85,41 @@ assert size == 0 and after > before > 20000
 PYTHON
 }
 check "a log's end leaves nothing in the journal, also beside a reader" no_journal_is_left
+
+# --- files that may not grow ---
+in_all() { # SQL: the sum over the campaign and those beside it
+    local file sum=0
+    for file in "$tmp"/grown*.db; do
+        sum=$((sum + $(sqlite3 "$file" "$1")))
+    done
+    echo $sum
+}
+goes_on_in_another_file() {
+    local known=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM frames') blocks=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM blocks')
+    bash -c "ulimit -c 0 -f 1500; exec $matrig --quiet log --can file:$tmp/can --serial file:$tmp/serial --db $tmp/grown.db" >"$tmp/out" 2>"$tmp/err"
+    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db is as large as a file may be here \(ulimit -f, or its file system\), what is in it stays; all that was logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
+    ls -l "$tmp"/grown*
+    echo "frames $(in_all 'SELECT count(*) FROM frames') of $known, blocks $(in_all 'SELECT count(*) FROM blocks') of $blocks"
+    [ "$(ls "$tmp"/grown*.db | wc -l)" -ge 2 ] && [ "$(in_all 'SELECT count(*) FROM frames')" = "$known" ] && [ "$(in_all 'SELECT count(*) FROM blocks')" = "$blocks" ]
+}
+check "a file that may not grow: the log goes on in another one, nothing is lost" goes_on_in_another_file
+
+# --- the terminal goes away ---
+frames_are() { [ "$(sqlite3 "$1" 'SELECT count(*) FROM frames' 2>/dev/null)" = "$2" ]; }
+ends_by() { # SIGNAL SHELL-WORDS DB: how a log ends that gets the signal when all it was sent is in its campaign
+    mkfifo "$3.pipe"
+    bash -c "$2 exec $matrig --quiet log --can file:$3.pipe --db $3" >"$tmp/out" 2>&1 &
+    local log=$! status
+    exec 7>"$3.pipe"
+    head -n 5000 "$tmp/can" >&7
+    await frames_are "$3" 5000 && kill -"$1" $log || return 1
+    [ "$1" != HUP ] || [ -z "$2" ] || { sed -n '5001,6000p' "$tmp/can" >&7; await frames_are "$3" 6000 && kill -TERM $log || return 1; }
+    wait $log
+    status=$?
+    exec 7>&-
+    [ $status = 0 ] && [ "$(sqlite3 "$3" 'SELECT ended_by, ended_us > started_us FROM sessions')" = 'signal|1' ] || { echo "exit $status"; cat "$tmp/out"; return 1; }
+}
+hangup_ends_it() { ends_by TERM '' "$tmp/term.db" && ends_by HUP '' "$tmp/hangup.db" && grep -q '^RUN 1: landing 5' "$tmp/out"; }
+check "a terminal that goes away ends a log as kill does" hangup_ends_it
+check "but one under nohup goes on" ends_by HUP "trap '' HUP;" "$tmp/nohup.db"
 finish

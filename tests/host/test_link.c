@@ -258,7 +258,7 @@ TEST(another_file_is_no_log)
     snprintf(spec, sizeof spec, "file:/dev/fd/%d", ends[0]);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
     assert_int_equal(link_receive_frame(link, &frame, &piped), MR_MALFORMED);
-    assert_error(&piped, MR_MALFORMED, "no candump line among the first 1000");
+    assert_error(&piped, MR_MALFORMED, "no candump line among the first 1001");
     link_close(link);
     close(ends[0]);
     close(ends[1]);
