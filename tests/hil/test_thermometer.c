@@ -48,26 +48,6 @@ TEST(readings_follow_the_truth)
     ear_close(ear);
 }
 
-/* A bus error that was none (ES0182), in each byte of each transfer: no reading is lost. */
-TEST(a_spurious_bus_error_is_no_stuck_bus)
-{
-    struct ear *ear = open_at(21.5, 0.0);
-    struct hil_i2c *i2c = &ear->board->state.mcu.i2c;
-    unsigned errors = 0;
-    for (double t_s = 0.0; t_s < 3.9; t_s += 50e-6) {
-        ear_until(ear, t_s);
-        bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING ||
-                       i2c->phase == HIL_I2C_RECEIVING;
-        i2c->sr1 |= in_byte ? 0x100u : 0;
-        errors += in_byte;
-    }
-    assert_true(errors > 10);
-    assert_int_equal(ear->heard[EAR_CAN][MR_ID_TEMPERATURE], 4);
-    assert_true((double)told_c(ear, EAR_CAN) == 21.5);
-    assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
-    ear_close(ear);
-}
-
 /* `order` at 1.6 s, mended at 4.6: nothing is told in between, `detail` is counted once a second,
  * and then it is there again. */
 TEST(what_fails_is_told_and_comes_back)
