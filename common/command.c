@@ -87,3 +87,15 @@ const char *mr_command_name(unsigned code)
     }
     return "unknown";
 }
+
+enum mr_privilege mr_command_privilege(unsigned code)
+{
+    switch (code) {
+/* clang-format off */
+#define COMMAND(NAME, code, text, part, indexed, counts, privilege, ...) \
+    case code: return MR_PRIVILEGE_##privilege;
+/* clang-format on */
+#include "common/catalogue.def"
+    default: return MR_PRIVILEGE_OPEN;
+    }
+}

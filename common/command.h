@@ -13,8 +13,14 @@ enum mr_command_code {
 #include "common/catalogue.def"
 };
 
-/* Who may give it: anybody on the links, who runs the test, or who looks after the board. */
-enum mr_privilege { MR_PRIVILEGE_OPEN, MR_PRIVILEGE_OPERATOR, MR_PRIVILEGE_MAINTENANCE };
+/* Who may give it: anybody on the links (READ: it changes nothing), who runs the test, or who looks
+ * after the board. */
+enum mr_privilege {
+    MR_PRIVILEGE_READ,
+    MR_PRIVILEGE_OPEN,
+    MR_PRIVILEGE_OPERATOR,
+    MR_PRIVILEGE_MAINTENANCE
+};
 
 /* By what it may come, as the rows say. */
 enum mr_command_links { MR_LINKS_BOTH, MR_LINKS_CABLE, MR_LINKS_JUMPER, MR_LINKS_REPLAY };
@@ -34,6 +40,8 @@ enum mr_command_when {
  * out of range. */
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
 
+/* Of a command code; MR_PRIVILEGE_OPEN where there is no such code. */
+enum mr_privilege mr_command_privilege(unsigned code);
 /* Name of a command code, or "unknown". Static storage. */
 const char *mr_command_name(unsigned code);
 

@@ -45,7 +45,7 @@ static void write_message(FILE *out, const struct mr_message_info *message)
 
 static void write_commands(FILE *out)
 {
-    static const char *const who[] = {"anyone", "operator", "maintenance"},
+    static const char *const who[] = {"anyone", "anyone", "operator", "maintenance"},
                              *const when[] = {[MR_WHEN_IDLE] = "idle",
                                               [MR_WHEN_AT_REST] = "idle, done",
                                               [MR_WHEN_RECORDING] = "armed, landing, settling",

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "common/command.h"
 #include "common/fault.h"
 #include "host/analyse/measured_load.h"
 #include "host/base/units.h"
@@ -473,6 +474,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
                                 error) ?:
            store_restarts(store, run, &summary->restart, &summary->restarts, error) ?:
+           store_orders(store, run, &summary->order, &summary->orders, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            summary_mean_load(store, run, summary->mean, error) ?:
            summary_ready_load(store, &summary->measured.landing, summary->ready, error);
@@ -489,6 +491,7 @@ void summary_free(struct summary *summary)
     free(summary->switch_event);
     free(summary->channel_event);
     free(summary->restart);
+    free(summary->order);
 }
 
 /* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
@@ -585,6 +588,34 @@ static void restart_answer(const struct summary *summary, struct answer *answer)
     answer_open(answer, "restart", "");
     answer_words(answer, "cause", NULL, "%s", cause);
     answer_count(answer, "reset_cause", NULL, summary->restart->detail);
+    answer_close(answer);
+}
+
+/* A line for each, but for the arming that there is no landing without. */
+static void orders_answer(const struct summary *summary, struct answer *answer)
+{
+    for (size_t i = 0; i < summary->orders; i++) {
+        const struct store_fault *order = &summary->order[i];
+        enum mr_status status = (enum mr_status)order->detail;
+        if (order->code != MR_COMMAND_ARM || status != MR_OK)
+            answer_words(answer, NULL, "order", "%s by %s at %.3f s: %s%s",
+                         mr_command_name((unsigned)order->code),
+                         order->count ? "the log" : "another program",
+                         event_time_s(&summary->measured, order),
+                         status == MR_OK ? "obeyed" : "refused, ",
+                         status == MR_OK ? "" : mr_status_text(status))
+                ->warn = true;
+    }
+    answer_table(answer, "orders", NULL);
+    for (size_t i = 0; i < summary->orders; i++) {
+        const struct store_fault *order = &summary->order[i];
+        answer_row(answer);
+        answer_words(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
+        answer_count(answer, "status", NULL, order->detail);
+        answer_flag(answer, "own", NULL, order->count);
+        answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, order), 3)
+            ->digits = 9;
+    }
     answer_close(answer);
 }
 
@@ -821,6 +852,7 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     answer_flag(answer, "torn", NULL, measured->torn);
     answer_flag(answer, "uncalibrated", NULL, measured->uncalibrated);
     restart_answer(summary, answer);
+    orders_answer(summary, answer);
     summary_ready_answer(summary->ready, answer);
     motion_answer(summary, answer);
     channel_events_answer(summary, answer);

@@ -63,6 +63,8 @@ struct summary {
     size_t channel_events;
     struct store_fault *restart; /* the board began again in it */
     size_t restarts;
+    struct store_fault *order; /* of another program, or refused; count: 1 the log's own */
+    size_t orders;
     struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
     struct summary_ready ready[SUMMARY_READY_KINDS];
 };

@@ -75,11 +75,27 @@ const struct mr_can_alarm *collector_take_alarm(struct collector *collector)
     return news ? &collector->alarm : NULL;
 }
 
-const struct mr_ack *collector_take_answer(struct collector *collector)
+void collector_own_put(struct collector_own *own, const struct mr_command *command)
 {
-    bool news = collector->answer_news;
-    collector->answer_news = false;
-    return news ? &collector->answer : NULL;
+    unsigned i = own->next++ % COLLECTOR_OWN;
+    own->order[i].code = command->code;
+    own->order[i].tag = command->tag;
+    own->order[i].block = -1;
+}
+
+void collector_set_own(struct collector *collector, struct collector_own *own)
+{
+    collector->own = own;
+}
+
+bool collector_take_order(struct collector *collector, struct collector_order *order)
+{
+    if (collector->orders_taken == collector->orders)
+        return false;
+    if (collector->orders - collector->orders_taken > COLLECT_ORDERS)
+        collector->orders_taken = collector->orders - COLLECT_ORDERS;
+    *order = collector->order[collector->orders_taken++ % COLLECT_ORDERS];
+    return true;
 }
 
 /* One event for each trouble, with how often it happened since the last one. */
@@ -327,6 +343,8 @@ enum mr_status collector_again(const struct collector *before, struct store *sto
 {
     enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->can_base,
                                            before->side[LINK_SERIAL].spec, collector, error);
+    if (status == MR_OK)
+        (*collector)->own = before->own;
     if (status == MR_OK && !whole)
         (*collector)->told = before->told;
     for (int kind = 0; status == MR_OK && goes_on && kind < LINK_KINDS; kind++)

@@ -88,9 +88,31 @@ int64_t collector_take_finished(struct collector *collector);
 const struct crash_report *collector_take_crash(struct collector *collector);
 /* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */
 const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
-/* The board's newest answer to `arm` or `disarm`, whoever gave it, since the last call; NULL:
- * none. */
-const struct mr_ack *collector_take_answer(struct collector *collector);
+/* Commands that this program gave, by which the board's answers are known as its own or as those to
+ * another. Kept by who gives them: the collector may go back to a mark. */
+#define COLLECTOR_OWN 16u
+struct collector_own {
+    struct {
+        uint8_t code;
+        uint16_t tag;
+        int64_t block; /* of the answer; -1: none yet. A second answer is to another's repetition */
+    } order[COLLECTOR_OWN];
+    unsigned next;
+};
+void collector_own_put(struct collector_own *own, const struct mr_command *command);
+/* Without it, as of what was recorded before, nobody knows who gave them: nothing is told, and the
+ * events have no value. */
+void collector_set_own(struct collector *collector, struct collector_own *own);
+
+/* An answer of the board to a command that does more than read: obeyed, or refused by ack.status.
+ * Each is an event `order`, its value 1 own, 0 another's. The same answer again within a second is counted. */
+struct collector_order {
+    struct mr_ack ack;
+    bool own;
+    unsigned more; /* of the same before, that were only counted */
+};
+/* The oldest that nobody has asked for yet, of the newest eight; false: none. */
+bool collector_take_order(struct collector *collector, struct collector_order *order);
 
 struct collector_progress {
     bool hello;     /* a board of the right layout has spoken */

@@ -93,12 +93,47 @@ static enum mr_status keep_event(struct collector *collector, struct side *side,
                              event.detail, event.value, heard->host_us, error);
 }
 
-static void take_answer(struct collector *collector, const struct mr_ack *message)
+#define REPEATED_BLOCKS 1000u
+
+static bool is_own(struct collector_own *own, const struct mr_ack *ack)
 {
-    if (message->code != MR_COMMAND_ARM && message->code != MR_COMMAND_DISARM)
-        return;
-    collector->answer = *message;
-    collector->answer_news = true;
+    for (unsigned i = 0; own && i < COLLECTOR_OWN && i < own->next; i++) {
+        bool answered = own->order[i].block >= 0 && own->order[i].block != (int64_t)ack->block;
+        if (own->order[i].code == ack->code && own->order[i].tag == ack->tag && !answered) {
+            own->order[i].block = ack->block;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Who ordered what, and what came of it. */
+static enum mr_status order(struct collector *collector, struct side *side,
+                            const struct mr_ack *ack, uint64_t host_us, struct error *error)
+{
+    struct slot *current = side->current;
+    struct repeated *last = &collector->repeated[ack->code % REPEATED];
+    if (mr_command_privilege(ack->code) == MR_PRIVILEGE_READ)
+        return MR_OK;
+    bool own = is_own(collector->own, ack);
+    if (last->known && !own && !last->own && last->code == ack->code &&
+        last->status == ack->status && ack->block - last->block < REPEATED_BLOCKS) {
+        last->more++;
+        return MR_OK;
+    }
+    if (collector->own)
+        collector->order[collector->orders++ % COLLECT_ORDERS] =
+            (struct collector_order){.ack = *ack, .own = own, .more = last->more};
+    *last = (struct repeated){
+        .known = true, .own = own, .status = ack->status, .code = ack->code, .block = ack->block};
+    /* the answer to a disarm comes behind the end of its landing */
+    if (ack->code == MR_COMMAND_DISARM && !current && ack->block == side->state_block)
+        side->current = side->last;
+    enum mr_status status = collect_put_event(collector, side, "order", ack->block, ack->code,
+                                              ack->status, collector->own ? own : STORE_NONE,
+                                              host_us, error);
+    side->current = current;
+    return status;
 }
 
 /* The landing's state, its film, answers to commands, and the board's time. */
@@ -110,7 +145,7 @@ static enum mr_status state_message(struct collector *collector, struct side *si
     switch (m->place) {
     case MR_PLACE_LANDING: return landing(collector, side, &m->as.landing, host_us, error);
     case MR_PLACE_FILM_FRAME: return collect_film_frame(collector, side, &m->as.film_frame, error);
-    case MR_PLACE_ACK: take_answer(collector, &m->as.ack); return MR_OK;
+    case MR_PLACE_ACK: return order(collector, side, &m->as.ack, host_us, error);
     case MR_PLACE_SYNC: collect_sync(side, &m->as.sync, host_us); return MR_OK;
     case MR_PLACE_SYNC_AT: collect_sync_at(side, &m->as.sync_at); return MR_OK;
     case MR_PLACE_CLOCK: collect_clock(side, &m->as.clock, host_us); return MR_OK;

@@ -91,6 +91,17 @@ struct side {
     uint8_t config_present[MR_CONFIG_WORDS];
 };
 
+/* Answers to one code that are the same within a second: a flood is told once a second. */
+#define COLLECT_ORDERS 8u
+#define REPEATED       32u
+struct repeated {
+    bool known, own;
+    int8_t status;
+    uint8_t code;
+    uint32_t block; /* of the last one told */
+    unsigned more;
+};
+
 /* What the board last said about itself, once or when it is asked. */
 struct told {
     bool hello;
@@ -134,8 +145,10 @@ struct collector {
     bool crash_news;                       /* and nobody has asked for yet */
     struct mr_can_alarm alarm;             /* newest; of either link */
     bool alarm_news;
-    struct mr_ack answer; /* newest to arm or disarm */
-    bool answer_news;
+    struct collector_own *own; /* NULL: not known */
+    struct collector_order order[COLLECT_ORDERS];
+    unsigned orders, orders_taken;      /* ever */
+    struct repeated repeated[REPEATED]; /* by code modulo their number */
 };
 
 /* Puts a row of the landing that the side is in. */

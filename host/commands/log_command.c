@@ -141,6 +141,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         watch_clock(logger);
         logger_ask_for_configuration(logger);
         logger_serve_live(logger);
+        logger_note_orders(logger);
         typed_turn(logger);
         logger_note_health(logger);
         logger_note_exchanged(logger);
@@ -160,8 +161,12 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
 static enum mr_status open_collector(struct logger *logger, struct error *error)
 {
     const struct link *can = logger->link[LINK_CAN], *serial = logger->link[LINK_SERIAL];
-    return collector_open(logger->store, can ? link_spec(can) : NULL, logger->base,
-                          serial ? link_spec(serial) : NULL, &logger->collector, error);
+    enum mr_status status = collector_open(logger->store, can ? link_spec(can) : NULL, logger->base,
+                                           serial ? link_spec(serial) : NULL, &logger->collector,
+                                           error);
+    if (status == MR_OK && !((can && link_recorded(can)) || (serial && link_recorded(serial))))
+        collector_set_own(logger->collector, &logger->own);
+    return status;
 }
 
 /* The session begins, when the campaign takes it: what comes meanwhile waits. */

@@ -263,6 +263,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
 {
     uint8_t payload[MR_MESSAGE_MAX];
     size_t length = mr_command_put(command, payload);
+    collector_own_put(&logger->own, command);
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         unsigned link = (unsigned)kind;
         struct error reason = {0};

@@ -25,7 +25,9 @@ struct typed {
     struct mr_command command; /* the one asked about, or sent */
     bool asked;                /* whether it is meant; `yes` is waited for */
     bool sent;                 /* its answer is waited for until until_us */
-    uint16_t tag;              /* of the last one */
+    bool answered;             /* and is there: */
+    enum mr_status answer;
+    uint16_t tag; /* of the last one */
     uint64_t until_us;
     uint64_t hold_us; /* no progress is drawn until then, over what is being typed */
 };
@@ -87,6 +89,7 @@ struct logger {
     bool unheard_told;
     uint64_t live_us; /* when the board was asked to be live; 0: not yet */
     struct typed typed;
+    struct collector_own own; /* commands that it gave */
 };
 
 /* ---- logger.c ---- */
@@ -141,6 +144,8 @@ void logger_note_exchanged(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
+/* Orders that the board obeyed or refused, whoever gave them. */
+void logger_note_orders(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
 /* Another board says hello on the bus: once. */
 void logger_note_other(struct logger *logger, const struct link_frame *frame);

@@ -309,6 +309,30 @@ void logger_note_health(struct logger *logger)
             (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
+void logger_note_orders(struct logger *logger)
+{
+    struct collector_order order;
+    while (collector_take_order(logger->collector, &order)) {
+        struct typed *typed = &logger->typed;
+        enum mr_status status = (enum mr_status)order.ack.status;
+        bool is_typed = order.own && typed->sent && order.ack.tag == typed->command.tag &&
+                        order.ack.code == typed->command.code;
+        char more[60] = "";
+        if (is_typed) { /* typed_turn says what came of it */
+            typed->answered = true;
+            typed->answer = status;
+            continue;
+        }
+        if (order.more)
+            snprintf(more, sizeof more, " (%u times more before)", order.more);
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s \"%s\"; the board %s%s%s",
+                 order.own ? "the page ordered" : "another program ordered",
+                 mr_command_name(order.ack.code), status == MR_OK ? "obeyed" : "refused it: ",
+                 status == MR_OK ? "" : mr_status_text(status), more);
+    }
+}
+
 void logger_show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_terminal() || monotonic_us() < logger->typed.hold_us ||
@@ -552,7 +576,7 @@ static void send_it(struct logger *logger)
     typed->asked = false;
     typed->hold_us = 0;
     typed->until_us = monotonic_us() + ANSWER_US;
-    (void)collector_take_answer(logger->collector); /* one that came before is of another */
+    typed->answered = false;
     typed->sent = logger_send(logger, &typed->command, false);
     if (!typed->sent)
         say(logger, "%s: cannot be sent, no link takes it\n", mr_command_name(typed->command.code));
@@ -631,15 +655,13 @@ static void take_command(struct logger *logger, const char *line)
 static void take_answer(struct logger *logger)
 {
     struct typed *typed = &logger->typed;
-    const struct mr_ack *answer = collector_take_answer(logger->collector);
     const char *name = mr_command_name(typed->command.code);
-    if (answer && answer->tag == typed->command.tag) {
+    if (typed->answered) {
         typed->sent = false;
-        if (answer->status == MR_OK)
+        if (typed->answer == MR_OK)
             say(logger, "%sed\n", name);
         else
-            say(logger, "%s refused: %s\n", name,
-                arm_client_refusal((enum mr_status)answer->status));
+            say(logger, "%s refused: %s\n", name, arm_client_refusal(typed->answer));
     } else if (monotonic_us() > typed->until_us) {
         typed->sent = false;
         say(logger,

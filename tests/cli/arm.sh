@@ -76,7 +76,7 @@ pids+=($!)
 timeout 600 python3 "$work/bus.py" "$work/board" "$work/can" &
 pids+=($!)
 mkfifo "$work/typed"
-timeout 600 $matrig --quiet log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --commands <"$work/typed" >"$work/log.out" 2>"$work/log.err" &
+timeout 600 $matrig log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --commands <"$work/typed" >"$work/log.out" 2>"$work/log.err" &
 log=$!
 pids+=($log)
 exec 8>"$work/typed"
@@ -113,7 +113,7 @@ d = json.load(open(sys.argv[1]))
 assert d == {"command": "disarm", "done": True, "state": "idle", "landing": 12, "error": None}, d' "$tmp/disarmed.json"
 }
 counts_on() { over_can board arm >"$tmp/out" && cat "$tmp/out" && grep -q '^armed for landing 13: ' "$tmp/out" && over_can board disarm; }
-answers_are_kept() { # accepted (status 0): armed 12, 13, 21 and 24, each disarmed; refused: 13 and a JSON one, and 22, typed
+answers_are_kept() { # accepted (status 0): armed 12, 13, 14, 21 and 24, each disarmed; refused: 13 and a JSON one, and 22, typed
     python3 - "$work/x.db" <<'P'
 import sqlite3, sys
 db = sqlite3.connect(f"file:{sys.argv[1]}?mode=ro", uri=True)
@@ -121,8 +121,33 @@ rows = db.execute("SELECT code, detail FROM events WHERE kind = 'ack' AND code I
 NOT_NOW, WAIT = -13, -18
 signed = [(c, d - 256 if d > 127 else d) for c, d in rows]
 print(signed)
-assert signed.count((2, 0)) == 4 and signed.count((3, 0)) == 4 and signed.count((2, NOT_NOW)) == 3
+assert signed.count((2, 0)) == 5 and signed.count((3, 0)) == 5 and signed.count((2, NOT_NOW)) == 3
 assert all(d in (0, NOT_NOW, WAIT) for _, d in signed)
+P
+}
+others_are_told() { # an armed board is told to go into its boot ROM by a frame from nobody, five times
+    over_can board arm 14 && python3 - "$work/can" <<'P' || return 1
+import socket, struct, sys
+s = socket.socket(socket.AF_UNIX)
+s.connect(sys.argv[1])
+for tag in range(5):
+    s.sendall(struct.pack("<IB3x8s", 0x400, 8, bytes([6, 0, tag, 0, 0, 0, 0, 0])))
+P
+    said 'another program ordered "bootrom"; the board refused it: not allowed in the present state$' && over_can board disarm &&
+        said 'another program ordered "arm"; the board obeyed$' && said 'another program ordered "disarm"; the board obeyed$' &&
+        said 'another program ordered "arm"; the board refused it: not allowed in the present state' && [ "$(grep -c '"bootrom"' "$work/log.err")" = 1 ]
+}
+orders_are_kept() { # who gave each, and in which landing; a file that is logged does not say who
+    python3 - "$work/x.db" <<'P' && $matrig show "$work/x.db" 1 >"$tmp/show" && head -n 5 "$tmp/show" && grep -q '^  *disarm by another program at .* s: obeyed' "$tmp/show" && ! grep 'the page' "$work/log.err"
+import sqlite3, sys
+db = sqlite3.connect(f"file:{sys.argv[1]}?mode=ro", uri=True)
+rows = [(n, c, d if d < 128 else d - 256, v) for n, c, d, v in
+        db.execute("SELECT board_landing, code, detail, value FROM events LEFT JOIN landings ON landings.id = landing WHERE kind = 'order'")]
+print(rows)
+for landing in 12, 13, 14, 24: # armed and disarmed by matrig board
+    assert (landing, 2, 0, 0) in rows and (landing, 3, 0, 0) in rows, landing
+assert (21, 2, 0, 1) in rows and (21, 3, 0, 1) in rows and (21, 2, -13, 1) in rows # typed
+assert rows.count((14, 6, -13, 0)) == 1 and not [r for r in rows if r[1] in (1, 12, 14)]
 P
 }
 typed_and_meant() {
@@ -159,7 +184,7 @@ typed_nonsense() {
 log_goes_on() { # without its input, to the end; nothing but what was meant reached the board
     exec 8>&-
     sleep 0.3
-    kill -0 $log && kill -INT $log && wait $log && [ "$($matrig landing "$work/x.db" | sed 's/.*: landing \([0-9]*\),.*/\1/' | tr '\n' ' ')" = "12 13 21 24 " ]
+    kill -0 $log && kill -INT $log && wait $log && [ "$($matrig landing "$work/x.db" | sed 's/.*: landing \([0-9]*\),.*/\1/' | tr '\n' ' ')" = "12 13 14 21 24 " ]
 }
 silly() {
     fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs one link' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
@@ -197,6 +222,7 @@ check "armed already: refused, and it says for which landing" refused_when_armed
 check "the refusal as JSON" refused_in_json
 check "disarmed" disarmed
 check "without a number the board counts on" counts_on
+check "what another program orders is told, a repetition once" others_are_told
 check "typed into the log: asked once more, then armed" typed_and_meant
 check "typed while armed: refused, and why" typed_and_refused
 check "typed disarm asks too while something is recorded" typed_disarm_asks
@@ -206,6 +232,7 @@ check "board arm asks a person for yes, too" a_person_is_asked
 check "what is no command" typed_nonsense
 check "the log goes on when its input ends; its landings are those that were meant" log_goes_on
 check "its campaign has the board's answers, one of each command" answers_are_kept
+check "and who ordered what, with the landing" orders_are_kept
 check "wrong usage" silly
 check "over serial" over_serial
 check "on a terminal lines are taken without --commands" on_a_terminal
