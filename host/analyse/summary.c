@@ -12,6 +12,7 @@
 #include "host/base/units.h"
 #include "host/board/health_client.h"
 #include "host/link/timemap.h"
+#include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 
 const char *summary_link_name(int link)
@@ -477,7 +478,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_orders(store, run, &summary->order, &summary->orders, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            summary_mean_load(store, run, summary->mean, error) ?:
-           summary_ready_load(store, &summary->measured.landing, summary->ready, error);
+           summary_ready_load(store, &summary->measured.landing, summary->ready, error) ?:
+           store_find_twin(store, run, &summary->twin, error);
 }
 
 void summary_free(struct summary *summary)
@@ -850,6 +852,11 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     if (torn[0])
         answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
+    if (summary->twin)
+        answer_words(answer, NULL, "twice", "the same landing as RUN %lld",
+                     (long long)summary->twin)
+            ->warn = true;
+    answer_count(answer, "same_as", NULL, summary->twin ? summary->twin : ANSWER_UNKNOWN);
     answer_flag(answer, "uncalibrated", NULL, measured->uncalibrated);
     restart_answer(summary, answer);
     orders_answer(summary, answer);

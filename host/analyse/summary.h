@@ -67,6 +67,7 @@ struct summary {
     size_t orders;
     struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
     struct summary_ready ready[SUMMARY_READY_KINDS];
+    int64_t twin; /* the earlier RUN that is the same landing; 0: none */
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,

@@ -1,11 +1,15 @@
 #include "host/commands/annotation.h"
 
 #include <stdio.h>
+#include <pwd.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 const char *annotation_who(const char *who)
 {
-    return who ? who : getenv("USER") ? getenv("USER") : "";
+    const char *user = getenv("USER"); /* not set by a service, cron or su */
+    const struct passwd *login = who || (user && user[0]) ? NULL : getpwuid(geteuid());
+    return who ? who : login ? login->pw_name : user ? user : "";
 }
 
 void annotation_copy(char *into, size_t size, const char *text)

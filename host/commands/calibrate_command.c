@@ -393,8 +393,8 @@ static void recompute(struct request *r)
     struct store_landing *rows = NULL;
     size_t count = 0, landings = 0;
     json_t *list = json_array();
-    const struct store_recalibration how = {(int64_t)link_now_us(),
-                                            r->who ? r->who : getenv("USER"), r->reason, r->zeros};
+    const struct store_recalibration how = {(int64_t)link_now_us(), annotation_who(r->who),
+                                            r->reason, r->zeros};
     config_text_load(r->recompute, &config, fatal);
     /* all landings or none: what is not committed is taken back */
     struct store *store = program_campaign(r->word, STORE_OPEN);

@@ -179,11 +179,11 @@ static void preview_answer(const struct preview *glance, bool bases, struct answ
     const struct store_landing *landing = &glance->measured.landing;
     char when[40], state[80];
     survey_time_text(landing->armed_us, when, sizeof when);
-    const int day_and_minute = (int)strcspn(when, "U") - 1; /* without UTC, which the head has */
     state_text(glance, state, sizeof state);
     answer_count(answer, "run", "RUN", landing->id);
-    answer_words(answer, NULL, "armed|UTC", "%.*s", day_and_minute, when);
-    answer_words(answer, "armed", NULL, "%s", when);
+    bool dated = landing->armed_us >= SURVEY_DATED_US;
+    answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when); /* the head has UTC */
+    answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
     answer_count(answer, "armed_us", NULL, landing->armed_us);
     answer_words_or_none(answer, "series", "series", glance->journal.series.name, "-");
     answer_words(answer, NULL, "landing", "%s", state);
@@ -287,17 +287,12 @@ static void said_answer(struct store *store, const struct store_landing *landing
                         struct answer *answer)
 {
     struct journal journal;
-    int64_t twin = 0;
     journal_load(store, landing, &journal, fatal);
-    store_find_twin(store, landing->id, &twin, fatal);
     answer_words_or_none(answer, "series", journal.series.name[0] ? "series" : NULL,
                          journal.series.name, NULL);
     answer_flag(answer, "void", NULL, journal.is_void);
-    answer_count(answer, "same_as", NULL, twin ? twin : ANSWER_UNKNOWN);
     if (journal.is_void)
         answer_sentence(answer, NULL, "the landing is void");
-    if (twin)
-        answer_sentence(answer, NULL, "the same landing as RUN %lld", (long long)twin);
     journal_tables_answer(&journal, answer);
     journal_free(&journal);
 }

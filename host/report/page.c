@@ -15,9 +15,8 @@
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define NAMED_MOST   3u              /* texts of a fact, and */
-#define RUNS_MOST    6u              /* RUNs that a line names, before "and 12 more" */
-#define DATED_US     946684800000000 /* 2000-01-01: a time before it is none of day */
+#define NAMED_MOST   3u /* texts of a fact, and */
+#define RUNS_MOST    6u /* RUNs that a line names, before "and 12 more" */
 #define DAY_S        86400
 #define COPIED_BYTES 65536u
 
@@ -160,12 +159,12 @@ static void date_fact(const struct report *report, FILE *out)
     begin_fact(out, "date (UTC)");
     for (size_t i = 0; i < report->landings; i++) {
         int64_t us = report->facts[i].landing.armed_us;
-        if (us < DATED_US)
+        if (us < SURVEY_DATED_US)
             continue;
         first_us = us < first_us ? us : first_us;
         last_us = us > last_us ? us : last_us;
     }
-    if (last_us >= DATED_US) {
+    if (last_us >= SURVEY_DATED_US) {
         day_text(first_us, first);
         day_text(last_us, last);
         html_text(out, first);

@@ -837,7 +837,10 @@ void survey_time_text(int64_t host_us, char *out, size_t size)
     time_t seconds = (time_t)(host_us / 1000000);
     struct tm when;
     gmtime_r(&seconds, &when);
-    strftime(out, size, "%Y-%m-%d %H:%M UTC", &when);
+    if (host_us < SURVEY_DATED_US)
+        snprintf(out, size, "no date");
+    else
+        strftime(out, size, "%Y-%m-%d %H:%M UTC", &when);
 }
 
 const char *survey_bow_verdict(const struct survey_found *found)

@@ -255,7 +255,8 @@ enum mr_status survey_find_between(struct store *store, int64_t from_us, int64_t
 
 /* "within", "perhaps beyond" (its 95 % interval reaches over it), "beyond", "not known" */
 const char *survey_bow_verdict(const struct survey_found *found);
-/* "2026-11-22 01:48 UTC" */
+/* "2026-11-22 01:48 UTC"; "no date" before this: the board's time, of a recording without times. */
+#define SURVEY_DATED_US INT64_C(946684800000000) /* 2000-01-01 */
 void survey_time_text(int64_t host_us, char *out, size_t size);
 
 #endif

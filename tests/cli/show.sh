@@ -35,6 +35,15 @@ check "nor a landing" fails_with 2 "no such landing: RUN 7 in $db" $matrig show 
 # --- the summary again ---
 again() { show "$db" 1 >"$tmp/again.txt" && cmp "$tmp/log.txt" "$tmp/again.txt"; }
 check "a landing in the words that log had" again
+undated() { # read from a file without times
+    show "$db" | grep -q '^ *1  no date ' && $matrig --json show "$db" | grep -q '"armed":null' && ! show "$db" | grep 1970 && $matrig report "$db" -o "$tmp/dates.html" 2>/dev/null && ! grep -q '1970-' "$tmp/dates.html"
+}
+check "a recording without times has no date" undated
+who_says_so() { # the login name where no shell has set USER, an empty one too
+    cp "$db" "$tmp/who.db" && env -u USER $matrig --quiet landing "$tmp/who.db" 1 --note a >/dev/null && USER= $matrig --quiet landing "$tmp/who.db" 1 --note b >/dev/null && USER=kl $matrig --quiet landing "$tmp/who.db" 1 --note c >/dev/null &&
+        [ "$(sqlite3 "$tmp/who.db" 'select group_concat(who) from landing_changes')" = "$(id -un),$(id -un),kl" ]
+}
+check "who noted it, also without USER" who_says_so
 said() {
     $matrig --quiet landing "$db" 1 --note "brakes pulled left" --who kl >/dev/null &&
         $matrig --quiet landing "$db" 1 --observe wave --station 88 >/dev/null && show "$db" 1 >"$tmp/said.txt" || return 1
@@ -92,6 +101,7 @@ check "a landing that does not count" voided
 # --- twice ---
 logged_twice() {
     cp "$db" "$tmp/twice.db" && $matrig log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/twice.db" 2>&1 >/dev/null | grep 'RUN 2 is the same landing as RUN 1: .*matrig landing .*twice.db 2 --void' &&
+        $matrig --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/third.db" | grep -q '"same_as":null' && $matrig --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/third.db" | grep -q '"same_as":1' &&
         show "$tmp/twice.db" | grep -q 'the same landing as RUN 1$' && show "$tmp/twice.db" 2 | grep -q 'the same landing as RUN 1$' && ! show "$tmp/twice.db" 1 | grep 'the same landing'
 }
 check "one that is logged twice" logged_twice
