@@ -42,6 +42,7 @@ struct arguments {
     bool board_given, trace;
     unsigned parity;              /* place of the option's word */
     unsigned speed;               /* 0: max, 1: real */
+    unsigned gdb_time;            /* 1: it goes on while gdb holds the board */
     double for_s;                 /* 0: not given */
     double stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;
@@ -280,6 +281,9 @@ static const struct option {
     OF_TEXT("--gdb", "PORT", gdb,
             "listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and "
             "wait for it"),
+    OF_WORD("--gdb-time", "T", gdb_time, "stands|runs",
+            "while gdb holds the board virtual time stands (default), or runs by the wall clock:\n"
+            "timers and watchdog stop as DBGMCU says, links and converters go on"),
     OF_TEXT("--vcd", "FILE", vcd,
             "trace of pins, converters, links, exceptions and sleep, for GTKWave and "
             "others"),
@@ -602,7 +606,7 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
         double held_s = hil_wall_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
         /* time stood still on both clocks; without gdb 1000 times nothing are 80 ppm */
-        if (session->gdb.listener >= 0)
+        if (session->gdb.listener >= 0 && !session->gdb.runs)
             session->pace.began_s += hil_wall_s() - held_s;
         if (!alive)
             stop_asked = 1;
@@ -690,6 +694,7 @@ static enum mr_status session_open(struct session *session)
         status = hil_link_open(&session->serial, HIL_LINK_SERIAL, a->serial, error, sizeof error);
     if (status == MR_OK && a->gdb) {
         status = hil_gdb_open(&session->gdb, a->gdb, error, sizeof error);
+        session->gdb.runs = a->gdb_time != 0;
         if (status == MR_OK)
             fprintf(stderr, "matrig-board: waiting for gdb: target remote %s\n",
                     session->gdb.place);

@@ -862,3 +862,13 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
     else if (size != 4 || address != DWT_LAR)
         hil_bus_no_register(core);
 }
+
+void hil_scb_hold(struct hil_core *core, uint64_t cycles)
+{
+    struct hil_systick *s = &core->state.systick;
+    if (s->zero_cycle != HIL_NEVER)
+        s->zero_cycle += cycles;
+    hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
+    if (core->state.scb.dwt_ctrl & DWT_CYCCNTENA)
+        core->state.scb.dwt_offset -= (uint32_t)cycles;
+}

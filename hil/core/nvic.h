@@ -63,6 +63,9 @@ void hil_scb_reset(struct hil_scb *scb, uint32_t idcode);
 uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
+/* SysTick and the cycle counter stand still for so many cycles: a debugger halts the core. */
+void hil_scb_hold(struct hil_core *core, uint64_t cycles);
+
 /* --- entry and return, faults, sleep (ARMv7-M B1.5) --- */
 
 /* CFSR bits used (ARMv7-M B3.2.15). */

@@ -11,6 +11,10 @@
 #include "hil/core/nvic.h"
 
 #define XPSR_NUMBER      0x1ffu
+/* DBGMCU_APB1_FZ (RM0090 38.16.4) */
+#define FZ_TIM2          (1u << 0)
+#define FZ_TIM4          (1u << 2)
+#define FZ_IWDG          (1u << 12)
 /* faults and SVCall are taken by the instruction itself */
 #define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR
 
@@ -77,6 +81,35 @@ void hil_debug_step(struct hil_board *board)
     d->stepping = true;
     d->stepped = false;
     d->step_depth = depth(board);
+}
+
+void hil_debug_pass(struct hil_board *board, uint64_t until_ps)
+{
+    struct hil_core *core = &board->core;
+    struct hil_clock *clock = &core->state.clock;
+    struct hil_events *events = &core->state.events;
+    const uint32_t stops = core->state.scb.apb1_fz;
+    core->target_reached = false;
+    hil_event_run(core);
+    uint64_t from_ps = hil_now_ps(core), until = hil_clock_cycle(clock, until_ps);
+    if (core->stopped || core->reset.asked || clock->stopped || until <= clock->now_cycle)
+        return;
+    if (stops & FZ_TIM2)
+        hil_tim_hold(&board->mcu.tim, HIL_TIM2, until);
+    if (stops & FZ_TIM4)
+        hil_tim_hold(&board->mcu.tim, HIL_TIM4, until);
+    if ((stops & FZ_IWDG) && events->at_ps[HIL_EVENT_IWDG] != HIL_NEVER)
+        hil_event_set_ps(core, HIL_EVENT_IWDG,
+                         events->at_ps[HIL_EVENT_IWDG] + (until_ps - from_ps));
+    hil_scb_hold(core, until - clock->now_cycle);
+    hil_event_set_ps(core, HIL_EVENT_TARGET, until_ps);
+    while (!core->target_reached && !core->stopped && !core->reset.asked) {
+        if (events->next_cycle > clock->now_cycle)
+            clock->now_cycle = events->next_cycle;
+        hil_event_run(core);
+    }
+    hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
+    core->target_reached = false;
 }
 
 enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool set)

@@ -68,6 +68,10 @@ bool hil_debug_holds(const struct hil_board *board);
 void hil_debug_run(struct hil_board *board);
 void hil_debug_step(struct hil_board *board);
 
+/* Let time go on while it is held, until then: what DBGMCU stops stands still, and what is part of
+ * the core; all else runs, and its interrupts wait. Ends early with a reset that is asked for. */
+void hil_debug_pass(struct hil_board *board, uint64_t until_ps);
+
 /* MR_FULL: no more than the constants above; setting what is set, or removing what is not, is
  * MR_OK. */
 enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool set);

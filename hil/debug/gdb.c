@@ -442,8 +442,13 @@ static bool treat(struct hil_gdb *gdb, const char *packet, enum mr_status status
 static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
 {
     char packet[2 * HIL_GDB_PACKET + 1];
+    double seen_s = hil_wall_s();
     while (gdb->line.fd >= 0 && !*stop) {
         bool interrupt;
+        double since_s = hil_wall_s() - seen_s;
+        if (gdb->runs && status == MR_OK)
+            hil_debug_pass(gdb->board, hil_board_now_ps(gdb->board) + (uint64_t)(since_s * 1e12));
+        seen_s += since_s;
         int n = take_packet(&gdb->line, packet, &interrupt);
         if (n < 0) {
             if (!interrupt && !receive(&gdb->line, POLL_MS))

@@ -3,7 +3,8 @@
  *
  *     gdb-multiarch build/firmware/matrig.elf -ex 'target remote :3333'
  *
- * The board is held from the connection on, and virtual time stands still while it is held. After a
+ * The board is held from the connection on, and virtual time stands still while it is held, unless
+ * `runs` is set. After a
  * detach it runs on, and a debugger may come again. Protocol: GDB manual, appendix E; target
  * description: G.5.4. */
 #ifndef MATRIG_HIL_GDB_H
@@ -37,6 +38,7 @@ struct hil_gdb {
     bool attached;
     bool reported; /* the debugger knows that the board is held */
     bool killed;
+    bool runs; /* time goes on, by the wall clock, while the board is held */
 };
 
 /* Listen. MR_USAGE, MR_IO, with the reason in `error`. */

@@ -241,7 +241,7 @@ static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
         if (t->capture_cycle[i] <= at)
             capture(dev, t, i, at);
     }
-    if (t->cr1 & CR1_CEN) {
+    if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* else it is held */
         struct levels before = output_levels(t);
         uint64_t tick = tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
@@ -263,6 +263,17 @@ static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     }
     update_irq(dev, unit);
     schedule(dev, unit, at);
+}
+
+void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle)
+{
+    struct hil_tim *t = &dev->state[unit];
+    uint64_t now = hil_now(dev->core);
+    if (!(t->cr1 & CR1_CEN))
+        return;
+    t->base_count = count_at(dev, t, now);
+    t->base_cycle = until_cycle;
+    schedule(dev, unit, now);
 }
 
 void hil_tim2_event(void *device, uint64_t at)

@@ -48,6 +48,8 @@ void hil_tim4_event(void *device, uint64_t at);
 bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
 /* TI1 or TI2 of TIM2 (channel 0 or 1) changed to `level`. */
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
+/* A halted core stops it (DBGMCU) until then. */
+void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
 /* HCLK cycles from an edge of TI1 or TI2 to its capture, as the input is set up now. */
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel);
 

@@ -1,5 +1,6 @@
 /* The core under a debugger: it does the same as without, holds where asked, shows and takes
  * registers and memory. */
+#include "hil/core/bus.h"
 #include "hil/core/elf.h"
 #include "hil/debug/debug.h"
 #include "tests/hil/bench.h"
@@ -334,6 +335,49 @@ TEST(test_registers)
     hil_debug_run(board);
     bench_run(board, 21 * HIL_MS_PS);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC) & ~3u, (other + 2u) & ~3u);
+    hil_board_destroy(board);
+}
+
+#define APB1_FZ  0xe0042008u
+#define TIM2_CNT 0x40000024u
+#define BOTH     5u /* TIM2 and TIM4 */
+
+/* While the core is halted, 3.5 ms: the timers stand still as long as DBGMCU says so, and with them
+ * the converters that they trigger; else they go on. A watchdog that does not stop resets. */
+TEST(test_time_may_go_on)
+{
+    struct hil_board *board = firmware_board();
+    struct hil_debug debug;
+    const struct hil_counters *counters = hil_board_counters(board);
+    bench_run(board, HIL_SECOND_PS / 2);
+    hil_debug_attach(board, &debug);
+    for (uint32_t stops = BOTH;; stops = 0) {
+        uint32_t fz = hil_bus_read(&board->core, APB1_FZ, 4);
+        hil_bus_write(&board->core, APB1_FZ, 4, (fz & ~BOTH) | stops);
+        uint64_t scans = counters->adc_scans[0], instructions = counters->instructions,
+                 from_ps = hil_board_now_ps(board);
+        uint32_t count = hil_bus_read(&board->core, TIM2_CNT, 4);
+        hil_debug_pass(board, from_ps + 7 * HIL_MS_PS / 2);
+        assert_near((double)(hil_board_now_ps(board) - from_ps) * 1e-9, 3.5, 1e-4);
+        assert_int_equal(counters->instructions, instructions);
+        assert_near(hil_bus_read(&board->core, TIM2_CNT, 4) - count, stops ? 0 : 294000, 1);
+        assert_near(counters->adc_scans[0] - scans, stops ? 0 : 28, stops ? 0 : 1);
+        if (!stops)
+            break;
+        hil_debug_run(board); /* the next trigger comes, where it was left */
+        bench_run(board, hil_board_now_ps(board) + 10 * HIL_MS_PS);
+        assert_near(counters->adc_scans[0] - scans, 80, 1);
+        hil_debug_hold(board, HIL_HOLD_ASKED);
+    }
+    assert_int_equal(counters->resets, 0);
+    hil_debug_pass(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS); /* the watchdog stops */
+    assert_false(board->core.reset.asked);
+    hil_bus_write(&board->core, APB1_FZ, 4, 0);
+    hil_debug_pass(board, hil_board_now_ps(board) + 2 * HIL_SECOND_PS);
+    assert_true(board->core.reset.asked);
+    hil_debug_detach(board);
+    bench_run(board, hil_board_now_ps(board) + HIL_MS_PS);
+    assert_int_equal(counters->watchdog_resets, 1);
     hil_board_destroy(board);
 }
 
