@@ -29,10 +29,10 @@ enum mr_status textfile_open(const char *path, struct textfile *file, struct err
         file->length += count;
     } while (file->length == room);
     file->text = text;
-    bool failed = ferror(stream) != 0; /* a folder, too */
+    int failed = ferror(stream) ? errno : 0; /* a folder, too */
     fclose(stream);
     if (failed)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(errno),
+        return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(failed),
                          path);
     SHA2_CTX sha;
     SHA256Init(&sha);

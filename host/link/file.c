@@ -172,6 +172,16 @@ static enum mr_status take_line(struct link *link, const char **line, size_t *le
     }
 }
 
+#define SEEN 40u
+/* Of a line that is none, for people. */
+static void see(const char *text, size_t length, char seen[SEEN + 1])
+{
+    size_t i = 0;
+    for (; i < length && i < SEEN; i++)
+        seen[i] = (char)(text[i] < ' ' || text[i] > '~' ? '?' : text[i]);
+    seen[i] = '\0';
+}
+
 /* A log that is there as a whole is looked through first. */
 static enum mr_status choose_bus(struct link *link, const char *named, struct error *error)
 {
@@ -181,10 +191,13 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
     const char *text;
     size_t length;
     bool whole, room = buses != NULL;
+    char seen[SEEN + 1] = "";
     enum mr_status status = MR_OK;
     while (room && (status = take_line(link, &text, &length, &whole, error)) == MR_OK) {
         if (candump_log_take(&log, text, length, whole, &line))
             room = add_to_buses(buses, &line, link->base);
+        else if (!seen[0])
+            see(text, length, seen);
     }
     if (!buses)
         status = error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
@@ -194,10 +207,11 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
                            "line %zu; take those of one out of it (grep \" can0 \")",
                            BUSES, link->spec, log.line);
     else if (status == MR_CLOSED && buses->count == 0 && log.verdict.status != MR_OK)
-        status = error_set(error, MR_MALFORMED,
-                           "no frame in it: %s line %zu, column %zu; give a log that `candump -L` "
-                           "wrote (matrig import takes tables with --map)",
-                           link->spec, log.verdict.line, log.verdict.column);
+        status =
+            error_set(error, MR_MALFORMED,
+                      "no frame in it: %s line %zu, column %zu; it reads '%s', give a log that "
+                      "`candump -L` wrote (matrig import takes tables with --map)",
+                      link->spec, log.verdict.line, log.verdict.column, seen);
     else if (status == MR_CLOSED)
         status = choose(buses, named, link->spec, link->log.interface, error);
     free(buses);

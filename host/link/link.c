@@ -362,8 +362,8 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
     }
     if (now_us - link->away_since_us < link->away_most_us)
         return MR_TOO_FEW;
-    return error_set(error, link->away.status, "%s (waited %.0f s for it)", link->away.text,
-                     (double)link->away_most_us / 1e6);
+    return error_set(error, link->away.status, "%.400s (waited %.3g s for it; now: %.400s)",
+                     link->away.text, (double)link->away_most_us / 1e6, why.text);
 }
 
 enum mr_status link_service(struct link *link, struct error *error)

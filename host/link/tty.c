@@ -5,6 +5,7 @@
 #include <asm/termbits.h> /* struct termios2, for any rate; not to be mixed with termios.h */
 #include <errno.h>
 #include <fcntl.h>
+#include <grp.h>
 #include <libserialport.h>
 #include <linux/serial.h>
 #include <poll.h>
@@ -14,6 +15,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "host/link/link_ops.h"
@@ -122,13 +124,17 @@ static enum mr_status no_port(const char *spec, const char *why, struct error *e
     return error_set(error, MR_IO, "no serial port (%s): %s; %s", why, spec, known);
 }
 
-static enum mr_status open_failed(const char *spec, struct error *error)
+static enum mr_status open_failed(const char *spec, const char *real, struct error *error)
 {
     int reason = sp_last_error_code();
-    if (reason == EACCES || reason == EPERM)
-        return error_set(error, MR_IO,
-                         "no right to open the serial port: %s; join its group (often dialout)",
-                         spec);
+    struct stat info;
+    const struct group *group = stat(real, &info) == 0 ? getgrgid(info.st_gid) : NULL;
+    if ((reason == EACCES || reason == EPERM) && group)
+        return error_set(
+            error, MR_IO,
+            "no right to open the serial port (%s; its group is %s, its mode %03o): %s; "
+            "join the group: adduser $USER %s",
+            strerror(reason), group->gr_name, info.st_mode & 0777u, spec, group->gr_name);
     if (reason == EBUSY)
         return error_set(error, MR_IO, "another program has the serial port: %s; end it first",
                          spec);
@@ -177,7 +183,7 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
     if (sp_get_port_by_name(real, &tty->port) != SP_OK)
         status = no_port(tty->spec, "not a serial device", error);
     else if (sp_open(tty->port, SP_MODE_READ_WRITE) != SP_OK) {
-        status = open_failed(tty->spec, error);
+        status = open_failed(tty->spec, real, error);
         sp_free_port(tty->port);
         tty->port = NULL;
     } else if (sp_get_port_handle(tty->port, &tty->fd) != SP_OK)

@@ -218,7 +218,7 @@ static enum mr_status open_again(struct store *store, enum store_mode mode,
     const char *name = store->path;
     int refused = store->refused, flags = SQLITE_OPEN_READWRITE;
     if (refused != SQLITE_CANTOPEN && refused != SQLITE_READONLY && refused != SQLITE_IOERR &&
-        refused != SQLITE_PROTOCOL && refused != SQLITE_BUSY)
+        refused != SQLITE_PROTOCOL && refused != SQLITE_BUSY && refused != SQLITE_FULL)
         return error_set(error, first->status, "%s", first->text);
     sqlite3_close(store->database);
     store->database = NULL;

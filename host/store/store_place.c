@@ -47,6 +47,51 @@ void store_file_system(const char *path, char out[STORE_TEXT])
         endmntent(mounts);
 }
 
+/* The kernel lists locks by process and inode: MAJOR:MINOR:INODE behind the fifth blank. */
+static int holder_of(ino_t file)
+{
+    char line[200], kind[16];
+    int holder = 0;
+    FILE *locks = fopen("/proc/locks", "r");
+    while (locks && holder == 0 && fgets(line, sizeof line, locks)) {
+        int pid;
+        unsigned major, minor;
+        unsigned long inode;
+        if (sscanf(line, "%*d: %*s %*s %15s %d %x:%x:%lu", kind, &pid, &major, &minor, &inode) ==
+                5 &&
+            inode == file && strcmp(kind, "WRITE") == 0 && pid > 0 && pid != getpid())
+            holder = pid;
+    }
+    if (locks)
+        fclose(locks);
+    return holder;
+}
+
+void store_holder(const char *path, char out[STORE_TEXT])
+{
+    static const char *const locked[] = {"-shm", ""};
+    char name[PATH_MAX];
+    struct stat info;
+    int pid = 0;
+    for (unsigned i = 0; i < 2 && pid == 0; i++) {
+        snprintf(name, sizeof name, "%s%s", path, locked[i]);
+        pid = stat(name, &info) == 0 ? holder_of(info.st_ino) : 0;
+    }
+    snprintf(out, STORE_TEXT, "another program is writing to it");
+    if (pid == 0)
+        return;
+    char command[40] = "";
+    snprintf(name, sizeof name, "/proc/%d/comm", pid);
+    FILE *file = fopen(name, "r");
+    if (file) {
+        if (fgets(command, sizeof command, file))
+            command[strcspn(command, "\n")] = '\0';
+        fclose(file);
+    }
+    snprintf(out, STORE_TEXT, "process %d%s%s holds its lock", pid, command[0] ? ", " : "",
+             command);
+}
+
 /* As SQLite does beside a campaign: a lock, and memory that programs share. NULL: it can; else what
  * it cannot. */
 static const char *probe(int fd, int *number)

@@ -356,6 +356,7 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
     int number = system_number(store->database, code);
     if (number == ENOSPC || number == EDQUOT)
         code = SQLITE_FULL;
+    text = number ? strerror(number) : text;
     store->refused = code;
     store->grown = number == EFBIG;
     if (store->grown || code == SQLITE_FULL || number)
@@ -388,14 +389,11 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
                          text, system, store->path);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return error_set(error, MR_IO, "cannot %s (%s): %s; another program is writing to it",
-                         doing, text, store->path);
+        store_holder(store->path, system);
+        return error_set(error, MR_IO, "cannot %s (%s): %s; %s", doing, text, store->path, system);
     default:
-        return number ? error_set(error, MR_IO,
-                                  "cannot %s (%s: %s; %s): %s; check path, rights and disk", doing,
-                                  text, strerror(number), system, store->path)
-                      : error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk",
-                                  doing, text, store->path);
+        return error_set(error, MR_IO, "cannot %s (%s%s%s): %s; check path, rights and disk", doing,
+                         text, number ? "; " : "", number ? system : "", store->path);
     }
 }
 

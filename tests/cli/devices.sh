@@ -37,4 +37,24 @@ the_landing_is_whole() { # as one landing, done; the hole has its cause
 
 check "a serial port that is unplugged and plugged in again: what came is there, what did not is counted" unplugged
 check "the landing goes on as one" the_landing_is_whole
+# One that does not come back: what was seen, how long it was waited for, and what there is in its place.
+it_stays_away() {
+    python3 - $matrig "$tmp/away.db" >"$tmp/away" 2>&1 <<'PYTHON'
+import os, pty, sqlite3, subprocess, sys, time
+main, port = pty.openpty()
+name = os.ttyname(port)
+os.close(port)
+log = subprocess.Popen([sys.argv[1], "--quiet", "log", "--serial", "serial:" + name, "--db", sys.argv[2], "--wait", "0.5"], stderr=subprocess.PIPE)
+for _ in range(6000): # the port is open when the session has begun
+    if os.path.exists(sys.argv[2]) and sqlite3.connect(sys.argv[2]).execute("SELECT name FROM sqlite_schema WHERE name='sessions'").fetchone():
+        break
+    time.sleep(0.01)
+os.close(main)
+print(log.communicate()[1].decode(), log.returncode)
+PYTHON
+    cat "$tmp/away"
+    says "the device is gone: serial:/dev/pts/[0-9]*; plug it in again \(waited 0.5 s for it; now: no serial port \(No such file or directory\): .*; there (is none|are /dev/)" "$tmp/away" &&
+        says '^ 3$' "$tmp/away"
+}
+check "one that stays away is told with the ports that there are" it_stays_away
 finish

@@ -35,6 +35,8 @@ nine "$tmp/known" "$db" env >"$tmp/out" 2>&1 || sed 's/^/# /' "$tmp/out"
 check "nine commands read what is on read-only media" same_answers read-only
 check "and on a drive without locks" same_answers no-locks
 check "and without shared memory" same_answers no-shared
+check "and on a full one" same_answers no-quota
+check "and on one that takes nothing" same_answers failing
 
 # A snapshot of a campaign that is written to: the journal counts.
 with_its_journal() {
@@ -67,6 +69,41 @@ cp "$there/c.db" "$tmp/kept.db"
 check "what writes says that it is read-only, on which file system" writing_is_refused read-only 'cannot be written \(Read-only file system; [a-z0-9.]+ at /'
 check "that there are no locks" writing_is_refused no-locks 'this file system has no locks \(No locks available; [a-z0-9.]+ at /.*log to a disk of this computer'
 check "that there is no shared memory" writing_is_refused no-shared 'this file system has no shared memory \(No such device; [a-z0-9.]+ at /.*log to a disk of this computer'
+
+# What the file system said, and which one it is.
+on_failing_disk() { # WHAT WORDS
+    fails_with 3 "$2" "${faulty[@]}" "PLACE=disks/there:$1" $matrig --quiet landing "$there/c.db" 1 --note x && cmp "$there/c.db" "$tmp/kept.db"
+}
+check "an error of the disk says which one, and where" on_failing_disk failing 'cannot (read|write) \(Input/output error; [a-z0-9.]+ at /.*\): .*there/c\.db; check path, rights and disk'
+check "a quota that is used up is a full disk" on_failing_disk no-quota 'cannot (read|write) \(Disk quota exceeded; [a-z0-9.]+ at /.*\): .*there/c\.db; make room on the disk'
+strange_bytes_are_shown() {
+    printf '\001\002 a sheet\n' >"$tmp/strange"
+    fails_with 4 "no frame in it: file:.*strange line 1, column 1; it reads '\?\? a sheet'" $matrig import "$tmp/new.db" "$tmp/strange" && [ ! -e "$tmp/new.db" ]
+}
+check "a file that is no log is shown as it reads" strange_bytes_are_shown
+# The campaign is locked while a log ends: by whom is said.
+the_holder_is_named() {
+    cp "$tmp/kept.db" "$tmp/held.db"
+    mkfifo "$tmp/held.pipe"
+    $matrig --quiet log --can "file:$tmp/held.pipe" --db "$tmp/held.db" >"$tmp/out" 2>"$tmp/err" &
+    local log=$! holder
+    exec 7>"$tmp/held.pipe"
+    await has_session "$tmp/held.db" || return 1
+    python3 -c 'import signal, sqlite3, sys
+sqlite3.connect(sys.argv[1], isolation_level=None).execute("BEGIN IMMEDIATE")
+open(sys.argv[2], "w"); signal.pause()' "$tmp/held.db" "$tmp/held.now" &
+    holder=$!
+    await test -e "$tmp/held.now" || return 1
+    head -n 1000 "$tmp/can" >&7
+    exec 7>&-
+    kill -TERM $log
+    wait $log
+    kill $holder
+    cat "$tmp/err"
+    grep -Eq "cannot (write|read) \(database is locked\): .*held\.db; process $holder, python3 holds its lock" "$tmp/err"
+}
+has_session() { [ "$(sqlite3 "$1" 'SELECT count(*) FROM sessions')" = 2 ]; }
+check "who holds a campaign is named" the_holder_is_named
 
 # Somebody has the campaign open while the log ends: all of it is in the file all the same.
 no_journal_is_left() {

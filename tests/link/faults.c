@@ -9,7 +9,8 @@
  *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes
  *                                  SECONDS; FILE goes
  *     PLACE=PART:WHAT              what is at paths that contain PART lies on a disk that is
- *                                  read-only, or has no-locks, or no-shared memory */
+ *                                  read-only or failing, or has no-locks, no-shared memory or
+ *                                  no-quota left */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -168,11 +169,11 @@ ssize_t pwrite64(int fd, const void *bytes, size_t size, off64_t at)
     static ssize_t (*real)(int, const void *, size_t, off64_t);
     if (!real)
         *(void **)&real = dlsym(RTLD_NEXT, "pwrite64");
-    if (is_full(fd)) {
-        errno = ENOSPC;
-        return -1;
-    }
-    return real(fd, bytes, size, at);
+    if (is_full(fd))
+        return refused(ENOSPC);
+    if (is_file_at(fd, "no-quota"))
+        return refused(EDQUOT);
+    return is_file_at(fd, "failing") ? refused(EIO) : real(fd, bytes, size, at);
 }
 
 static void stall(void)
