@@ -539,6 +539,7 @@ void compare_figures(const struct measured *measured, const struct zones_closure
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
     measured_torn_text(measured, figures->torn);
+    figures->marks = measured_marks(measured);
     snprintf(figures->against, sizeof figures->against, "%s", head->file);
     figures->run_ms = head->run_ms;
     figures->error_in = head->error_in;

@@ -164,6 +164,7 @@ struct compare_figures {
     char against[120]; /* file; empty: not kept */
     /* why the measured numbers are doubtful (measured_torn_text); "": they are not */
     char torn[MEASURED_TORN_TEXT];
+    const char *marks;       /* measured_marks */
     double run_ms, error_in; /* of the simulation, and its own estimate */
     int64_t seeds;
     size_t surveyed; /* segments whose slack was known */

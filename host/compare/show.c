@@ -186,7 +186,7 @@ static void verdict_answer(const struct compare_verdict *verdict, struct answer 
 void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                     struct answer *answer)
 {
-    answer_count(answer, "run", "RUN", figures->run);
+    answer_count(answer, "run", "RUN", figures->run)->end = figures->marks;
     if (figures->torn[0])
         answer_sentence(answer, "torn", "%s", figures->torn);
     else

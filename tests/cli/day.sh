@@ -89,6 +89,24 @@ calibrates() { # the next channel is asked for until there is none; one that fai
     grep -q "\$ matrig calibrate d1 --serial pty:$tmp/tty -o $tmp/a.db-calibrated.cfg$" "$tmp/said" && ! grep -q 'config set' "$tmp/said"
 }
 
+killed_it_leaves_the_terminal() { # as it was: nothing has to be given back
+    python3 - "$matrig" "$tmp/k.db" <<'EOF'
+import os, pty, signal, subprocess, sys, termios
+ours, theirs = pty.openpty()
+was = termios.tcgetattr(theirs)
+p = subprocess.Popen([sys.argv[1], "day", sys.argv[2]], stdin=theirs, stdout=theirs, stderr=theirs)
+seen = b""
+while b"campaign? y: " not in seen:
+    seen += os.read(ours, 1000)
+os.write(ours, b"y\n")
+while b"quit >" not in seen:
+    seen += os.read(ours, 1000)
+p.send_signal(signal.SIGKILL)
+p.wait()
+assert termios.tcgetattr(theirs) == was
+EOF
+}
+check "killed, it leaves the terminal as it was" killed_it_leaves_the_terminal
 check "a name mistyped makes no campaign" mistyped
 check "a series is begun, a survey skipped, the next step is known" begins
 check "links are asked for, and a step that fails ends nothing" asks_for_links
