@@ -17,7 +17,7 @@ ARM ?= arm-none-eabi-
 # Yours to set: CC, CPPFLAGS, CFLAGS, LDFLAGS, ARM_CFLAGS. What a compiler warns of depends on its flags: with yours a warning does not end
 # the build.
 CFLAGS ?= -O2 -g
-ARM_CFLAGS ?= -O2 -g
+ARM_CFLAGS ?= -Os -g
 WERROR := $(if $(filter file,$(origin CFLAGS)),-Werror)
 
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstrict-prototypes -Wmissing-prototypes $(WERROR)

@@ -8,8 +8,8 @@
 
 static bool in_flash(const struct mr_image *image)
 {
-    return image->program_start >= MR_IMAGE_FLASH && image->program_start <= image->program_end &&
-           image->program_end <= MR_IMAGE_FLASH + MR_IMAGE_FLASH_BYTES;
+    return image->program_start >= MR_FLASH && image->program_start <= image->program_end &&
+           image->program_end <= MR_FLASH + MR_FLASH_BYTES;
 }
 
 enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD])
@@ -68,8 +68,8 @@ void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
 /* ---- boards ---- */
 
 static const struct mr_board boards[] = {
-#define BOARD(number, NAME, name, part, package, chip, flash_kib, text) \
-    [number] = {#name, part, package, text, chip, flash_kib},
+#define BOARD(number, NAME, name, part, package, chip, text) \
+    [number] = {#name, part, package, text, chip},
 #include "common/boards.def"
 };
 #define BOARDS (sizeof boards / sizeof boards[0])

@@ -24,10 +24,18 @@
 #include "common/catalogue.h"
 #include "common/status.h"
 
+/* Where things are in memory, and how much of it the largest chip has: MR_PROGRAM and
+ * MR_PROGRAM_BYTES. */
+enum {
+#define KIB(f407, f446)                f407
+#define REGION(NAME, start, kib, text) MR_##NAME = (start), MR_##NAME##_BYTES = 1024 * (kib),
+#include "common/memory.def"
+    MR_FLASH = MR_VECTORS,
+    MR_FLASH_BYTES = MR_PROGRAM + MR_PROGRAM_BYTES - MR_FLASH
+};
+
 #define MR_IMAGE_MAGIC       0x4749524du
 #define MR_IMAGE_FORMAT      1u
-#define MR_IMAGE_FLASH       0x08000000u /* where flash begins */
-#define MR_IMAGE_FLASH_BYTES 0x100000u
 #define MR_IMAGE_PLACE       0x200u /* of the header, from there */
 #define MR_IMAGE_BYTES       36u
 #define MR_IMAGE_HEAD        (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* vectors and header */
@@ -61,7 +69,7 @@ void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
 /* Which boards there are images for: common/boards.def. */
 
 enum mr_board_number {
-#define BOARD(number, NAME, name, part, package, chip, flash_kib, text) MR_BOARD_##NAME = (number),
+#define BOARD(number, NAME, name, part, package, chip, text) MR_BOARD_##NAME = (number),
 #include "common/boards.def"
 };
 
@@ -69,8 +77,7 @@ struct mr_board {
     const char *name;           /* "zg": of make BOARD=zg and of its folder */
     const char *part, *package; /* of its chip */
     const char *text;
-    uint16_t chip;      /* device id */
-    uint16_t flash_kib; /* of the chip */
+    uint16_t chip; /* device id */
 };
 
 /* NULL: there is no such board. Static storage. */

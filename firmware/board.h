@@ -168,7 +168,7 @@ void board_scans_restart(void);
  * blocks lost show as a jump of the index; only while idle. firmware/f407/flash.c implements it;
  * tests link a memory that tears (fake_flash.h). */
 #define FLASH_COPIES     2u
-#define FLASH_COPY_BYTES 16384u
+#define FLASH_COPY_BYTES (MR_CONFIGURATION_BYTES / FLASH_COPIES)
 
 /* What a copy's sector holds now, FLASH_COPY_BYTES. */
 const uint8_t *flash_copy(unsigned copy);

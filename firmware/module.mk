@@ -30,8 +30,9 @@ images := $(foreach board,$(boards),$(call image_files,$(call board_elf,$(board)
 board_tables := $(B)/host/firmware/boards/tables.o
 
 $(app_lib): $(call objects,host,$(app_src))
-# Seldom run and large: by size, so that the image stays within 128 KiB (tests/cli/image.sh).
-$(patsubst %,$(B)/arm/firmware/%.o,calibrate configround): ARM_FLAGS += -Os
+# Where all is for size, what firmware/hot.txt has is for speed.
+hot := $(if $(filter -Os,$(ARM_CFLAGS)),$(shell awk '!/^\#/ {print $$2}' firmware/hot.txt))
+$(foreach folder,arm $(boards:%=arm/%),$(hot:%=$(B)/$(folder)/%.o)): ARM_FLAGS += -O2
 # The compiler would make calls of memset and memcpy of what these are.
 $(B)/arm/firmware/libc/libc.o: ARM_FLAGS += -fno-tree-loop-distribute-patterns -fno-builtin
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
@@ -54,15 +55,18 @@ $(commit): always
 	@mkdir -p $(@D)
 	@commit=$${COMMIT:-$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown)}; \
 		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
-$(stamp): firmware/stamp/stamp.c common/boards.def common/crc32.c common/image.c | $(B)/.demo-packages
+$(stamp): firmware/stamp/stamp.c common/boards.def common/memory.def common/crc32.c common/image.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
 
-link_image = $(ARM)gcc $(ARM_CPU) -nostdlib -T firmware/f407/matrig.ld -Wl,--gc-sections
+link_image = $(ARM)gcc $(ARM_CPU) -nostdlib -T $(call board_folder,$(1))/matrig.ld -Wl,--gc-sections
 define image_rule
+$(call board_folder,$(1))/matrig.ld: firmware/f407/matrig.ld common/memory.def $(wildcard firmware/boards/*.def)
+	@mkdir -p $$(@D)
+	$$(call say,GEN,$$@)$(ARM)gcc -E -P -x c -I. $(call for_board,$(1)) $$< -o $$@
 $(call board_elf,$(1)): $(call board_objects,$(1))
 $(call bringup_elf,$(1)): $(call bringup_objects,$(1))
-$(call board_elf,$(1)) $(call bringup_elf,$(1)): firmware/f407/matrig.ld $(stamp) $(commit)
+$(call board_elf,$(1)) $(call bringup_elf,$(1)): $(call board_folder,$(1))/matrig.ld $(stamp) $(commit)
 	@mkdir -p $$(@D)
 	$$(call say,LD,$$@)$(link_image) -Wl,-Map=$$(@:.elf=.map) $$(filter %.o,$$^) -lgcc -o $$@
 	$(Q)$(stamp) $$@ $$$$(cat $(commit))

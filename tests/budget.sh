@@ -12,7 +12,7 @@ python3 tests/board/chart.py tests/runs/landing5.run 0 35.5 0:7.0,1.5:7.0,1.7:8.
 build/matrig-board --elf $elf --rig $rig --can file:$out/can.log --serial file:$out/serial.bin --profile $out/profile.txt \
     2>$out/board.txt
 seconds=$(sed -n 's/^matrig-board profile: [0-9]* instructions in \([0-9.]*\) s.*/\1/p' $out/profile.txt)
-arm-none-eabi-nm -l $elf | awk '$2 ~ /^[tTwW]$/ && $4 { sub(/:[0-9]+$/, "", $4); print $3, $4 }' >$out/files.txt
+arm-none-eabi-nm -l $elf | awk '$2 ~ /^[tTwW]$/ && $4 { sub(/:[0-9]+$/, "", $4); sub(/\..*/, "", $3); print $3, $4 }' >$out/files.txt
 awk -v seconds="$seconds" -v limit=$limit_percent '
     function task(file, name) {
         if (file !~ /(firmware|common)\//) return "library"
@@ -48,6 +48,24 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         printf "sampling, demodulation, storage, telemetry, all of the library and of the divides: %.2f %% (limit %d %%)\n", (taken + extra) / 1.68e6, limit
         exit (taken + extra) / 1.68e6 > limit
     }' $out/files.txt $out/profile.txt | tee $out/budget.txt
+
+# What is compiled for speed, and what should be: firmware/hot.txt.
+awk '
+    FILENAME ~ /hot.txt$/ { if (!/^#/) hot[$2] = $1; next }
+    FILENAME ~ /files.txt$/ { sub(/^.*\/(firmware|common)\//, substr($2, match($2, /(firmware|common)\//), RLENGTH), $2)
+        sub(/\.[ch]$/, "", $2); sub(/^firmware\/libc\/.*/, "firmware/libc/libc", $2); file[$1] = $2; next }
+    /^by function/ { functions = 1; next }
+    functions && $1 ~ /^[0-9]+$/ { name = $4; sub(/\..*/, "", name); total[file[name]] += $1; all += $1 }
+    END {
+        for (name in hot) { printf "%5.1f  %-24s of all instructions, compiled for speed (said: %.1f)\n", 100 * total[name] / all, name, hot[name] | "sort -rn"; sum += total[name] }
+        close("sort -rn")
+        printf "%5.1f  all of them\n", 100 * sum / all
+        for (name in total) if (name ~ /^(common|firmware)\// && total[name] >= all / 100 && !(name in hot)) {
+            printf "%5.1f  %-24s is compiled for size: give it a line in firmware/hot.txt\n", 100 * total[name] / all, name
+            bad = 1
+        }
+        exit bad
+    }' firmware/hot.txt $out/files.txt $out/profile.txt | tee $out/hot.txt
 
 # The predictor over any second: profiles up to each quarter of a second, a second apart. All divides and roots are put down to it.
 echo

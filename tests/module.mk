@@ -90,7 +90,7 @@ $(call tests_of,common): $(B)/tests/common/%: $(B)/tests/common/%.o $(common_lib
 fakes := $(patsubst %,$(B)/tests/firmware/fake_%.o,board nor flash i2c)
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(fakes) $(app_lib) $(common_lib)
 	$(call link,-lcmocka -lm)
-$(B)/tests/firmware/test_pins: $(board_tables)
+$(B)/tests/firmware/test_pins $(B)/tests/hil/test_boards: $(board_tables)
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
 	$(call link,-lcmocka $(HIL_LIBS))
 # What they run: the images, and the program for the test of its command line. Order alone: a new image needs no new linking.
@@ -120,7 +120,7 @@ variant_source_changing := firmware/main
 $(B)/tests/variant/%.elf: tests/variant/%.h $(firmware) $(firmware:.elf=.bin)
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
-	$(call say,LD,$@)$(link_image) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lgcc -o $@
+	$(call say,LD,$@)$(call link_image,zg) $(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call board_objects,zg)) -lgcc -o $@
 	$(Q)$(stamp) $@ $$(cat $(commit))
 	@$(ARM)objcopy -O binary --gap-fill 0xff $@ $(@:.elf=.bin)
 	@! cmp -s $(@:.elf=.bin) $(firmware:.elf=.bin) || { echo "$<: the image is the firmware as it is; what should differ?" >&2; exit 1; }

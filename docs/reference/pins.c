@@ -1,4 +1,4 @@
-/* Pins of each board. Where each is on the package comes from ST's pin database, as the test of the
+/* Pins and memory of each board. Where each is on the package comes from ST's pin database, as the test of the
  * tables has it. */
 #include <stdbool.h>
 #include <stdlib.h>
@@ -105,4 +105,27 @@ void reference_pins(FILE *out)
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         print_board(out, board, board_table_of(i));
+}
+
+void reference_memory(FILE *out)
+{
+    const struct mr_board *board;
+    const struct board_table *zg = board_table_of(MR_BOARD_ZG), *table;
+    reference_head(out, "Memory", "`common/memory.def`");
+    fputs(
+        "What lies where, and how many KiB of it the chip of each board has. Images are linked by "
+        "it; how much of it they take:\n[measured](../measured/board.md#boards).\n\n| from |",
+        out);
+    for (unsigned i = 0; (board = mr_board_of(i)); i++)
+        fprintf(out, " %s |", board->name);
+    fputs(" what |\n|---|", out);
+    for (unsigned i = 0; mr_board_of(i); i++)
+        fputs("---|", out);
+    fputs("---|\n", out);
+    for (size_t n = 0; n < zg->regions; n++) {
+        fprintf(out, "| 0x%08lx |", zg->region[n].start);
+        for (unsigned i = 0; (table = board_table_of(i)); i++)
+            fprintf(out, " %lu |", table->region[n].bytes / 1024);
+        fprintf(out, " %s |\n", zg->region[n].text);
+    }
 }

@@ -5,48 +5,41 @@
 
 #include "common/image.h"
 
-static const struct board_row zg_rows[] = {
-#define BOARD_FILE "firmware/boards/zg.def"
-#include "firmware/boards/rows.def"
-};
-static const struct board_fact zg_facts[] = {
-#define BOARD_FILE "firmware/boards/zg.def"
-#include "firmware/boards/facts.def"
-};
-
-static const struct board_row discovery_rows[] = {
-#define BOARD_FILE "firmware/boards/discovery.def"
-#include "firmware/boards/rows.def"
-};
-static const struct board_fact discovery_facts[] = {
-#define BOARD_FILE "firmware/boards/discovery.def"
-#include "firmware/boards/facts.def"
-};
-
-static const struct board_row nucleo446_rows[] = {
-#define BOARD_FILE "firmware/boards/nucleo446.def"
-#include "firmware/boards/rows.def"
-};
-static const struct board_fact nucleo446_facts[] = {
-#define BOARD_FILE "firmware/boards/nucleo446.def"
-#include "firmware/boards/facts.def"
-};
+#define TABLE(part) zg_##part
+#define BOARD_FILE  "firmware/boards/zg.def"
+#include "firmware/boards/table.def"
+#define TABLE(part) discovery_##part
+#define BOARD_FILE  "firmware/boards/discovery.def"
+#include "firmware/boards/table.def"
+#define TABLE(part) nucleo446_##part
+#define BOARD_FILE  "firmware/boards/nucleo446.def"
+#include "firmware/boards/table.def"
 
 #define COUNT(array) (sizeof(array) / sizeof(array)[0])
-#define TABLE(name)                                                        \
-    {                                                                      \
-        name##_rows, COUNT(name##_rows), name##_facts, COUNT(name##_facts) \
+#define OF(name)                                                                            \
+    {                                                                                       \
+        name##_rows, COUNT(name##_rows), name##_facts, COUNT(name##_facts), name##_regions, \
+            COUNT(name##_regions)                                                           \
     }
 
 static const struct board_table tables[] = {
-    [MR_BOARD_ZG] = TABLE(zg),
-    [MR_BOARD_DISCOVERY] = TABLE(discovery),
-    [MR_BOARD_NUCLEO446] = TABLE(nucleo446),
+    [MR_BOARD_ZG] = OF(zg),
+    [MR_BOARD_DISCOVERY] = OF(discovery),
+    [MR_BOARD_NUCLEO446] = OF(nucleo446),
 };
 
 const struct board_table *board_table_of(unsigned number)
 {
     return number < COUNT(tables) ? &tables[number] : NULL;
+}
+
+const struct board_region *board_region_of(const struct board_table *table, const char *name)
+{
+    for (size_t i = 0; i < table->regions; i++) {
+        if (strcmp(table->region[i].name, name) == 0)
+            return &table->region[i];
+    }
+    abort();
 }
 
 long board_fact_of(const struct board_table *table, const char *name)

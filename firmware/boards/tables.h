@@ -29,15 +29,25 @@ struct board_fact {
     const char *text;
 };
 
+struct board_region { /* common/memory.def */
+    const char *name;
+    unsigned long start, bytes; /* no bytes: this chip has none of it */
+    const char *text;
+};
+
 struct board_table {
     const struct board_row *row;
     size_t rows;
     const struct board_fact *fact;
     size_t facts;
+    const struct board_region *region;
+    size_t regions;
 };
 
 /* By common/boards.def; NULL: there is none. Static storage. */
 const struct board_table *board_table_of(unsigned number);
+/* Of this name; aborts when there is none. */
+const struct board_region *board_region_of(const struct board_table *table, const char *name);
 /* Value of a fact; aborts when the board has none of that name. */
 long board_fact_of(const struct board_table *table, const char *name);
 

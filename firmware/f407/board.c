@@ -43,7 +43,7 @@ _Static_assert(sizeof header == MR_IMAGE_BYTES, "common/image.h says where what 
 
 static uint8_t look_at_image(struct mr_image *image, uint32_t *crc)
 {
-    enum mr_status status = mr_image_get(image, (const uint8_t *)MR_IMAGE_FLASH);
+    enum mr_status status = mr_image_get(image, (const uint8_t *)MR_FLASH);
     *crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
     if (status == MR_UNKNOWN || status == MR_VERSION)
         return MR_IMAGE_NONE;

@@ -8,8 +8,9 @@
 
 #include "firmware/f407/drivers.h"
 
-#define COPY_A   0x08008000u
-#define SECTOR_A 2u
+#define COPY_A   ((uint32_t)MR_CONFIGURATION)
+/* sectors 0 to 3 are of one size, a copy's */
+#define SECTOR_A ((MR_CONFIGURATION - MR_FLASH) / FLASH_COPY_BYTES)
 #define KEY1     0x45670123u
 #define KEY2     0xcdef89abu
 /* about 1 s, should the loop run from the cache; the loop stands still with the flash otherwise */

@@ -20,6 +20,31 @@ void dma2_stream1_irq(void);
 void dma2_stream4_irq(void);
 void dma2_stream7_irq(void);
 
+typedef void (*handler)(void);
+#define VECTORS (16u + 82u)
+
+/* An interrupt that nobody asked for is a fault too: every entry first, then those that have a
+ * handler. */
+#pragma GCC diagnostic ignored "-Woverride-init"
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t *stack;
+    handler handlers[VECTORS - 1];
+} vectors = {
+    stack_top,
+    {
+        [0 ... VECTORS - 2] = processor_fault,
+        [1 - 1] = reset,
+        [15 - 1] = systick,
+        [16 + IRQ_DMA1_STREAM3 - 1] = dma1_stream3_irq,
+        [16 + IRQ_ADC - 1] = adc_irq,
+        [16 + IRQ_CAN1_TX - 1] = can1_tx_irq,
+        [16 + IRQ_CAN1_RX0 - 1] = can1_rx0_irq,
+        [16 + IRQ_DMA2_STREAM1 - 1] = dma2_stream1_irq,
+        [16 + IRQ_DMA2_STREAM4 - 1] = dma2_stream4_irq,
+        [16 + IRQ_DMA2_STREAM7 - 1] = dma2_stream7_irq,
+    },
+};
+
 void start_program(void);
 
 __attribute__((naked)) void reset(void)
@@ -45,8 +70,8 @@ __attribute__((used)) void start_program(void)
         NVIC_ICPR[n] = 0xffffffffu;
     }
     rom_if_asked();
-    /* where matrig.ld puts them; started by the boot ROM, that ROM's vectors are at 0 */
-    SCB_VTOR = 0x08000000u;
+    /* started by the boot ROM, that ROM's vectors are at 0 */
+    SCB_VTOR = (uint32_t)(uintptr_t)&vectors;
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
     __asm volatile("dsb\n\tisb" ::: "memory");
     const uint32_t *from = data_load;
@@ -58,28 +83,3 @@ __attribute__((used)) void start_program(void)
     (void)main();
     processor_fault();
 }
-
-typedef void (*handler)(void);
-#define VECTORS (16u + 82u)
-
-/* An interrupt that nobody asked for is a fault too: every entry first, then those that have a
- * handler. */
-#pragma GCC diagnostic ignored "-Woverride-init"
-__attribute__((section(".vectors"), used)) static const struct {
-    uint32_t *stack;
-    handler handlers[VECTORS - 1];
-} vectors = {
-    stack_top,
-    {
-        [0 ... VECTORS - 2] = processor_fault,
-        [1 - 1] = reset,
-        [15 - 1] = systick,
-        [16 + IRQ_DMA1_STREAM3 - 1] = dma1_stream3_irq,
-        [16 + IRQ_ADC - 1] = adc_irq,
-        [16 + IRQ_CAN1_TX - 1] = can1_tx_irq,
-        [16 + IRQ_CAN1_RX0 - 1] = can1_rx0_irq,
-        [16 + IRQ_DMA2_STREAM1 - 1] = dma2_stream1_irq,
-        [16 + IRQ_DMA2_STREAM4 - 1] = dma2_stream4_irq,
-        [16 + IRQ_DMA2_STREAM7 - 1] = dma2_stream7_irq,
-    },
-};

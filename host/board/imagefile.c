@@ -11,10 +11,6 @@
 #include "host/base/xmalloc.h"
 
 #define FILE_BYTES_MAX (64u << 20) /* of an ELF most is for the debugger */
-#define RAM_START      0x20000000u
-#define RAM_END        0x20020000u
-#define CCM_START      0x10000000u
-#define CCM_END        0x10010000u
 
 struct source {
     const char *path;
@@ -49,17 +45,18 @@ static enum mr_status read_all(struct source *source, struct error *error)
 static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t byte,
                            const char *place, struct error *error)
 {
-    uint64_t at = address - MR_IMAGE_FLASH;
-    if (address < MR_IMAGE_FLASH || at >= IMAGEFILE_BYTES)
+    uint64_t at = address - MR_FLASH;
+    if (address < MR_FLASH || at >= IMAGEFILE_BYTES)
         return error_set(error, MR_MALFORMED,
                          "outside the flash (0x%08llx): %s of %s; it is for another board",
                          (unsigned long long)address, place, image->path);
     if (at >= IMAGEFILE_CONFIGURATION_START && at < IMAGEFILE_CONFIGURATION_END)
         return error_set(error, MR_MALFORMED,
                          "it holds something at 0x%08llx, where the configuration is kept "
-                         "(0x08008000 to 0x0800ffff): %s of %s; "
-                         "flash the image as it was built",
-                         (unsigned long long)address, place, image->path);
+                         "(0x%08x to 0x%08x): %s of %s; flash the image as it was built",
+                         (unsigned long long)address, (unsigned)MR_CONFIGURATION,
+                         (unsigned)(MR_CONFIGURATION + MR_CONFIGURATION_BYTES - 1), place,
+                         image->path);
     if (image->given[at] && image->bytes[at] != byte)
         return error_set(error, MR_MALFORMED,
                          "two values for 0x%08llx: %s of %s; build the image again",
@@ -138,7 +135,7 @@ static enum mr_status read_bin(struct imagefile *image, const struct source *sou
     for (size_t i = 0; status == MR_OK && i < source->length; i++) {
         bool spared = i >= low && i < IMAGEFILE_CONFIGURATION_END && source->bytes[i] == 0xff;
         if (!spared)
-            status = give(image, MR_IMAGE_FLASH + i, source->bytes[i], "a byte", error);
+            status = give(image, MR_FLASH + i, source->bytes[i], "a byte", error);
     }
     return status;
 }
@@ -149,9 +146,9 @@ static enum mr_status check_vectors(const struct imagefile *image, struct error 
 {
     const uint8_t *p = image->bytes;
     uint32_t stack = mr_get_u32(&p), entry = mr_get_u32(&p);
-    uint32_t at = (entry & ~1u) - MR_IMAGE_FLASH;
-    bool in_ram = (stack > RAM_START && stack <= RAM_END) ||
-                  (stack > CCM_START && stack <= CCM_END);
+    uint32_t at = (entry & ~1u) - MR_FLASH;
+    bool in_ram = (stack > MR_RAM && stack <= MR_RAM + MR_RAM_BYTES) ||
+                  (stack > MR_CCM && stack <= MR_CCM + MR_CCM_BYTES);
     if (!image->given[0] || !image->given[7] || !in_ram || !(entry & 1u) || at >= IMAGEFILE_BYTES ||
         !image->given[at])
         return error_set(error, MR_MALFORMED,
@@ -174,8 +171,8 @@ static enum mr_status check_header(struct imagefile *image, struct error *error)
         return error_set(error, MR_CRC,
                          "its vectors or header are damaged: %s; build or copy it again",
                          image->path);
-    uint32_t start = image->header.program_start - MR_IMAGE_FLASH,
-             end = image->header.program_end - MR_IMAGE_FLASH;
+    uint32_t start = image->header.program_start - MR_FLASH,
+             end = image->header.program_end - MR_FLASH;
     uint32_t crc = mr_crc32(0, image->bytes + start, end - start);
     if (crc != image->header.program_crc)
         return error_set(error, MR_CRC,

@@ -11,10 +11,10 @@
 #include "common/image.h"
 #include "host/base/error.h"
 
-#define IMAGEFILE_BYTES               MR_IMAGE_FLASH_BYTES
-/* The configuration's sectors, 2 and 3 (RM0090 3.3 table 5), as offsets; they are always kept. */
-#define IMAGEFILE_CONFIGURATION_START 0x8000u
-#define IMAGEFILE_CONFIGURATION_END   0x10000u
+#define IMAGEFILE_BYTES               ((uint32_t)MR_FLASH_BYTES)
+/* The configuration's sectors as offsets; they are always kept. */
+#define IMAGEFILE_CONFIGURATION_START ((uint32_t)(MR_CONFIGURATION - MR_FLASH))
+#define IMAGEFILE_CONFIGURATION_END   (IMAGEFILE_CONFIGURATION_START + MR_CONFIGURATION_BYTES)
 
 struct imagefile {
     const char *path;

@@ -65,7 +65,7 @@ static const uint8_t detour[24] = {
 
 struct part {
     const char *name;
-    uint32_t at; /* from MR_IMAGE_FLASH on */
+    uint32_t at; /* from MR_FLASH on */
     const uint8_t *bytes;
     size_t count;
     bool start; /* start the program afterwards */
@@ -170,7 +170,7 @@ static enum mr_status write_part(const struct session *to, const char *folder,
     char path[TEMPORARY_FOLDER + 40], at[12], said[SAID_MAX], why[120];
     const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->start ? "-g" : NULL, at, NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);
-    snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_IMAGE_FLASH + part->at));
+    snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_FLASH + part->at));
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(part->bytes, 1, part->count, file) == part->count;
     if (!file || fclose(file) != 0 || !written)

@@ -15,7 +15,7 @@
 #include "host/base/command.h"
 #include "host/base/xmalloc.h"
 
-#define CONFIG_COPY_A 0x8000u /* where it is in flash */
+#define CONFIG_COPY_A (MR_CONFIGURATION - MR_FLASH)
 
 struct replay {
     const char *db;

@@ -1,24 +1,55 @@
 #!/usr/bin/env bash
-# The firmware image: size, no heap, stack within its region, boots where most of the chip is missing.
+# The firmware images: size, place, no heap, stack within its region. Regions are those of common/memory.def.
 . "$(dirname "$0")/tap.sh"
 elf=build/firmware/matrig.elf
 
-flash_fits() {
-    local flash
-    flash=$(arm-none-eabi-size "$elf" | awk 'NR == 2 {print $1 + $2}')
-    echo "flash $flash bytes of 131072"
-    [ "$flash" -le 131072 ]
+# region NAME: where it starts and how many bytes of it the smallest chip has
+region() { # NAME
+    local at f407 f446
+    read -r at f407 f446 < <(sed -n "s/^REGION($1, \(0x[0-9a-f]*\), KIB(\([0-9]*\), \([0-9]*\)),.*/\1 \2 \3/p" common/memory.def) &&
+        echo "$((at)) $((1024 * (f407 < f446 ? f407 : f446)))"
 }
-ram_fits() {
-    local ram
-    ram=$(arm-none-eabi-size -A -d "$elf" | awk '$3 >= 536870912 && $3 < 537001984 {sum += $2} END {print sum + 0}')
-    echo "RAM $ram bytes of 122880, stack included"
-    [ "$ram" -le 122880 ] && [ "$ram" -gt 4096 ]
+# Every byte that is loaded or set aside is in one of the three, of the smallest board: not in the configuration's sectors, nor where no DMA comes.
+fits() {
+    local image name at size load rest flash ram start
+    read -r flash rest < <(region VECTORS) && [ "$flash $rest" = "134217728 32768" ] && [ "$(region CCM)" = "268435456 0" ] || return 1
+    for image in build/firmware/{,discovery/,nucleo446/}{matrig,bringup}.elf; do
+        arm-none-eabi-objdump -h "$image" | awk '$1 ~ /^[0-9]+$/ {n = $2; s = $3; v = $4; l = $5; getline; if (/ALLOC/) print n, s, v, l}' >"$tmp/sections"
+        [ "$(wc -l <"$tmp/sections")" -ge 5 ] || return 1
+        flash=0 ram=0
+        while read -r name size at load; do
+            size=$((16#$size)) at=$((16#$at)) load=$((16#$load))
+            case $name in
+            .vectors) within VECTORS "$at" "$size" && [ "$load" = "$at" ] || return 1 ;;
+            .text | .ARM.exidx) within PROGRAM "$at" "$size" && [ "$load" = "$at" ] && flash=$((flash + size)) || return 1 ;;
+            .data) within PROGRAM "$load" "$size" && within RAM "$at" "$size" && flash=$((flash + size)) ram=$((ram + size)) || return 1 ;;
+            *) within RAM "$at" "$size" && ram=$((ram + size)) || return 1 ;;
+            esac
+        done <"$tmp/sections"
+        read -r start rest < <(region PROGRAM)
+        echo "$image: flash $flash bytes, left $((rest - flash)); RAM $ram, left $(($(region RAM | cut -d ' ' -f 2) - ram))"
+        [ "$flash" -gt 30000 ] && [ "$ram" -gt 4096 ] || return 1
+    done
+}
+within() { # REGION ADDRESS BYTES
+    local start bytes
+    read -r start bytes < <(region "$1") && [ "$2" -ge "$start" ] && [ $(($2 + $3)) -le $((start + bytes)) ] || { echo "$image: $name is not in $1"; return 1; }
 }
 no_heap() { ! arm-none-eabi-nm "$elf" | grep -E ' _*(malloc|calloc|realloc|free|sbrk)(_r)?$'; }
 stack_bounded() { grep -E '^worst case [0-9]+ bytes of [0-9]+$' build/firmware/stack.txt; }
-configuration_sectors_empty() { # sectors 2 and 3 are spared: nothing is linked there
-    ! arm-none-eabi-objdump -h "$elf" | awk '{print $4, $5}' | grep -Ei '0800[89abcdef][0-9a-f]{3}'
+# What is compiled for speed is there to be compiled, and what the compiler noted of itself is as firmware/hot.txt says.
+hot_is_fast() {
+    local file object
+    grep -v '^#' firmware/hot.txt >"$tmp/hot" && [ -s "$tmp/hot" ] || return 1
+    while read -r _ file _; do
+        [ -f "$file.c" ] || { echo "no $file.c"; return 1; }
+    done <"$tmp/hot"
+    for object in $(find build/arm/common build/arm/firmware build/arm/zg -name '*.o'); do
+        file=${object#build/arm/} file=${file#zg/} file=${file%.o}
+        how=$(arm-none-eabi-readelf --debug-dump=info "$object" | grep -m 1 DW_AT_producer)
+        case "$how" in *-O2*) fast=1 ;; *-Os*) fast=0 ;; *) echo "$object: $how"; return 1 ;; esac
+        [ $fast = "$(awk -v f="$file" '$2 == f {n++} END {print n + 0}' "$tmp/hot")" ] || { echo "$file: hot.txt says otherwise: $how"; return 1; }
+    done
 }
 bin_equals_elf() {
     arm-none-eabi-objcopy -I binary -O binary build/firmware/matrig.bin "$tmp/bin" &&
@@ -26,10 +57,9 @@ bin_equals_elf() {
             "$(printf '%08x' $((0x$(arm-none-eabi-nm "$elf" | awk '$3 == "reset" {print $1}') | 1)))" ]
 }
 
-check "at most 128 KiB of flash" flash_fits
-check "at most 120 KiB of RAM" ram_fits
+check "every image fits the smallest board, each part in its region" fits
 check "no heap linked" no_heap
 check "worst-case stack from the compiler's figures fits its region" stack_bounded
-check "configuration sectors are spared" configuration_sectors_empty
+check "files that take instructions are compiled for speed, the others for size" hot_is_fast
 check "the raw binary starts with the vectors" bin_equals_elf
 finish

@@ -1,6 +1,7 @@
 /* Each board's own image on the emulated board of that name, and on no other: chip, package, clock
  * and what is soldered to its pins. */
 #include "common/image.h"
+#include "firmware/boards/tables.h"
 #include "hil/board/board.h"
 #include "hil/core/bus.h"
 #include "hil/periph/options.h"
@@ -90,6 +91,30 @@ TEST(so_does_a_flash_file)
     hil_board_destroy(board);
 }
 
+/* common/memory.def, from which images are linked, against the emulated board's own. */
+TEST(each_has_the_memory_that_its_images_take_it_to_have)
+{
+    for (size_t i = 0; i < BOARDS; i++) {
+        struct hil_board *board = power_on(hil_board_type_named(names[i]));
+        const struct board_table *table = board_table_of((unsigned)mr_board_named(names[i]));
+        const struct board_region *program = board_region_of(table, "PROGRAM"),
+                                  *ram = board_region_of(table, "RAM"),
+                                  *ccm = board_region_of(table, "CCM");
+        unsigned long at = HIL_FLASH_BASE;
+        for (size_t n = 0; n < 3; n++) { /* vectors, configuration, program: no gap */
+            assert_int_equal(table->region[n].start, at);
+            at += table->region[n].bytes;
+        }
+        assert_ptr_equal(program, &table->region[2]);
+        assert_int_equal(at - HIL_FLASH_BASE, 1024ul * board->options.type->flash_kib);
+        assert_int_equal(ram->start, HIL_SRAM_BASE);
+        assert_int_equal(ram->bytes, HIL_SRAM_SIZE);
+        assert_int_equal(ccm->start, HIL_CCM_BASE);
+        assert_int_equal(ccm->bytes, board->core.no_ccm ? 0 : HIL_CCM_SIZE);
+        hil_board_destroy(board);
+    }
+}
+
 /* AN2606: device ids; what RM0090 and RM0390 say of the flash size register. */
 TEST(each_chip_says_what_it_is)
 {
@@ -102,7 +127,6 @@ TEST(each_chip_says_what_it_is)
         assert_int_equal(hil_bus_read(&board->core, IDCODE, 4) & 0xfffu, wanted[i].id);
         assert_int_equal(hil_bus_read(&board->core, FLASH_SIZE, 4) >> 16, wanted[i].kib);
         assert_int_equal(told->chip, wanted[i].id);
-        assert_int_equal(told->flash_kib, wanted[i].kib);
         assert_int_equal(board->core.state.clock.hclk_hz, 168000000);
         assert_true(hil_bus_read(&board->core, RCC_PLLCFGR, 4) >> 22 & 1u); /* from OSC_IN */
         assert_true(hil_board_counters(board)->serial_bytes_out > 100);
