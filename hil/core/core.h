@@ -356,10 +356,9 @@ void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t 
 /* The access in progress: which instruction of the running block makes it, when, and its refusal.
  *
  * Everything else of the emulator happens at the start of a basic block. Here an access has the
- * time of its own instruction: the start of its block plus one cycle for every instruction before
- * it (hil_options.cpi more, where that is not 1). An instruction of silicon takes one cycle or more (an
- * IT instruction or a NOP can take none), so the time between two accesses is a lower bound of that
- * on silicon. */
+ * time of its own instruction: the start of its block plus one cycle (hil_options.cpi) for every
+ * instruction before it. An instruction of silicon takes one cycle or more (an IT instruction or a
+ * NOP can take none), so the time between two accesses is a lower bound of that on silicon. */
 
 /* Must the multiple, double or exclusive transfer at `pc` fault for its address, as the registers
  * are now? One with a general base register. */
