@@ -237,9 +237,8 @@ void series_ensemble(const struct landing_series *series, unsigned jobs,
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE  (1.0 / 3.0)
 #define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
-/* of an ensemble's runways one is played again, at another step: no whole multiple */
+/* of an ensemble's runways one is played again */
 #define EVERY       6
-#define OTHER_STEP  1.37
 
 /* A runway between landings. */
 struct runway {
@@ -358,8 +357,9 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     set_scene(r, &landing->scene, model, path->rows, path->count, &scene);
     sim_run(&scene, &options, result, error);
     drop_scene(&scene);
-    double longer_s = OTHER_STEP * result->dt_s;
-    out->other_s[!chain] = longer_s < result->dt_limit_s ? longer_s : result->dt_s / OTHER_STEP;
+    double longer_s = SERIES_OTHER_STEP * result->dt_s;
+    out->other_s[!chain] = longer_s < result->dt_limit_s ? longer_s
+                                                         : result->dt_s / SERIES_OTHER_STEP;
     if (result->status == SIM_FOLDED) /* an outcome, not a failure */
         *error = (struct error){0};
     return error->status;

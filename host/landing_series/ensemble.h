@@ -9,6 +9,9 @@
 #include "host/landing_series/series.h"
 #include "host/sim/scene/result.h"
 
+/* of the first play's step, where a runway is played again: no whole multiple */
+#define SERIES_OTHER_STEP 1.37
+
 /* What one landing did. Movements and stations: of this landing; total: since the runway was
  * laid. */
 struct series_outcome {

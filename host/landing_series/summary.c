@@ -38,7 +38,7 @@ static double both(double a, double b)
     return sqrt(a * a + b * b);
 }
 
-/* One peak of one landing, over the runways that one engine moved. */
+/* One peak of one landing, over the runways that one engine moved: the chain, the planar one. */
 struct tally {
     size_t count, pairs;
     double sum, squares;
@@ -82,36 +82,34 @@ static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_
     return sqrt(r * (r + sqrt(fmax(spread2, 0.0))));
 }
 
-static void set_errors(const struct landing_series *c, struct series_run *runs, bool by_planar,
-                       size_t peak)
+static void set_errors(const struct landing_series *c, struct series_run *runs, size_t value,
+                       size_t error)
 {
+    struct tally *tallies = xcalloc(2 * c->landing_count, sizeof *tallies);
     double apart2 = 0.0;
     size_t pairs = 0;
-    for (size_t k = 0; k < c->landing_count; k++) {
-        struct tally t = tally_of(c, runs, k, by_planar, peaks[peak].value);
-        pairs += t.sum > 0.0 ? t.pairs : 0;
+    for (size_t k = 0; k < 2 * c->landing_count; k++) {
+        struct tally t = tallies[k] = tally_of(c, runs, k / 2, k % 2 == 1, value);
         double mean = t.sum / (double)t.count;
+        pairs += t.sum > 0.0 ? t.pairs : 0;
         apart2 += t.sum > 0.0 ? t.apart2 / (mean * mean) : 0.0;
     }
-    for (size_t k = 0; k < c->landing_count; k++) {
-        struct tally t = tally_of(c, runs, k, by_planar, peaks[peak].value);
-        double error = pairs > 0 && t.count > 0 ? error_of(&t, apart2 / (double)pairs, pairs)
-                                                : (double)NAN;
-        for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seeds; i++) {
+        for (size_t k = 0; k < runs[i].played; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
-            if (runs[i].played > k && o->by_planar == by_planar)
-                *number(o, peaks[peak].error) =
-                    isnan(error) ? error : fmax(error, LEAST * *number(o, peaks[peak].value));
+            const struct tally *t = &tallies[2 * k + o->by_planar];
+            *number(o, error) = pairs > 0 ? fmax(error_of(t, apart2 / (double)pairs, pairs),
+                                                 LEAST * *number(o, value))
+                                          : (double)NAN;
         }
     }
+    free(tallies);
 }
 
 void series_errors(const struct landing_series *series, struct series_run *runs)
 {
-    for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++) {
-        set_errors(series, runs, false, peak);
-        set_errors(series, runs, true, peak);
-    }
+    for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++)
+        set_errors(series, runs, peaks[peak].value, peaks[peak].error);
     /* a joint that no run hit may be hit as the hardest was */
     for (size_t i = 0; i < series->seeds; i++) {
         for (size_t k = 0; k < runs[i].played; k++) {
@@ -177,8 +175,8 @@ static struct series_spread zones(const struct gather *g)
 
 #define SPREAD(g, field) spread_at(g, offsetof(struct series_outcome, field))
 
-/* The error of the mean does not fall below what the pairs differ by on average: no more runways
- * make that less. */
+/* What all runways have alike, more of them do not make less: a share of the step, which pairs see
+ * over the difference of their steps; no more than the error of one. */
 static struct series_peak peak_of(const struct gather *g, size_t peak)
 {
     struct series_peak p = {.spread = spread_at(g, peaks[peak].value)};
@@ -197,7 +195,8 @@ static struct series_peak peak_of(const struct gather *g, size_t peak)
         known += !isnan(error);
     }
     p.error = sqrt(errors2 / known); /* NaN when no runway has one */
-    p.mean_error = both(p.error / sqrt(count), apart / fmax(pairs, 1.0));
+    p.mean_error = both(p.error / sqrt(count),
+                        fmin(fabs(apart) / fmax(pairs, 1.0) / (SERIES_OTHER_STEP - 1.0), p.error));
     return p;
 }
 
