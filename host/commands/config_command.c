@@ -299,7 +299,8 @@ static const struct command_part parts[] = {
                             "LINK does as well as --serial"),
     HELP_WORD("config set F",
               "check F, show what it changes, send it, see that it is stored; "
-              "refused from arm to done. A gain that has\n"
+              "refused from arm to done, and over CAN without\n"
+              "the board's maintenance jumper. A gain that has\n"
               "jumped against the board's (a tenth; half of another transducer, five times of "
               "another gage, by serial number) is\n"
               "refused without --force. A base at which another board says hello on --can LINK "
