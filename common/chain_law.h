@@ -15,8 +15,8 @@
 #define LAW_BOTH(a, b)          ((a) && (b))
 #define LAW_EITHER(a, b)        ((a) || (b))
 #define LAW_NOT(a)              (!(a))
-#define LAW_ANY(mask)           (mask)
-#define LAW_ONE(mask)           (mask) /* a vector is not looked at by itself */
+#define LAW_LATE(stops, pushes) ((stops) && (pushes)) /* what happens after a stop matters */
+#define LAW_ONE(mask)           (mask)                /* a vector is not looked at by itself */
 #define LAW_LESSER(a, b)        ((a) < (b) ? (a) : (b))
 #define LAW_GREATER(a, b)       ((a) > (b) ? (a) : (b))
 #define LAW_VALUE(x)            ((LAW_REAL)(x))
@@ -79,6 +79,7 @@ LAW_FUNCTION struct LAW(pull)
 struct LAW(slip) {
     LAW_REAL v_ft_s;
     LAW_MASK stops; /* it moved before, and came to rest */
+    LAW_REAL left;  /* in a vector: share of the step after that; 0 of one that does not stop */
 };
 
 /* A mat over a step under a constant force x, friction apart; per_lb: step over mass. At rest it
@@ -94,15 +95,16 @@ LAW_FUNCTION struct LAW(slip)
     LAW_REAL after_ft_s = v_ft_s + braking_lb * per_lb;
     LAW_MASK goes_on = after_ft_s * v_ft_s > none;
     if (LAW_ONE(goes_on))
-        return (struct LAW(slip)){after_ft_s, LAW_NOT(goes_on)};
+        return (struct LAW(slip)){after_ft_s, LAW_NOT(goes_on), none};
     LAW_REAL moved_ft_s = LAW_ONLY(LAW_EITHER(goes_on, pushes), after_ft_s);
-    LAW_MASK stops = LAW_NOT(LAW_EITHER(rests, goes_on)), turns = LAW_BOTH(stops, pushes);
-    if (!LAW_ANY(turns))
-        return (struct LAW(slip)){moved_ft_s, stops};
-    LAW_REAL left = LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb);
+    LAW_MASK stops = LAW_NOT(LAW_EITHER(rests, goes_on));
+    if (!LAW_LATE(stops, pushes))
+        return (struct LAW(slip)){moved_ft_s, stops, none};
+    LAW_REAL left = LAW_ONLY(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
     LAW_REAL back_lb = x_lb - LAW_SIGNED(friction_lb, x_lb);
     LAW_REAL thrown_ft_s = LAW_ONLY(left > none, back_lb * per_lb * left);
-    return (struct LAW(slip)){LAW_IF(turns, thrown_ft_s, moved_ft_s), stops};
+    return (struct LAW(slip)){LAW_IF(LAW_BOTH(stops, pushes), thrown_ft_s, moved_ft_s), stops,
+                              left};
 }
 
 #undef LAW_FUNCTION
@@ -117,7 +119,7 @@ LAW_FUNCTION struct LAW(slip)
 #undef LAW_BOTH
 #undef LAW_EITHER
 #undef LAW_NOT
-#undef LAW_ANY
+#undef LAW_LATE
 #undef LAW_ONE
 #undef LAW_LESSER
 #undef LAW_GREATER

@@ -37,7 +37,7 @@ typedef lane_mask masks __attribute__((vector_size(32)));
 #define LAW_BOTH(a, b)          ((a) & (b))
 #define LAW_EITHER(a, b)        ((a) | (b))
 #define LAW_NOT(mask)           (~(mask))
-#define LAW_ANY(mask)           LANES(any)(mask)
+#define LAW_LATE(stops, pushes) LANES(any)(stops)
 #define LAW_ONE(mask)           false
 #define LAW_LESSER(a, b)        LANES(lesser)(a, b)
 #define LAW_GREATER(a, b)       LANES(greater)(a, b)

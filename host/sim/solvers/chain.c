@@ -278,7 +278,7 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
-        stops = LANES_CALL(stick, chain, h_s, block_of(first), block_of(last));
+        stops = LANES_CALL(stick, chain, h_s, h_s, block_of(first), block_of(last));
         ride(chain, h_s);
         return stops;
     }
@@ -311,7 +311,7 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
  * stick: a mat at rest whose force is within its limit stays at exactly 0, one whose speed would
  * cross 0 stops there and is tested again. Mats outside must be at rest and stay so. Returns how
  * many mats stopped. */
-static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
+static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
     int block = block_of(first);
     LANES_CALL(pull_joints, chain, block, block_of(last + 1));
@@ -322,10 +322,10 @@ static unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
     if (chain->mods)
         brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
     if (chain->sticks)
-        return LANES_CALL(stick, chain, h_s, block, block_of(last));
+        return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(last));
     if (chain->elements.count > 0 || chain->gear)
-        return kick_elements(chain, h_s, first, last);
-    slide(chain, h_s, first, last);
+        return kick_elements(chain, kick_s, first, last);
+    slide(chain, kick_s, first, last);
     return 0;
 }
 
@@ -426,10 +426,16 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 #define STEP_SHARE           0.5
 /* of a mat the aircraft may cross in a step, when the step is not given */
 #define HOP_SHARE            0.25
+#define SHORTEST_SHARE       0.125 /* of the shortest time that is not to be passed over */
 #define LEAST_STEPS          1000
 #define MOST_STEPS           400000000u
 #define MOST_HALVINGS        8
-#define THIRD_STEPS          1.37 /* of the coarser one of two */
+#define RATIO                1.9   /* of steps of two passes: not 2, whose switches coincide */
+#define CAUTION              1.5   /* times their difference is stated; of order 1: 1.11 */
+#define FLOOR                1e-10 /* of a mat's length: least error that is stated */
+#define FEW                  32    /* mats, whose runs can agree by chance */
+#define THIRD_CAUTION        2.5   /* with a third */
+#define THIRD_STEPS          1.37  /* of the coarser one of two */
 #define ENERGY_EXCESS        4.0
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define ENERGY_STEPS         61   /* between energy checks; odd, so that what alternates shows */
@@ -461,7 +467,8 @@ struct pass {
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
-    struct mods_state *mods; /* at its end; NULL without modifications */
+    double *push_lb, *pull_lb; /* of joint: largest compression and tension */
+    struct mods_state *mods;   /* at its end; NULL without modifications */
 };
 
 /* Nothing in the window has moved for a while. */
@@ -568,7 +575,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             pass->events += LANES_CALL(step, chain, to_s - from_s, h, block_of(window.first),
                                        block_of(window.last));
         else
-            pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
+            pass->events += chain_kick(chain, to_s - from_s, h, window.first, window.last);
         if (chain->mods)
             chain_unbrace(chain);
         if (prune && i == 0)
@@ -619,6 +626,9 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         struct mods_view view = chain_view(chain);
         pass->mods = mods_finish(chain->mods, &view);
     }
+    size_t size = ((size_t)chain->mats + 2) * sizeof *chain->push_lb;
+    pass->push_lb = memcpy(xmalloc(size), chain->push_lb, size);
+    pass->pull_lb = memcpy(xmalloc(size), chain->pull_lb, size);
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
@@ -626,6 +636,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
 static void drop_pass(struct pass *pass)
 {
     sim_record_free(&pass->record);
+    free(pass->push_lb);
+    free(pass->pull_lb);
     free(pass->mods);
     *pass = (struct pass){0};
 }
@@ -663,7 +675,7 @@ static void answer(struct chain *chain, struct pass *pass, const struct pass *ot
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
                ((size_t)chain->mats + 1) * sizeof *chain->u_ft);
-    sim_record_deliver_chain(&pass->record, chain->u_ft, chain->push_lb, chain->pull_lb, result);
+    sim_record_deliver_chain(&pass->record, chain->u_ft, pass->push_lb, pass->pull_lb, result);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
@@ -687,11 +699,12 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     drop_pass(&only);
 }
 
-/* Whether a joint tears hangs on a peak of tension, which two runs can both see on one side. So a
- * third, at a step between them, widens what is stated. */
-static bool tears(const struct sim_scene *scene)
+/* Two runs can agree by chance: on whether a joint tears, which hangs on one peak; where no friction
+ * brings to rest what has parted; where few mats move. So a third, at a step between them, widens
+ * what is stated. */
+static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
-    return scene->mods.tear_lb < HUGE_VAL;
+    return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW;
 }
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
@@ -704,20 +717,19 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
     struct sim_difference apart = {0};
     double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
-    bool asks = tears(scene);
-    if (asks)
-        start_pass(&third, chain, scene, options, (uint64_t)ceil(THIRD_STEPS * (double)steps),
-                   result);
-    start_pass(&coarse, chain, scene, options, steps, result);
+    uint64_t finer = coarser_answers ? (uint64_t)ceil(RATIO * (double)steps) : steps;
+    start_pass(&coarse, chain, scene, options,
+               coarser_answers ? steps : (uint64_t)ceil((double)steps / RATIO), result);
     for (int halvings = 0;; halvings++) {
         if (coarse.interrupted) {
             take_over(&fine, &coarse);
             break;
         }
-        start_pass(&fine, chain, scene, options, 2 * coarse.steps, result);
+        start_pass(&fine, chain, scene, options, finer, result);
+        finer = (uint64_t)ceil(RATIO * (double)finer);
         if (fine.interrupted)
             break;
-        bool near_limit = refine && coarse.h_s > 0.51 * result->dt_limit_s;
+        bool near_limit = refine && coarse.h_s > 0.54 * result->dt_limit_s;
         if (coarse.failed && !fine.failed && near_limit) {
             take_over(&coarse, &fine);
             continue;
@@ -729,8 +741,25 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
         }
         apart = sim_record_difference(&coarse.record, &fine.record);
         double peak_ft = sim_record_peak(&fine.record).u_ft;
-        result->error_u_ft = apart.u_ft * (coarser_answers ? 2.0 : 1.0);
-        if (result->error_u_ft <= tolerance * peak_ft)
+        double apart_ft = apart.u_ft * (coarser_answers ? RATIO : 1.0);
+        result->error_u_ft = fmax(CAUTION * apart_ft, FLOOR * scene->length_ft);
+        bool agree = apart_ft <= tolerance * peak_ft;
+        if (agree && needs_third(chain, scene)) {
+            start_pass(&third, chain, scene, options,
+                       (uint64_t)ceil(THIRD_STEPS * (double)coarse.steps), result);
+            if (!third.failed && !third.interrupted)
+                result->error_u_ft =
+                    fmax(result->error_u_ft,
+                         THIRD_CAUTION *
+                             fmax(apart.u_ft,
+                                  fmax(sim_record_difference(&coarse.record, &third.record).u_ft,
+                                       sim_record_difference(&fine.record, &third.record).u_ft)));
+            fine.interrupted = third.interrupted;
+            drop_pass(&third);
+            if (fine.interrupted)
+                break;
+        }
+        if (agree && (options->rtol == 0.0 || result->error_u_ft <= tolerance * peak_ft))
             break;
         if (!refine) {
             sim_result_end(result, SIM_UNSTABLE, apart.mat, apart.t_s);
@@ -745,12 +774,7 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
     if (fine.interrupted) {
         sim_result_end(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
         coarser_answers = false;
-    } else if (asks && !third.failed && !third.interrupted && result->status == SIM_OK) {
-        double most_ft = fmax(sim_record_difference(&coarse.record, &third.record).u_ft,
-                              sim_record_difference(&fine.record, &third.record).u_ft);
-        result->error_u_ft = fmax(result->error_u_ft, 2.0 * most_ft);
     }
-    drop_pass(&third);
     answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result);
     drop_pass(&coarse);
     drop_pass(&fine);
@@ -772,7 +796,8 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     result->solver = "staggered";
     result->mats = scene->mats;
     result->t_end_s = end_s;
-    result->dt_limit_s = fmin(chain_step_limit_s(&chain), hop_s);
+    double shortest_s = sim_scene_shortest_s(scene);
+    result->dt_limit_s = fmin(chain_step_limit_s(&chain), fmin(hop_s, shortest_s));
     chain_describe(&chain, scene, result);
 
     bool given = options->dt_s > 0.0;
@@ -785,9 +810,10 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     }
     double h = given ? options->dt_s
                      : fmin(STEP_SHARE * result->dt_limit_s,
-                            fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+                            fmin(fmin(HOP_SHARE * hop_s, SHORTEST_SHARE * shortest_s),
+                                 end_s / LEAST_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
-    bool coarser_answers = given && options->rtol == 0.0 && 2.0 * h > 0.95 * result->dt_limit_s;
+    bool coarser_answers = given && options->rtol == 0.0 && RATIO * h > 0.95 * result->dt_limit_s;
     if (h > result->dt_limit_s) {
         result->dt_s = h;
         sim_result_end(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
@@ -798,8 +824,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     } else if (options->single) {
         run_single(&chain, scene, options, (uint64_t)steps, result);
     } else {
-        uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
-        run_pairs(&chain, scene, options, first, coarser_answers, result);
+        run_pairs(&chain, scene, options, (uint64_t)steps, coarser_answers, result);
     }
     result->run_ms = 1e3 * (monotonic_s() - begin_s);
     chain_free(&chain);

@@ -40,15 +40,32 @@ LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int las
 }
 
 /* Speeds of the block of mats at n after a kick; counts in *stops those that came to rest. */
-LANES_INLINE lanes LANES(slip)(const struct chain *chain, int n, lanes left_lb, lanes right_lb,
-                               lanes per_lb, masks *stops)
+LANES_INLINE struct LANES(slip)
+    LANES(slip)(const struct chain *chain, int n, lanes per_lb, masks *stops)
 {
-    struct LANES(slip) slip = LANES(mat_slip)(LOAD(chain->v_ft_s + n),
-                                              right_lb - left_lb + LOAD(chain->thrust_lb + n),
-                                              LOAD(chain->limit_lb + n), per_lb);
+    lanes pull_lb = LOAD(chain->tension_lb + n + 1) - LOAD(chain->tension_lb + n);
+    struct LANES(slip)
+        slip = LANES(mat_slip)(LOAD(chain->v_ft_s + n), pull_lb + LOAD(chain->thrust_lb + n),
+                               LOAD(chain->limit_lb + n), per_lb);
     *stops += slip.stops;
     STORE(chain->v_ft_s + n, slip.v_ft_s);
-    return slip.v_ft_s;
+    return slip;
+}
+
+/* Speeds are those of the middles of steps, which for a steady force moves a mat rightly. One of the
+ * block at n that stopped in the kick, from v before it, stood for what was left, or turned back:
+ * puts it where it has to be for the drift over h that follows to end in the right place. */
+LANES_INLINE void LANES(place)(const struct chain *chain, int n, lanes v_ft_s,
+                               struct LANES(slip) slip, double kick_s, double h_s)
+{
+    if (!LANES(any)(slip.stops))
+        return;
+    const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
+    lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
+    lanes ahead_s = until_s - (LAW_VALUE(kick_s) - half_s), back_s = left_s - half_s;
+    lanes way_ft = LAW_ONLY(until_s > none, half * v_ft_s * ahead_s * ahead_s / until_s) +
+                   LAW_ONLY(left_s > none, half * slip.v_ft_s * back_s * back_s / left_s);
+    STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_ONLY(slip.stops, way_ft));
 }
 
 /* Keeps the largest tensions of the block of joints at j, of which these are the last three. Of
@@ -83,15 +100,18 @@ LANES_INLINE unsigned LANES(stops)(masks stops)
 }
 
 /* Friction stick: mats of the blocks first..last at rest, moving and stopping. */
-static unsigned LANES(stick)(const struct chain *all, double h_s, int first, int last)
+static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s, int first,
+                             int last)
 {
     const struct chain copy = *all, *chain = &copy;
-    lanes per_lb = LAW_VALUE(h_s / chain->mass_slug);
+    lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     masks stops = {0};
     for (int n = first; n <= last; n += BLOCK) {
-        STORE(chain->before_ft_s + n, LOAD(chain->v_ft_s + n));
-        LANES(slip)
-        (chain, n, LOAD(chain->tension_lb + n), LOAD(chain->tension_lb + n + 1), per_lb, &stops);
+        lanes v_ft_s = LOAD(chain->v_ft_s + n);
+        STORE(chain->before_ft_s + n, v_ft_s);
+        struct LANES(slip) slip = LANES(slip)(chain, n, per_lb, &stops);
+        if (!chain->gear)
+            LANES(place)(chain, n, v_ft_s, slip, kick_s, h_s);
     }
     return LANES(stops)(stops);
 }
@@ -124,9 +144,10 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
         STORE(chain->tension_lb + j, tension_lb);
     }
     for (int n = first; n <= last; n += BLOCK) {
-        lanes v_ft_s = LANES(slip)(chain, n, LOAD(chain->tension_lb + n),
-                                   LOAD(chain->tension_lb + n + 1), per_lb, &stops);
-        STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * v_ft_s);
+        lanes v_ft_s = LOAD(chain->v_ft_s + n);
+        struct LANES(slip) slip = LANES(slip)(chain, n, per_lb, &stops);
+        LANES(place)(chain, n, v_ft_s, slip, kick_s, h_s);
+        STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * slip.v_ft_s);
     }
     return LANES(stops)(stops);
 }
