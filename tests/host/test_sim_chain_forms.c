@@ -5,26 +5,38 @@
 
 #define LEAST_FT 1e-9
 
-static void hold(const char *name)
+/* By the events, and by the fixed steps, which may find that no step of theirs is fine enough. */
+static void hold_by(const char *name, const char *solver)
 {
+    int answered = 0, count = 0;
     for (size_t i = 0; i < FORMS; i++) {
         struct sim_scene scene;
         struct sim_result result;
         if (strcmp(forms[i].name, name) != 0)
             continue;
         form_scene(&forms[i], &scene);
-        if (attempt(&scene, NULL, 0.0, 0.0, &result) != MR_OK)
+        enum mr_status status = attempt(&scene, solver, 0.0, 0.0, &result);
+        if (status != MR_OK && !(solver && status == MR_NUMERICS))
             fail_msg("%s %zu: %s", name, i, error.text);
-        for (size_t k = 0; k < FORM_TIMES; k++) {
+        answered += status == MR_OK;
+        count++;
+        for (size_t k = 0; status == MR_OK && k < FORM_TIMES; k++) {
             double t_s = scene.t_out_s.values[k], is = result.outputs[k].u_ft[1];
             double right = forms[i].at(&forms[i], t_s);
             if (!(fabs(is - right) <= result.error_u_ft + LEAST_FT))
-                fail_msg("%s %zu: %.9g ft at %g s is not %.9g to the stated %.3g", name, i, is, t_s,
-                         right, result.error_u_ft);
+                fail_msg("%s %zu by %s: %.9g ft at %g s is not %.9g to the stated %.3g", name, i,
+                         result.solver, is, t_s, right, result.error_u_ft);
         }
         sim_result_free(&result);
         sim_scene_free(&scene);
     }
+    assert_true(4 * answered >= 3 * count);
+}
+
+static void hold(const char *name)
+{
+    hold_by(name, NULL);
+    hold_by(name, "staggered");
 }
 
 TEST(a_thrown_mat_slides_and_rests)
