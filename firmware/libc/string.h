@@ -4,7 +4,6 @@
 
 #include <stddef.h>
 
-void *memchr(const void *from, int byte, size_t length);
 int memcmp(const void *a, const void *b, size_t length);
 void *memcpy(void *restrict to, const void *restrict from, size_t length);
 void *memmove(void *to, const void *from, size_t length);

@@ -59,7 +59,7 @@ is_ready() { # the channels that it has, and no word of others
     local status=$?
     stop_board
     cat "$tmp/ready.txt"
-    [ $status = 0 ] && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 11 ] && tail -n 1 "$tmp/ready.txt" | grep -q '^GO '
+    [ $status = 0 ] && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 11 ] && tail -n 1 "$tmp/ready.txt" | grep -q '^GO, UNCALIBRATED '
 }
 alone() { # NAME ARGUMENTS...: matrig against this board, serial alone: $link
     timeout 600 build/matrig-board --elf "$(elf_of "$1")" --serial "$link" --for 60 2>"$tmp/board.err" &
