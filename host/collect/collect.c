@@ -283,9 +283,13 @@ static void tell_other_on_can(const struct collector *collector,
 
 void collector_progress(const struct collector *collector, struct collector_progress *progress)
 {
+    const struct told *told = &collector->told;
     *progress =
-        (struct collector_progress){.hello = collector->told.hello,
+        (struct collector_progress){.hello = told->hello,
                                     .block = -1,
+                                    .board_uid = told->identity.board_uid,
+                                    .firmware = told->identity.firmware,
+                                    .landing = told->landing_known ? &told->landing : NULL,
                                     .before_first = collector->side[LINK_CAN].account.before_first};
     tell_other_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {

@@ -120,6 +120,9 @@ struct collector_progress {
     unsigned state; /* last state reported */
     int64_t block;  /* newest on either link; -1: none */
     unsigned edges; /* of the landing going on */
+    /* what the board says of itself; "": not yet; NULL: not yet */
+    const char *board_uid, *firmware;
+    const struct mr_landing *landing;
     struct store_link_counts counts[LINK_KINDS];
     int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
     int64_t before_first; /* CAN frames sent before logging began; -1: not known */

@@ -239,6 +239,10 @@ static enum mr_status hear(struct collector *collector, struct side *side,
         collector->listener->message(collector->listener->context, event);
     if (!collector->told.hello && event->message->place != MR_PLACE_HELLO)
         return MR_OK;
+    if (event->message->place == MR_PLACE_LANDING) {
+        collector->told.landing = event->message->as.landing;
+        collector->told.landing_known = true;
+    }
     if (side->kind == LINK_CAN && serial_is_record(collector)) {
         follow_serial(collector, side);
         if (mark_frames(collector, side, error) != MR_OK ||

@@ -105,6 +105,8 @@ struct repeated {
 /* What the board last said about itself, once or when it is asked. */
 struct told {
     bool hello;
+    bool landing_known;
+    struct mr_landing landing;     /* the newest of either link */
     struct store_landing identity; /* uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
     uint32_t uid_parts; /* bit 0: words 0 and 1 are known, bit 1: word 2; */

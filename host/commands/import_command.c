@@ -104,10 +104,11 @@ static enum mr_status read_readings(const struct textfile *file,
 /* All of it, with the row that says from where; of a log that breaks a rule, what came before. */
 static enum mr_status import(struct store *store, const struct textfile *file,
                              const struct import_request *request, struct mapping *mapping,
-                             struct store_import *row, struct import_result *result,
+                             struct store_import *row, bool again, struct import_result *result,
                              struct error *error)
 {
     enum mr_status status = store_begin(store, error)
+                              ?: refuse_twice(store, row, request, again, error)
                               ?: (mapping->text
                                       ? import_landing(store, mapping, request, result, error)
                                       : import_candump(store, file, request, result, error));
@@ -192,8 +193,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            (program_new(cli, words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
                MR_OK &&
            store_run_find(store, &request->like, &error) == MR_OK &&
-           refuse_twice(store, &row, request, r.again, &error) == MR_OK &&
-           import(store, &file, request, &mapping, &row, &result, &error));
+           import(store, &file, request, &mapping, &row, r.again, &result, &error));
     enum mr_status status = error.status;
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);

@@ -142,7 +142,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
         exit_code = print_snapshot(&watch, &error);
     else if (run(&watch, &error) != MR_OK)
         exit_code = cli_fail(&error);
-    live_server_close(watch.server);
+    live_server_close(watch.server, "matrig live has ended");
     live_hub_close(watch.hub);
     return exit_code;
 }

@@ -60,6 +60,8 @@ static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
         until_us = logger->again_us;
     if (deadline_us < until_us)
         until_us = deadline_us;
+    if (logger_silence_due_us(logger) < until_us)
+        until_us = logger_silence_due_us(logger);
     return until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
 }
 
@@ -146,6 +148,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_note_health(logger);
         logger_note_exchanged(logger);
         logger_note_unheard(logger);
+        logger_note_board(logger);
         logger_show_progress(logger, false);
         logger_say_rest(logger);
         if (signalled)
@@ -268,8 +271,7 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
 
 static enum mr_status open_store(struct logger *logger, const char *db, struct error *error)
 {
-    enum mr_status status = store_open(db, STORE_CREATE, &logger->store, error)
-                              ?: store_take_alone(logger->store, error);
+    enum mr_status status = store_open(db, STORE_LOG, &logger->store, error);
     if (status == MR_OK)
         store_watch_file(logger->store);
     return status;
@@ -372,7 +374,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     logger_serve_page(&logger, true);
     json_decref(logger.landings);
     free(logger.unsaid);
-    live_close(&logger.live);
+    logger_end_live(&logger, &error);
     if (!close_all(&logger) && exit_code == 0)
         exit_code = 3;
     close(signals);
@@ -398,8 +400,11 @@ static const struct command_part parts[] = {
                 "keep the report in F up to date: written beside the logging when a landing ends"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S,
                   "wait so long for a device that was unplugged or is down; else an hour"),
-    HELP_NOTE("When a landing ends its summary is printed; when its links fall silent in the "
-              "middle, what came until then."),
+    HELP_NOTE(
+        "It says who answered; and within 2 s that the board fell silent, idle or armed. When "
+        "a landing ends\n"
+        "its summary is printed; when its links fall silent in the middle, what came until "
+        "then."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
                  "landing.html"),
     HELP_NOTE("\n"

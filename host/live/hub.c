@@ -33,7 +33,7 @@
 #define SLOTS            1024u
 #define RECORDS_FRESH    500 /* blocks */
 
-enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS };
+enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
 
 struct event {
     enum event_kind kind;
@@ -326,7 +326,7 @@ void live_hub_close(struct live_hub *hub)
 /* An event as it goes out; frees `json`. NULL: no memory. */
 static char *event_text(enum event_kind kind, char *json, uint64_t id)
 {
-    static const char *const names[] = {"configuration", "messages", "state", "readings"};
+    static const char *const names[] = {"configuration", "messages", "state", "readings", "end"};
     char *text = NULL;
     if (json &&
         asprintf(&text, "event: %s\nid: %" PRIu64 "\ndata: %s\n\n", names[kind], id, json) < 0)
@@ -671,7 +671,7 @@ static char *whole(struct live_hub *hub, struct live_viewer *viewer, size_t *len
             fputs(hub->event[i % EVENTS].text, out);
     }
     viewer->fresh = false;
-    viewer->next = hub->next;
+    viewer->next = hub->next - hub->ended; /* the end is told by itself */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
@@ -685,9 +685,7 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
         ;
     if (viewer->next < hub->first)
         viewer->fresh = true; /* did not read for longer than the ring remembers */
-    if (hub->ended) {
-        text = NULL;
-    } else if (viewer->fresh) {
+    if (viewer->fresh) {
         text = whole(hub, viewer, length);
     } else if (viewer->next < hub->next) {
         const struct event *event = &hub->event[viewer->next++ % EVENTS];
@@ -700,18 +698,20 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
     return text;
 }
 
-void live_hub_end(struct live_hub *hub)
+void live_hub_end(struct live_hub *hub, const char *why)
 {
     pthread_mutex_lock(&hub->lock);
+    publish_messages(hub);
+    publish(hub, EVENT_END, dumped(json_pack("{so}", "text", outside(why))));
     hub->ended = true;
     pthread_cond_broadcast(&hub->news);
     pthread_mutex_unlock(&hub->lock);
 }
 
-bool live_hub_ended(struct live_hub *hub)
+bool live_hub_ended(struct live_hub *hub, const struct live_viewer *viewer)
 {
     pthread_mutex_lock(&hub->lock);
-    bool ended = hub->ended;
+    bool ended = hub->ended && !viewer->fresh && viewer->next == hub->next;
     pthread_mutex_unlock(&hub->lock);
     return ended;
 }

@@ -49,9 +49,11 @@ struct live_viewer {
 };
 /* The text of the events to come, to be freed; waits up to `wait_ms` for one. NULL: none came. */
 char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_ms, size_t *length);
-/* Wakes all that wait; from now on nobody waits. */
-void live_hub_end(struct live_hub *hub);
-bool live_hub_ended(struct live_hub *hub);
+/* The last event: how it ended, a line for people. Wakes all that wait; from now on nobody waits,
+ * and there are no more orders. */
+void live_hub_end(struct live_hub *hub, const char *why);
+/* It has ended, and the viewer knows all. */
+bool live_hub_ended(struct live_hub *hub, const struct live_viewer *viewer);
 
 /* ---- orders ---- */
 

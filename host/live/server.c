@@ -9,6 +9,7 @@
 #include <strings.h>
 #include <sys/random.h>
 #include <sys/socket.h>
+#include <time.h>
 
 #include "common/command.h"
 #include "host/board/arm_client.h"
@@ -18,6 +19,8 @@
 /* one that nothing happens on for so long is ended: also a reader of events that does not read */
 #define CONNECTION_S  15u
 #define HEARTBEAT_MS  1000
+#define END_MS        500 /* so long the viewers may take to hear of the end */
+#define END_LOOK_MS   5
 #define COMMAND_BYTES 1000u
 #define CHUNK_BYTES   65536u
 #define TOKEN_BYTES   16u
@@ -26,6 +29,7 @@
 struct live_server {
     struct live_hub *hub;
     struct MHD_Daemon *daemon;
+    _Atomic unsigned streams;
     char token[2 * TOKEN_BYTES + 1];
     char url[LIVE_URL_MAX];
 };
@@ -38,6 +42,7 @@ struct request {
 };
 
 struct stream {
+    struct live_server *server;
     struct live_hub *hub;
     struct live_viewer viewer;
     char *text; /* going out */
@@ -125,7 +130,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
         stream->sent = 0;
         stream->text = live_hub_next(stream->hub, &stream->viewer, HEARTBEAT_MS, &stream->length);
     }
-    if (!stream->text && live_hub_ended(stream->hub))
+    if (!stream->text && live_hub_ended(stream->hub, &stream->viewer))
         return MHD_CONTENT_READER_END_OF_STREAM;
     if (!stream->text) { /* a comment: who went away is found by it */
         memcpy(out, ":\n\n", 3);
@@ -144,6 +149,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
 static void stream_free(void *context)
 {
     struct stream *stream = context;
+    stream->server->streams--;
     free(stream->text);
     free(stream);
 }
@@ -153,6 +159,8 @@ static enum MHD_Result events(struct live_server *server, struct MHD_Connection 
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream)
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+    stream->server = server;
+    server->streams++;
     stream->hub = server->hub;
     stream->viewer.fresh = true;
     struct MHD_Response *response = MHD_create_response_from_callback(
@@ -343,11 +351,13 @@ const char *live_server_url(const struct live_server *server)
     return server->url;
 }
 
-void live_server_close(struct live_server *server)
+void live_server_close(struct live_server *server, const char *why)
 {
     if (!server)
         return;
-    live_hub_end(server->hub);
+    live_hub_end(server->hub, why);
+    for (int ms = 0; ms < END_MS && server->streams > 0; ms += END_LOOK_MS)
+        nanosleep(&(const struct timespec){.tv_nsec = END_LOOK_MS * 1000000l}, NULL);
     MHD_stop_daemon(server->daemon);
     free(server);
 }
@@ -375,9 +385,9 @@ enum mr_status live_open(struct live *live, const char *where, const struct live
     return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
 }
 
-void live_close(struct live *live)
+void live_close(struct live *live, const char *why)
 {
-    live_server_close(live->server);
+    live_server_close(live->server, why);
     live_hub_close(live->hub);
     live->server = NULL;
     live->hub = NULL;

@@ -25,8 +25,8 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
                                 struct live_server **server, struct error *error);
 /* With the token behind #, which browsers keep to themselves. Static in the server. */
 const char *live_server_url(const struct live_server *server);
-/* Ends the hub's waits, then serves no more. NULL is allowed. */
-void live_server_close(struct live_server *server);
+/* Tells the viewers how it ended, half a second at most, then serves no more. NULL is allowed. */
+void live_server_close(struct live_server *server, const char *why);
 
 /* ---- for matrig log: hub and server, fed by a collector ---- */
 
@@ -41,7 +41,8 @@ struct live {
  * it. */
 enum mr_status live_open(struct live *live, const char *where, const struct live_source *source,
                          struct error *error);
-void live_close(struct live *live); /* also of one that was never opened, all zero */
+/* `why`: as live_hub_end; also of one that was never opened, all zero. */
+void live_close(struct live *live, const char *why);
 
 /* Counts and events that are due: call it 20 times a second or oftener, as long as something
  * comes. */

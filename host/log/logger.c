@@ -409,9 +409,7 @@ static enum mr_status move_to(struct logger *logger, const char *path, bool shar
                               struct error *error)
 {
     struct store *saved;
-    enum mr_status status = store_open(path, STORE_CREATE, &saved, error);
-    if (status == MR_OK)
-        status = store_take_alone(saved, error);
+    enum mr_status status = store_open(path, STORE_LOG, &saved, error);
     if (status != MR_OK)
         return status;
     store_watch_file(saved);
@@ -459,9 +457,7 @@ static enum mr_status begin_again(const struct logger *logger, const char *path,
 {
     *store = NULL;
     *collector = NULL;
-    enum mr_status status = store_open(path, STORE_CREATE, store, error);
-    if (status == MR_OK)
-        status = store_take_alone(*store, error);
+    enum mr_status status = store_open(path, STORE_LOG, store, error);
     if (status == MR_OK)
         store_watch_file(*store);
     if (status == MR_OK)

@@ -83,11 +83,17 @@ struct logger {
     size_t unsaid_length;
     int output[2];          /* standard output and error as they were, while logger_hasty; 0: not */
     unsigned shown;         /* landings summarised */
+    char newest[80];        /* of them, for people */
     struct live live;       /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
     uint64_t unheard_us;    /* from when on it is told that no board is heard; 0: not begun */
     bool unheard_told;
-    uint64_t live_us; /* when the board was asked to be live; 0: not yet */
+    uint64_t live_us;              /* when the board was asked to be live; 0: not yet */
+    bool met;                      /* who answered was told */
+    uint64_t turn_us;              /* of the look for messages before this one */
+    int64_t heard[LINK_KINDS];     /* messages, by then */
+    uint64_t heard_us[LINK_KINDS]; /* when they became more; 0: never */
+    bool silent, lost[LINK_KINDS]; /* the silence of all, of one alone was told */
     struct typed typed;
     struct collector_own own; /* commands that it gave */
 };
@@ -139,6 +145,11 @@ void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new. */
 void logger_note_troubles(struct logger *logger, unsigned link);
 void logger_note_unheard(struct logger *logger);
+/* Of a board that speaks now, not of a recording: who answered; that it, or one of its links, fell
+ * silent, and that it speaks again. */
+void logger_note_board(struct logger *logger);
+/* When its silence is due; UINT64_MAX: it is not. */
+uint64_t logger_silence_due_us(const struct logger *logger);
 /* A serial line is not that of the board on CAN: once. */
 void logger_note_exchanged(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
@@ -155,6 +166,8 @@ enum mr_status logger_check_heard(const struct logger *logger, struct error *err
  * code of a failed output: people may have gone away while it logged. */
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);
 
+/* What the viewers of the live page are told when all is over. */
+void logger_end_live(struct logger *logger, const struct error *error);
 /* Looks after the process that writes the page; `end`: waits for it, a minute at most. */
 void logger_serve_page(struct logger *logger, bool end);
 

@@ -253,6 +253,8 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         } else {
             say_summary(logger, &summary);
         }
+        snprintf(logger->newest, sizeof logger->newest, "landing %lld (RUN %lld)",
+                 (long long)summary.measured.landing.board_landing, (long long)run);
         summary_free(&summary);
         note_twin(logger, run);
         logger->shown++;
@@ -413,6 +415,107 @@ void logger_note_unheard(struct logger *logger)
     }
 }
 
+/* ---- who answered, and whether it still does ----
+ *
+ * A board says hello, and the state of its landing, once a second on each link. */
+
+#define SILENCE_US  1700000u /* of all links: told within 2 s */
+#define ONE_LINK_US 4000000u /* of one alone */
+#define STOOD_US    500000u  /* this program did not run: what came meanwhile is not read yet */
+
+static void count_heard(struct logger *logger, const struct collector_progress *p, uint64_t now_us)
+{
+    bool stood = now_us - logger->turn_us > STOOD_US || watch_refused_us(&logger->watch) != 0;
+    logger->turn_us = now_us;
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        bool more = p->counts[link].received != logger->heard[link];
+        bool waits = logger->open[link] &&
+                     link_queue_unread(link_reader_queue(logger->reader[link]));
+        logger->heard[link] = p->counts[link].received;
+        if (more || (logger->heard_us[link] && !logger->silent && (stood || waits)))
+            logger->heard_us[link] = now_us;
+    }
+}
+
+static uint64_t newest_us(const struct logger *logger)
+{
+    uint64_t can_us = logger->heard_us[LINK_CAN], serial_us = logger->heard_us[LINK_SERIAL];
+    return can_us > serial_us ? can_us : serial_us;
+}
+
+uint64_t logger_silence_due_us(const struct logger *logger)
+{
+    return logger->met && !logger->silent ? newest_us(logger) + SILENCE_US : UINT64_MAX;
+}
+
+/* "idle, waiting to be armed", "armed, landing 7" */
+static void state_text(const struct mr_landing *landing, char *out, size_t size)
+{
+    if (landing->state == MR_LANDING_IDLE || landing->state == MR_LANDING_DONE)
+        snprintf(out, size, "%s, waiting to be armed", mr_landing_state_text(landing->state));
+    else
+        snprintf(out, size, "%s, landing %u", mr_landing_state_text(landing->state),
+                 landing->landing);
+}
+
+static void note_silence(struct logger *logger, const char *state, uint64_t now_us)
+{
+    uint64_t newest = newest_us(logger);
+    bool now_silent = now_us - newest >= SILENCE_US;
+    if (now_silent != logger->silent) {
+        logger_clear_progress(logger);
+        if (now_silent)
+            cli_note(
+                logger->cli,
+                "the board is SILENT, nothing for %.1f s; it was %s: nothing is recorded until "
+                "it speaks; look at its power and cables",
+                (double)(now_us - newest) / 1e6, state);
+        else
+            cli_note(logger->cli, "the board speaks again: %s", state);
+    }
+    logger->silent = now_silent;
+    for (unsigned link = 0; link < LINK_KINDS && !now_silent; link++) {
+        bool lost = logger->heard_us[link] && now_us - logger->heard_us[link] >= ONE_LINK_US;
+        if (lost != logger->lost[link]) {
+            logger_clear_progress(logger);
+            cli_note(logger->cli,
+                     lost ? "nothing comes over %s any more, the other link goes on: look at its "
+                            "cable"
+                          : "%s: the board is heard again",
+                     link_spec(logger->link[link]));
+        }
+        logger->lost[link] = lost;
+    }
+}
+
+void logger_note_board(struct logger *logger)
+{
+    struct collector_progress p;
+    uint64_t now_us = monotonic_us();
+    char state[80];
+    for (unsigned link = 0; link < LINK_KINDS; link++) {
+        if (logger->reader[link] && (!logger->open[link] || link_recorded(logger->link[link])))
+            return;
+    }
+    collector_progress(logger->collector, &p);
+    count_heard(logger, &p, now_us);
+    if (!p.landing || !p.board_uid[0])
+        return;
+    state_text(p.landing, state, sizeof state);
+    if (logger->met) {
+        note_silence(logger, state, now_us);
+        return;
+    }
+    logger->met = true;
+    logger_clear_progress(logger);
+    const bool both = logger->heard_us[LINK_CAN] && logger->heard_us[LINK_SERIAL];
+    cli_note(logger->cli, "board %s, firmware %s, on %s: %s", p.board_uid, p.firmware,
+             both                         ? "CAN and serial"
+             : logger->heard_us[LINK_CAN] ? "CAN"
+                                          : "serial",
+             state);
+}
+
 /* Messages that the board counted and nobody received, in the whole session. */
 static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct answer *answer)
 {
@@ -497,6 +600,21 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     answer_words_or_none(answer, "error", NULL, error->text, NULL);
     int shown = answer_show(logger->cli, answer, code);
     return logger->cli->json ? shown : code;
+}
+
+void logger_end_live(struct logger *logger, const struct error *error)
+{
+    char why[sizeof error->text + 40];
+    if (error->status != MR_OK)
+        snprintf(why, sizeof why, "Log ended: %s", error->text);
+    else if (logger->shown == 0)
+        snprintf(why, sizeof why, "Log ended normally, no landing was armed");
+    else if (logger->shown == 1)
+        snprintf(why, sizeof why, "Log ended normally, %s saved", logger->newest);
+    else
+        snprintf(why, sizeof why, "Log ended normally, %u landings saved, the last is %s",
+                 logger->shown, logger->newest);
+    live_close(&logger->live, why);
 }
 
 /* ---- commands typed into a running matrig log: `arm [N]` and `disarm`, a line each ----

@@ -16,6 +16,7 @@
 
 /* another program may hold the file; what comes meanwhile waits in the links */
 #define BUSY_WAIT_MS 30000
+#define SET_UP_MS    20
 #define READ_WAIT_MS 500
 
 /* the longest that matrig writes is an imported channel: 18 h at 1 kHz */
@@ -232,11 +233,47 @@ static enum mr_status open_again(struct store *store, enum store_mode mode,
     return open_file(store, name, flags, mode, error);
 }
 
+/* Before anything is read or made: of two that begin at once one does all of it. The lock of
+ * flock(2) has nothing to do with those that SQLite takes, but those are of the process and go when
+ * it closes any descriptor of the file: this one is closed after the database. */
+static enum mr_status take_alone(struct store *store, struct error *error)
+{
+    store->alone = open(store->path, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
+    if (store->alone < 0) {
+        store->alone = 0;
+        return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights",
+                         strerror(errno), store->path);
+    }
+    if (flock(store->alone, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return error_set(error, MR_IO,
+                         "another matrig log writes to this campaign: %s; end it first, or name "
+                         "another database",
+                         store->path);
+    return MR_OK;
+}
+
+/* SQLite does not wait for its locks while it changes how a journal is kept, as another program
+ * that makes the same campaign does. */
+static enum mr_status keep_journal(struct store *store, struct error *error)
+{
+    const char sql[] = "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;";
+    for (int ms = 0; ms < BUSY_WAIT_MS; ms += SET_UP_MS) {
+        struct error busy = {0};
+        if (store_execute(store, sql, "set up", &busy) == MR_OK)
+            return MR_OK;
+        if (store->refused != SQLITE_BUSY)
+            break;
+        nanosleep(&(const struct timespec){.tv_nsec = SET_UP_MS * 1000000l}, NULL);
+    }
+    return store_execute(store, sql, "set up", error);
+}
+
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error)
 {
     struct stat info;
-    if (mode != STORE_CREATE && stat(path, &info) != 0)
+    const bool create = mode == STORE_CREATE || mode == STORE_LOG;
+    if (!create && stat(path, &info) != 0)
         return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made",
                          path);
     struct store *made = calloc(1, sizeof *made);
@@ -248,9 +285,12 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     }
     made->path = copy;
     enum mr_status status = MR_OK;
-    int flags = SQLITE_OPEN_READWRITE | (mode == STORE_CREATE ? SQLITE_OPEN_CREATE : 0);
-    if (mode == STORE_OPEN || (mode == STORE_CREATE && strcmp(path, ":memory:") != 0))
+    int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
+    if (mode == STORE_OPEN || (create && strcmp(path, ":memory:") != 0))
         status = store_place_to_write(path, error);
+    if (status == MR_OK && mode == STORE_LOG)
+        status = take_alone(made, error);
+    mode = create ? STORE_CREATE : mode;
     if (status == MR_OK && (mode == STORE_READ || mode == STORE_SOURCE)) {
         struct error first = {0}; /* `error` may end the command */
         status = open_file(made, path, flags, mode, &first);
@@ -264,31 +304,13 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that
      * refuses writing leaves the journal as it is; reading goes on. */
     if (status == MR_OK && mode == STORE_CREATE)
-        status = store_execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up",
-                               error);
+        status = keep_journal(made, error);
     made->writes = status == MR_OK && mode == STORE_CREATE;
     if (status != MR_OK) {
         store_close(made);
         return status;
     }
     *store = made;
-    return MR_OK;
-}
-
-/* The lock of flock(2) has nothing to do with those that SQLite takes, but those are of the process
- * and go when it closes any descriptor of the file: this one is closed after the database. */
-enum mr_status store_take_alone(struct store *store, struct error *error)
-{
-    int fd = open(store->path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights",
-                         strerror(errno), store->path);
-    store->alone = fd;
-    if (flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(error, MR_IO,
-                         "another matrig log writes to this campaign: %s; end it first, or name "
-                         "another database",
-                         store->path);
     return MR_OK;
 }
 

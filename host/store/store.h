@@ -33,18 +33,16 @@
 enum store_mode {
     STORE_OPEN,   /* must exist */
     STORE_CREATE, /* is made when it does not exist */
+    STORE_LOG,    /* the same, for the one that logs: nobody else does until it is closed */
     STORE_READ,   /* must exist, nothing is written: it may lie where nothing can be */
     STORE_SOURCE, /* the same, and what is attached to it is written */
 };
 
 struct store;
 
-/* MR_IO: cannot be opened; MR_MALFORMED: no campaign database; MR_VERSION: another version's. */
+/* MR_IO: cannot be opened, or another one logs; MR_MALFORMED: no campaign database; MR_VERSION: another version's. */
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error);
-/* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes,
- * surveys and reports go on beside it. MR_IO: another one does. */
-enum mr_status store_take_alone(struct store *store, struct error *error);
 /* Whether somebody logs into it. */
 bool store_is_logged(struct store *store);
 void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
@@ -456,7 +454,7 @@ struct store_identity {
     dev_t device, journal_device;
     ino_t file, journal, index;
 };
-/* Of what is at the path just after opening and store_take_alone. */
+/* Of what is at the path just after opening. */
 void store_identify(const char *path, struct store_identity *identity);
 enum store_place store_find(const char *path, const struct store_identity *identity);
 
@@ -475,7 +473,7 @@ void store_journal_remove(const char *path, const struct store_identity *identit
 
 /* ---- whether the file is what was logged ---- */
 
-/* Looked at from now on, after store_take_alone; also before each write of SQLite to it, and none
+/* Looked at from now on; also before each write of SQLite to it, and none
  * goes into one that somebody overwrote. */
 void store_watch_file(struct store *store);
 /* Somebody overwrote the file past SQLite (cp) or made it shorter: by its header and size, or

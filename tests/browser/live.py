@@ -247,15 +247,59 @@ def board_state(browser):
     tap.check("a restart of the board begins anew", out["restart"] == [1, 0, 0, "the board started again"], out)
 
 
-def hidden_tab(browser):
-    """Closes its stream, and gets everything again when it is seen."""
-    browser.js("Object.defineProperty(document, 'hidden', { value: true, configurable: true }); document.dispatchEvent(new Event('visibilitychange'))")
-    time.sleep(0.3)
-    before = browser.js("matrigLive.lastId")
-    time.sleep(0.5)
-    still = browser.js("matrigLive.lastId")
+def crowded_tabs(browser, address):
+    """A browser has six connections to one address: with eight tabs open orders still go, and who has no stream says why."""
+    first, tabs = browser.session, []
+    hide = "Object.defineProperty(document, 'hidden', { value: true, configurable: true }); document.dispatchEvent(new Event('visibilitychange'))"
+    shown = "document.querySelector('#offline').hidden && matrigLive.state !== null"
+    full = "/4 other tabs or windows of this browser show this page/.test(document.querySelector('#offline').textContent)"
+    loaded = []
+    browser.call("Emulation.setFocusEmulationEnabled", {"enabled": True})  # as windows beside each other
+    for n in range(7):
+        browser.session = None
+        tabs.append(browser.call("Target.createTarget", {"url": address})["targetId"])
+        browser.session = browser.call("Target.attachToTarget", {"targetId": tabs[-1], "flatten": True})["sessionId"]
+        browser.call("Emulation.setFocusEmulationEnabled", {"enabled": True})
+        loaded.append(browser.wait("window.matrigLive && " + (shown if n < 3 else full), 20) or browser.js("[document.hidden, document.title, document.querySelector('#offline').textContent].join()"))
+    last = browser.session
+    tap.check("of eight tabs four show the board, the others say why not", loaded == [True] * 7, loaded)
+    browser.session = first
+    begun = time.monotonic()
+    browser.js("document.querySelector('#arm').click(); document.querySelector('#confirm-yes').click()")
+    armed = browser.wait("matrigLive.state.state === 'armed' && /^arm: done/.test(document.querySelector('#command-said').textContent)", 10)
+    print("# an order with eight tabs took %.2f s" % (time.monotonic() - begun))
+    browser.js("document.querySelector('#disarm').click(); document.querySelector('#confirm-yes').click()")
+    tap.check("orders go through with eight tabs", armed and browser.wait("matrigLive.state.state === 'idle'", 10), browser.js("document.querySelector('#tile-state').innerText"))
+    browser.js(hide)
+    given = browser.js("matrigLive.lastId")
+    browser.session = last
+    # its own turn comes only when the others that wait are gone
+    for target in tabs[3:6]:
+        browser.session = None
+        browser.call("Target.closeTarget", {"targetId": target})
+    browser.session = last
+    tap.check("a hidden tab gives its stream to one that is seen", browser.wait(shown, 20), browser.js("document.querySelector('#offline').textContent"), given)
+    browser.session = None
+    for target in tabs[:3] + tabs[6:]:
+        browser.call("Target.closeTarget", {"targetId": target})
+    browser.session = first
     browser.js("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))")
-    tap.check("a hidden tab closes its stream, and opens it when it is seen", before == still and browser.wait("matrigLive.lastId !== %s" % json.dumps(before)), before, still)
+    tap.check("and has one again when it is seen", browser.wait("matrigLive.lastId !== %s" % json.dumps(given) + " && " + shown, 20), given)
+
+
+def silence(browser, idle):
+    """A board that is silent is told across the page, and no banner moves what is pressed."""
+    top = "document.querySelector('#disarm').getBoundingClientRect().top"
+    before = browser.js(top)
+    idle.send_signal(signal.SIGSTOP)
+    begun = time.monotonic()
+    told = browser.wait("/THE BOARD IS SILENT/.test(document.querySelector('#offline').textContent) && !document.querySelector('#offline').hidden", 10)
+    print("# a silent board is told after %.2f s" % (time.monotonic() - begun))
+    during = browser.js(top)
+    idle.send_signal(signal.SIGCONT)
+    tap.check("a board that falls silent is told across the page", told and browser.wait("document.querySelector('#offline').hidden"))
+    browser.js("document.querySelector('#warning').hidden = false")
+    tap.check("no banner moves the buttons", [during, browser.js(top)] == [before, before], before, during, browser.js(top))
 
 
 def latency(db, warned):
@@ -324,9 +368,12 @@ def only_ours(browser, base):
     tap.check("%d requests, none of them off this page's own address" % len(browser.requests), len(browser.requests) > 6 and not foreign, foreign[:5])
 
 
+OFFLINE = "!document.querySelector('#offline').hidden && document.body.classList.contains('stale') && /%s/.test(document.querySelector('#offline').textContent)"
+
+
 def offline(browser):
-    shown = browser.wait("!document.querySelector('#offline').hidden && document.body.classList.contains('stale') && /NO CONNECTION/.test(document.querySelector('#offline').textContent)", 10)
-    tap.check("a matrig that is gone is told across the page", shown)
+    tap.check("a log that has ended is told across the page, and that it ended well", browser.wait(OFFLINE % r"Log ended normally, 2 landings saved, the last is landing \d+ \(RUN 2\)", 10),
+              browser.js("document.querySelector('#offline').textContent"))
     browser.picture(OUT + "/offline-1120.png")
 
 
@@ -356,7 +403,8 @@ def main():
         arm_and_disarm(browser, base, token)
         hostile_source(browser)
         board_state(browser)
-        hidden_tab(browser)
+        silence(browser, idle)
+        crowded_tabs(browser, address)
         browser.pump()
         tap.check("nothing wrong on the console", not browser.errors, browser.errors)
         stop(logger)
@@ -367,6 +415,8 @@ def main():
         db, warned = landing(browser, port)
         latency(db, warned)
         values(browser, db)
+        tap.check("after the landing the page says that it is saved", browser.wait(OFFLINE % r"Log ended normally, landing \d+ \(RUN 1\) saved", 10),
+                  browser.js("document.querySelector('#offline').textContent"))
         last_state(browser, db)
         printed(browser)
         bad = [e for e in browser.errors if "/events" not in e]  # that it is gone at the end, the console may say

@@ -28,6 +28,13 @@ PYTHON
 twice_is_refused() {
     fails_with 2 'imported already, as session 2 .*--again' build/matrig import "$db" "$tmp/can"
 }
+three_at_once_make_one() { # whoever comes second sees the first one's
+    local pids=() pid good=0
+    for _ in 1 2 3; do m import "$tmp/once.db" "$tmp/can" >/dev/null 2>>"$tmp/once.err" & pids+=($!); done
+    for pid in "${pids[@]}"; do wait "$pid" && good=$((good + 1)); done
+    cat "$tmp/once.err"
+    [ $good = 1 ] && [ "$(grep -c 'imported already, as session 1' "$tmp/once.err")" = 2 ] && [ "$(sqlite3 "$tmp/once.db" 'SELECT count(*) FROM landings')" = 1 ]
+}
 it_stands_in_report_and_summary() {
     m report "$db" -o "$tmp/report.html" && grep -q "imported from</dt><dd>$tmp/can (candump, [0-9]* bytes, SHA-256 $(sha256sum <"$tmp/can" | cut -c1-64))" "$tmp/report.html"
 }
@@ -229,6 +236,7 @@ silly_input() {
 
 check "a candump log becomes the landing that logging made of it" a_log_is_a_landing
 check "the same file twice is refused" twice_is_refused
+check "three imports of one log at once make one landing" three_at_once_make_one
 check "file and hash stand in the report" it_stands_in_report_and_summary
 check "a log that was cut keeps what is whole" a_cut_log_keeps_what_is_whole
 check "a damaged line costs itself alone, and is counted as lost" a_damaged_line_costs_itself

@@ -164,12 +164,17 @@ joined_on_serial() {
 ends_with_viewers() { # a viewer that reads nothing neither holds the log up nor its end
     exec 8<>"/dev/tcp/127.0.0.1/$port"
     printf '%s\r\n' "GET /events HTTP/1.1" "Host: localhost" "" >&8
-    sleep 0.3
+    exec 7<>"/dev/tcp/127.0.0.1/$port" # one that reads is told how it ended
+    printf '%s\r\n' "GET /events HTTP/1.1" "Host: localhost" "" >&7
+    timeout 60 cat <&7 >"$tmp/events" &
+    local i reader=$!
+    await grep -q '^event: state' "$tmp/events"
     kill -INT $log
-    local i
     for ((i = 0; i < 50; i++)); do kill -0 $log 2>/dev/null || break; sleep 0.1; done
-    exec 8>&-
-    wait $log
+    exec 7>&- 8>&-
+    wait $log $reader
+    grep -a -A 2 '^event: end' "$tmp/events" | tail -n 1
+    grep -aq '^data: {"text":"Log ended normally, [0-9a-z ]*, the last is landing 12 (RUN [0-9]*)\|^data: {"text":"Log ended normally, landing 12 (RUN 1) saved"}' "$tmp/events" || return 1
     echo "exit $?"
     [ $i -lt 50 ] && [ "$(sqlite3 "$work/x.db" 'select sum(lost) + sum(dropped) + sum(bad) from links')" = 0 ]
 }

@@ -222,11 +222,13 @@ TEST(killed_in_a_transaction)
  * its own content there. */
 TEST(a_checkpoint_leaves_what_another_program_put_there)
 {
-    struct store *store = fresh("put.db");
+    struct store *store = NULL;
     struct error error = {0};
     uint8_t record[75] = {0};
     static uint8_t others[400000] = "somebody's"; /* a much shorter one SQLite refuses */
-    assert_int_equal(store_take_alone(store, &error), MR_OK);
+    scratch_path(path, sizeof path, "put.db");
+    store_open(path, STORE_LOG, &store, &error);
+    assert_no_error(&error);
     store_watch_file(store);
     store_begin(store, &error);
     int64_t session = add_session(store);

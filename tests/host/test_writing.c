@@ -108,8 +108,7 @@ static struct store *open_campaign(const char *path, struct store_identity *iden
     struct store *store = NULL;
     struct error error = {0};
     struct store_session session = {.started_us = 5};
-    store_open(path, STORE_CREATE, &store, &error);
-    store_take_alone(store, &error);
+    store_open(path, STORE_LOG, &store, &error);
     store_begin(store, &error);
     store_session_add(store, &session, &error);
     store_commit(store, &error);

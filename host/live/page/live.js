@@ -7,6 +7,9 @@
   const CHANNELS = 22, TRANSDUCERS = 8;
   const PER_UNIT = (c) => (c < TRANSDUCERS ? 10000 : 100);
   const ORDER_MS = 5000; /* an order that reaches matrig later is refused */
+  const ANSWER_MS = ORDER_MS + 4000;
+  const STREAMS = 4; /* a browser has six connections to one address: two are left for orders and pages */
+  const LOST_MS = 1700; /* a board that says nothing for so long is told across the page, as in the terminal */
   const STALE_MS = 2000, SILENT_MS = 1000, DRAW_MS = 200;
   const token = location.hash.slice(1);
   let board = null, configuration = null, state = null, stateAt = 0, heardFrom = 0, connected = false, span = 10, seen = 0;
@@ -298,13 +301,14 @@
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
-    document.title = (w.on ? '▲ WARNING · ' : advises ? 'advisory · ' : '') + state.state + ' · matrig live';
+    document.title = (lost() ? '✕ BOARD SILENT · ' : w.on ? '▲ WARNING · ' : advises ? 'advisory · ' : '') + state.state + ' · matrig live';
     sound(w.on);
     if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(state.zone) + riskWords());
     else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. No warning: the lamp is dark' + riskWords());
     else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', quietWords() + riskWords());
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
+  const lost = () => !!configuration && configuration.source.commands && isFinite(silentMs()) && silentMs() > LOST_MS;
   const showBoard = () => {
     const b = configuration.board, faults = state.health.faults.length, ms = silentMs();
     const who = b.uid ? 'firmware ' + b.firmware + (b.commit ? ', ' + b.commit : '') + ', board ' + b.uid : '';
@@ -454,13 +458,13 @@
     $('confirm').close();
     say('command-said', pending + ': asked …');
     try {
-      const answer = await fetch('/command', { method: 'POST', headers: { 'Content-Type': 'application/json', 'X-Matrig-Token': token }, body: JSON.stringify(body) });
+      const answer = await fetch('/command', { method: 'POST', headers: { 'Content-Type': 'application/json', 'X-Matrig-Token': token }, body: JSON.stringify(body), signal: AbortSignal.timeout(ANSWER_MS) });
       const text = await answer.text();
       let told = { error: text.trim() };
       try { told = JSON.parse(text); } catch (e) { /* plain words */ }
       say('command-said', body.command + (told.done ? ': done, ' + new Date().toLocaleTimeString('en-GB') : ': ' + (told.error || 'failed')));
     } catch (e) {
-      say('command-said', body.command + ': matrig does not answer');
+      say('command-said', body.command + ': matrig did not answer, and refuses it from now on; give it again');
     }
   };
 
@@ -477,7 +481,8 @@
     if (changed) { makeStrips(); drawRunway(); }
     showState();
   };
-  let source = null, retryMs = 250, retry = 0, lastId = '', due = false;
+  let source = null, retryMs = 250, retry = 0, lastId = '', due = false, ended = '', crowded = false, claiming = false, release = null;
+  const tabs = new BroadcastChannel('matrig');
   const refresh = () => {
     due = false;
     if (!board) return;
@@ -493,14 +498,34 @@
     if (board.warning.on !== warned) refresh(); /* it must not wait */
     else if (!due) { due = true; requestAnimationFrame(refresh); }
   };
-  const connect = () => {
+  /* One of the streams that this browser may have: a tab holds it until it is closed, or is hidden and another one wants it. */
+  const claim = async () => {
+    if (release || !navigator.locks) return true;
+    for (let n = 0; n < STREAMS && !release; n++) {
+      await new Promise((told) => navigator.locks.request('stream ' + n, { ifAvailable: true }, (lock) => {
+        const held = lock && new Promise((free) => { release = free; });
+        told();
+        return held;
+      }));
+    }
+    if (!release) tabs.postMessage({ wanted: true });
+    return release !== null;
+  };
+  const connect = async () => {
     clearTimeout(retry);
+    retry = 0;
+    if (claiming) return;
+    claiming = true;
+    crowded = !await claim();
+    claiming = false;
+    if (crowded) { if (!document.hidden) retry = setTimeout(connect, 500); return; }
     if (source) source.close();
     source = new EventSource('/events');
     const on = (name, take) => source.addEventListener(name, (event) => {
       heardFrom = performance.now();
       lastId = event.lastEventId;
       connected = true;
+      ended = '';
       retryMs = 250;
       take(JSON.parse(event.data));
     });
@@ -508,16 +533,30 @@
     on('messages', takeMessages);
     on('readings', takeReadings);
     on('state', (told) => { board.takeHost(told); stateAt = performance.now(); refresh(); });
+    source.addEventListener('end', (event) => {
+      tabs.postMessage({ ended: JSON.parse(event.data).text });
+      over(JSON.parse(event.data).text);
+    });
     /* The browser comes back by itself; when it has given up, or hangs, we do. */
     source.onerror = () => { if (source.readyState === EventSource.CLOSED) again(); };
   };
-  /* A tab that nobody sees has no stream. */
+  const over = (text) => { /* the next matrig at this address is waited for */
+    ended = text;
+    heardFrom = -Infinity;
+    watch();
+  };
+  tabs.onmessage = ({ data }) => {
+    if (data.ended && (!source || !connected)) over(data.ended);
+    if (!data.wanted || !document.hidden || !release) return;
+    source.close();
+    source = null;
+    release();
+    release = null;
+  };
   const seenOrNot = () => {
-    clearTimeout(retry);
-    retry = 0;
-    heardFrom = performance.now();
-    if (!document.hidden) connect();
-    else if (source) { source.close(); source = null; }
+    if (document.hidden || (source && source.readyState !== EventSource.CLOSED)) return;
+    heardFrom = ended ? heardFrom : performance.now();
+    connect();
   };
   const again = () => {
     clearTimeout(retry);
@@ -525,17 +564,24 @@
     retryMs = Math.min(2 * retryMs, 8000);
   };
   const watch = () => {
-    if (document.hidden) return;
     const ms = performance.now() - heardFrom, old = ms > STALE_MS;
-    if (old && connected) { connected = false; showState(); }
-    $('offline').hidden = !old;
-    document.body.classList.toggle('stale', old);
+    if (document.hidden && !ended) return;
+    if (old && connected) { connected = false; if (state) showState(); }
+    const silent = !old && lost();
+    $('offline').hidden = !old && !silent;
+    $('offline').className = old && ended ? 'ended' : '';
+    document.body.classList.toggle('stale', old || silent);
     if (old) {
-      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old');
-      document.title = 'no connection · matrig live';
+      say('offline', ended ? ended + '. What is shown is how it was then'
+        : crowded ? '✕ ' + STREAMS + ' other tabs or windows of this browser show this page, and it may have no more: close one of them'
+        : '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old');
+      document.title = (ended ? 'log ended' : crowded ? 'too many tabs' : 'no connection') + ' · matrig live';
       sound(false);
-      if (ms > 5000 && !retry) { retry = setTimeout(() => { retry = 0; connect(); }, retryMs); retryMs = Math.min(2 * retryMs, 8000); }
-    } else if (configuration && state) showBoard();
+      if ((ended || ms > 5000) && !retry) again();
+    } else if (configuration && state) {
+      if (silent) say('offline', '✕ THE BOARD IS SILENT for ' + fixed(silentMs() / 1000, 0) + ' s: nothing is recorded; look at its power and cables');
+      showBoard();
+    }
   };
 
   /* ---- controls ---- */
