@@ -6,9 +6,12 @@
 #ifndef MATRIG_COMMON_COMMAND_H
 #define MATRIG_COMMON_COMMAND_H
 
+#include <stdbool.h>
+
 #include "common/catalogue.h"
 
 enum mr_command_code {
+    MR_COMMAND_NONE, /* which no board knows */
 #define COMMAND(NAME, code, ...) MR_COMMAND_##NAME = (code),
 #include "common/catalogue.def"
 };
@@ -39,6 +42,13 @@ enum mr_command_when {
  * message. MR_OK; MR_UNKNOWN: no such command; MR_USAGE: words missing, left over, not a number or
  * out of range. */
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
+
+/* A status that refuses who gave a command, or its link, whatever it would do: a replay, which has
+ * all rights, gives MR_COMMAND_NONE in its place, so that as many answers go out. */
+static inline bool mr_command_giver_refused(int status)
+{
+    return status <= MR_CABLE && status >= MR_REPLAY;
+}
 
 /* Of a command code; MR_PRIVILEGE_OPEN where there is no such code. */
 enum mr_privilege mr_command_privilege(unsigned code);

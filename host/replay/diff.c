@@ -249,8 +249,11 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
  * before arming may still have been on their way. */
 static bool follows_from_record(const struct answer *answer, int64_t first_block)
 {
-    if (answer->info->id == MR_ID_ACK && value_of(answer, "code") == (double)MR_COMMAND_BACKLOG)
-        return false; /* the replay's own */
+    if (answer->info->id == MR_ID_ACK &&
+        (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
+         value_of(answer, "code") == (double)MR_COMMAND_NONE ||
+         mr_command_giver_refused((int)value_of(answer, "status"))))
+        return false; /* the replay's own, or another in its place */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)

@@ -215,19 +215,25 @@ static enum mr_status check_whole(const struct answers *recorded, const char *pa
 
 /* ---- commands ---- */
 
+struct command_row {
+    int64_t block;
+    struct mr_command message;
+};
 struct commands {
-    struct {
-        int64_t block;
-        struct mr_command message;
-    } row[1024];
+    struct command_row *row; /* a stranger may have given any number */
     size_t count;
     bool armed, ended;
 };
 
 static bool add_command(struct commands *commands, int64_t block, struct mr_command message)
 {
-    if (commands->count == sizeof commands->row / sizeof commands->row[0])
-        return false;
+    if ((commands->count & (commands->count - 1)) == 0) {
+        size_t room = commands->count ? 2 * commands->count : 1;
+        struct command_row *row = realloc(commands->row, room * sizeof *row);
+        if (!row)
+            return false;
+        commands->row = row;
+    }
     commands->row[commands->count].block = block;
     commands->row[commands->count++].message = message;
     return true;
@@ -286,6 +292,8 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
             continue;
         struct mr_command message = {
             .code = ack.code, .tag = ack.tag, .argument = argument_of(recorded, &ack, &mark)};
+        if (mr_command_giver_refused(ack.status)) /* it might be obeyed now */
+            message.code = MR_COMMAND_NONE;
         commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;
     }
@@ -412,6 +420,7 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
                         commands.row[i - COMMANDS_PER_BLOCK].block != commands.row[i].block);
     }
     input->commands = commands.count;
+    free(commands.row);
     return fits ? MR_OK
                 : error_set(
                       error, MR_MALFORMED,

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Frames on the bus that are not the board's, in mid-landing. Serial is the record: beside it they change nothing. On CAN alone a time that
-# cannot follow is not obeyed.
+# cannot follow is not obeyed. And orders that are not the log's.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
 matrig=build/matrig
@@ -51,6 +51,38 @@ beginning_is_missing() {
         grep -q '^  motion  *not known: the landing is torn' "$tmp/late.txt"
 }
 everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/strangers.py "$tmp/all.can" "$tmp/all.serial" "$tmp/each" $matrig; }
+# A stranger's orders, one for three frames of the board: told a line a second, kept, and the record replays for all that.
+cat >"$tmp/stranger.py" <<'P'
+import itertools, socket, struct, sys, time
+board, door = socket.socket(socket.AF_UNIX), socket.socket(socket.AF_UNIX)
+door.bind(sys.argv[2])
+door.listen(1)
+host = door.accept()[0]
+while board.connect_ex(sys.argv[1]):
+    time.sleep(0.02)
+left, orders, n = b"", itertools.cycle([6, 7, 15, 18, 4]), 0 # bootrom, reset, backlog, box-free, mark
+while data := board.recv(65536):
+    host.sendall(data)
+    whole = (len(left) + len(data)) // 16
+    left = (left + data)[16 * whole:]
+    for n in range(n + 1, n + 1 + whole):
+        if 4000 < n < 16000 and n % 3 == 0:
+            board.sendall(struct.pack("<IB3x8s", 0x400, 8, bytes([next(orders), 0, n & 255, n >> 8 & 255, 9, 0, 0, 0])))
+P
+orders_of_a_stranger() {
+    local board bus
+    python3 "$tmp/stranger.py" "$tmp/board" "$tmp/bus" &
+    bus=$!
+    build/matrig-board --elf build/firmware/matrig.elf --can "unix:$tmp/board" --serial "unix:$tmp/serial" --rig tests/runs/landing5.run --for 9.2 2>"$tmp/board.err" &
+    board=$!
+    await test -S "$tmp/bus" && await test -S "$tmp/serial" || return 1
+    timeout 600 $matrig log --can "unix:$tmp/bus" --serial "unix:$tmp/serial" --db "$tmp/orders.db" >"$tmp/out" 2>"$tmp/told"
+    wait $board $bus
+    cat "$tmp/told"
+    grep -q 'another program ordered "backlog"; the board refused it: an input of replays' "$tmp/told" && [ "$(grep -c '"bootrom"; the board refused it' "$tmp/told")" -lt 12 ] &&
+        [ "$(sqlite3 "$tmp/orders.db" "select count(*) > 2000, sum(code <> 4 and detail = 0) from events where kind = 'ack' and code in (4, 6, 7, 15, 18)")" = '1|0' ] &&
+        $matrig replay "$tmp/orders.db" 1 >"$tmp/again" && tail -n 3 "$tmp/again" && grep -Eq 'result +0 of [0-9]+ fields differ' "$tmp/again"
+}
 
 check "a hello of another layout in mid-landing is told, and the log goes on" hello_of_another_layout
 check "and on CAN alone" hello_of_another_layout_on_can_alone
@@ -58,4 +90,5 @@ check "one before the board has spoken is refused on CAN alone" hello_before_the
 check "a state of the landing that serial did not say changes nothing" landing_from_elsewhere
 check "a landing without its beginning states no speed" beginning_is_missing
 check "each message of the catalogue, not the board's, beside serial" everything_of_the_catalogue
+check "orders of a stranger: refused, told, kept, and the record replays to the last field" orders_of_a_stranger
 finish
