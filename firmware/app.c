@@ -360,7 +360,8 @@ static enum mr_status obey_box(struct app *app, const struct mr_command *command
     return boxlink_obey(&app->boxlink, &app->box, &app->telemetry, command);
 }
 
-/* The part that obeys it. No call through a pointer: the stack's bound rests on there being none. */
+/* The part that obeys it. No call through a pointer: the stack's bound rests on there being
+ * none. */
 static enum mr_status hand_on(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {

@@ -38,7 +38,8 @@ struct live {
     uint32_t until_block;
 };
 
-/* The command, while idle; `index` of the block to come. MR_USAGE: more than LIVE_MOST_S seconds. */
+/* The command, while idle; `index` of the block to come. MR_USAGE: more than LIVE_MOST_S
+ * seconds. */
 enum mr_status live_begin(struct live *live, struct landing *landing,
                           const struct mr_command *command, uint32_t index);
 /* Each block, before its edges are told. */

@@ -1,5 +1,5 @@
-/* Pins and memory of each board. Where each is on the package comes from ST's pin database, as the test of the
- * tables has it. */
+/* Pins and memory of each board. Where each is on the package comes from ST's pin database, as the
+ * test of the tables has it. */
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,7 @@
 /* System clock: 168 MHz from the 8 MHz crystal, or a clock of 8 MHz in its place; from the internal
- * oscillator when that does not start, or has stopped again and again. A PLL that does not lock is a
- * board that stays silent, with its lamp on, until the watchdog's reset tries again. RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+ * oscillator when that does not start, or has stopped again and again. A PLL that does not lock is
+ * a board that stays silent, with its lamp on, until the watchdog's reset tries again. RM0090 7.2;
+ * 3.5.1 for wait states; 5.1.3 for the regulator scale. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 

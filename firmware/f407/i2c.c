@@ -4,8 +4,9 @@
  * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to,
  * and no device minds (the TMP112 gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the
  * chip's repeated start may come too early (errata ES0182). Two bytes are read with POS, so that
- * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. A bus
- * error alone is none: a master may report one that was not (ES0182), and the transfer goes on. */
+ * nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. A
+ * bus error alone is none: a master may report one that was not (ES0182), and the transfer goes
+ * on. */
 #include "firmware/f407/drivers.h"
 #include "firmware/board.h"
 

@@ -105,7 +105,8 @@ void collector_own_put(struct collector_own *own, const struct mr_command *comma
 void collector_set_own(struct collector *collector, struct collector_own *own);
 
 /* An answer of the board to a command that does more than read: obeyed, or refused by ack.status.
- * Each is an event `order`, its value 1 own, 0 another's. The same answer again within a second is counted. */
+ * Each is an event `order`, its value 1 own, 0 another's. The same answer again within a second is
+ * counted. */
 struct collector_order {
     struct mr_ack ack;
     bool own;

@@ -4,7 +4,8 @@
 
 #include <stddef.h>
 
-/* The author: `who`, the value of --who; NULL: $USER, else the login name, "" when that is unknown. Not released. */
+/* The author: `who`, the value of --who; NULL: $USER, else the login name, "" when that is unknown.
+ * Not released. */
 const char *annotation_who(const char *who);
 /* Copies what fits into `size` bytes; NULL is "". */
 void annotation_copy(char *into, size_t size, const char *text);

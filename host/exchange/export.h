@@ -14,8 +14,8 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
                               long *rows, struct error *error);
 /* As an MDF4 file: readings at 1 kHz, the gear, and the CAN frames with the DBC attached, remote
  * and error frames in tables of their own. Second 0 is the first block that was kept, or the first
- * CAN frame when that is earlier; without a good time map it has no date, and that is told. MR_USAGE: neither
- * readings nor frames. */
+ * CAN frame when that is earlier; without a good time map it has no date, and that is told.
+ * MR_USAGE: neither readings nor frames. */
 enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const struct cli *cli,
                            long *rows, struct error *error);
 /* The message catalogue as a Vector DBC file, of a board with this base on its bus

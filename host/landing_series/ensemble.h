@@ -74,8 +74,8 @@ void series_run_free(struct series_run *run);
  * is worth". */
 void series_errors(const struct landing_series *series, struct series_run *runs);
 
-/* Play all seeds on `jobs` threads, and their errors. `progress` is called now and then, by one of them; NULL: not.
- * A runway that fails keeps its error; the others are played. */
+/* Play all seeds on `jobs` threads, and their errors. `progress` is called now and then, by one of
+ * them; NULL: not. A runway that fails keeps its error; the others are played. */
 void series_ensemble(const struct landing_series *series, unsigned jobs,
                      void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
                      struct series_run *runs);

@@ -97,8 +97,8 @@ static void name_buses(const struct buses *buses, unsigned least, char *out, siz
     }
 }
 
-/* The one on which the board speaks, or the one that is `named`; without a board the first. MR_USAGE:
- * boards speak on several, or none has that name. */
+/* The one on which the board speaks, or the one that is `named`; without a board the first.
+ * MR_USAGE: boards speak on several, or none has that name. */
 static enum mr_status choose(const struct buses *buses, const char *named, const char *where,
                              char interface[CANDUMP_INTERFACE], struct error *error)
 {

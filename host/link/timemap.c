@@ -193,8 +193,8 @@ static enum timemap_refusal judge(const struct timemap_fit *fit, double toleranc
     return TIMEMAP_GOOD;
 }
 
-/* The clock was set between pair k - 1 and pair k + gap: two lines of one rate, that of the longer part, above
- * which four fifths of the pairs are within `most_us`. */
+/* The clock was set between pair k - 1 and pair k + gap: two lines of one rate, that of the longer
+ * part, above which four fifths of the pairs are within `most_us`. */
 static bool set_at(const struct point *point, size_t n, size_t k, size_t gap, double most_us)
 {
     struct point hull[TIMEMAP_PAIRS];

@@ -559,8 +559,8 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     return MR_OK;
 }
 
-/* The file may not grow. What is in it stays there, with its journal; into another one goes what the
- * queues keep, where that is little beside what a file may hold: a landing is whole there. */
+/* The file may not grow. What is in it stays there, with its journal; into another one goes what
+ * the queues keep, where that is little beside what a file may hold: a landing is whole there. */
 static enum mr_status go_on_beside(struct logger *logger, const char *original)
 {
     struct stat info;

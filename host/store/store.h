@@ -40,7 +40,8 @@ enum store_mode {
 
 struct store;
 
-/* MR_IO: cannot be opened, or another one logs; MR_MALFORMED: no campaign database; MR_VERSION: another version's. */
+/* MR_IO: cannot be opened, or another one logs; MR_MALFORMED: no campaign database; MR_VERSION:
+ * another version's. */
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store,
                           struct error *error);
 /* Whether somebody logs into it. */

@@ -272,7 +272,8 @@ void store_text(sqlite3_stmt *statement, int column, char *out, size_t size);
 
 /* "nfs4 at /home". */
 void store_file_system(const char *path, char out[STORE_TEXT]);
-/* "process 4711, sqlite3 holds its lock", by the kernel; where it does not say, that somebody does. */
+/* "process 4711, sqlite3 holds its lock", by the kernel; where it does not say, that somebody
+ * does. */
 void store_holder(const char *path, char out[STORE_TEXT]);
 /* MR_IO: a campaign cannot be written there; the error says why. */
 enum mr_status store_place_to_write(const char *path, struct error *error);

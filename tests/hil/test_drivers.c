@@ -469,8 +469,8 @@ TEST(noise_is_no_edge)
     ear_close(ear);
 }
 
-/* For 27 s no block comes, whatever is begun again: an edge of the time before would pass for one to
- * come, and hold up those behind it for 24 s more. */
+/* For 27 s no block comes, whatever is begun again: an edge of the time before would pass for one
+ * to come, and hold up those behind it for 24 s more. */
 TEST(an_old_edge_holds_nothing_up)
 {
     struct ear *ear = ear_open(NULL, 0);

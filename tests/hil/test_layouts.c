@@ -1,6 +1,7 @@
 /* Register layouts against two sources that neither firmware nor emulator was written from
- * (tests/conformance/registers.txt, and st.txt, which st.py makes of ST's own header): every register, bit and interrupt number in the drivers'
- * header, and what the emulated board has at those addresses. */
+ * (tests/conformance/registers.txt, and st.txt, which st.py makes of ST's own header): every
+ * register, bit and interrupt number in the drivers' header, and what the emulated board has at
+ * those addresses. */
 #include <ctype.h>
 #include <inttypes.h>
 

@@ -176,8 +176,8 @@ TEST(frames_go_on_when_the_counter_comes_round)
     ear_close(ear);
 }
 
-/* A pulse while no block comes for 27 s, whatever is begun again: it would pass for one to come, and
- * hold up the frames behind it. */
+/* A pulse while no block comes for 27 s, whatever is begun again: it would pass for one to come,
+ * and hold up the frames behind it. */
 TEST(an_old_pulse_holds_no_frame_up)
 {
     const unsigned scan = 16u + 60u; /* DMA2 stream 4, RM0090 table 61 */

@@ -699,9 +699,9 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     drop_pass(&only);
 }
 
-/* Two runs can agree by chance: on whether a joint tears, which hangs on one peak; where no friction
- * brings to rest what has parted; where few mats move. So a third, at a step between them, widens
- * what is stated. */
+/* Two runs can agree by chance: on whether a joint tears, which hangs on one peak; where no
+ * friction brings to rest what has parted; where few mats move. So a third, at a step between them,
+ * widens what is stated. */
 static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
     return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW;

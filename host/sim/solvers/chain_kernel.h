@@ -52,9 +52,9 @@ LANES_INLINE struct LANES(slip)
     return slip;
 }
 
-/* Speeds are those of the middles of steps, which for a steady force moves a mat rightly. One of the
- * block at n that stopped in the kick, from v before it, stood for what was left, or turned back:
- * puts it where it has to be for the drift over h that follows to end in the right place. */
+/* Speeds are those of the middles of steps, which for a steady force moves a mat rightly. One of
+ * the block at n that stopped in the kick, from v before it, stood for what was left, or turned
+ * back: puts it where it has to be for the drift over h that follows to end in the right place. */
 LANES_INLINE void LANES(place)(const struct chain *chain, int n, lanes v_ft_s,
                                struct LANES(slip) slip, double kick_s, double h_s)
 {
