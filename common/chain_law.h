@@ -60,19 +60,16 @@ LAW_FUNCTION struct LAW(pull)
     const LAW_REAL kl = joint.kl_lb_ft, cl = joint.cl_lb_s_ft, slack_ft = joint.slack_ft;
     LAW_REAL held_lb = kl * (g_ft - reach_ft);
     LAW_REAL yielded_ft = g_ft + give_ft;
-#define BARE LAW(pulled)(LAW_ONLY(g_ft < none, kl * g_ft + cl * rate_ft_s), none)
+    LAW_MASK dirty = reach_ft > none;
     return LAW_PICK(
         g_ft >= reach_ft,
         LAW(pulled)(LAW_ONLY(g_ft > slack_ft, kl * (g_ft - slack_ft) + cl * rate_ft_s),
                     LAW_LESSER(slack_ft, g_ft)),
         LAW_PICK(
-            reach_ft > none,
-            LAW_PICK(held_lb >= -grit_lb,
-                     LAW(held)(LAW_LESSER(LAW_GREATER(held_lb + cl * rate_ft_s, -grit_lb), none),
-                               reach_ft),
-                     LAW_PICK(yielded_ft > none, LAW(pulled)(-grit_lb, yielded_ft), BARE)),
-            BARE));
-#undef BARE
+            LAW_BOTH(dirty, held_lb >= -grit_lb),
+            LAW(held)(LAW_LESSER(LAW_GREATER(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
+            LAW_PICK(LAW_BOTH(dirty, yielded_ft > none), LAW(pulled)(-grit_lb, yielded_ft),
+                     LAW(pulled)(LAW_ONLY(g_ft < none, kl * g_ft + cl * rate_ft_s), none))));
 }
 
 /* Of a mat, after a step. */

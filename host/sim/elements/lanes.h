@@ -10,11 +10,13 @@
 #if defined LANES_DOUBLE
 typedef double lane_real;
 typedef int64_t lane_mask;
-#define LANES_BUILTIN(name) __builtin_ia32_##name##pd256
+#define LANES_BUILTIN(name)     __builtin_ia32_##name##pd256
+#define LAW_LATE(stops, pushes) LANES(any)(stops)
 #else
 typedef float lane_real;
 typedef int32_t lane_mask;
-#define LANES_BUILTIN(name) __builtin_ia32_##name##ps256
+#define LANES_BUILTIN(name)     __builtin_ia32_##name##ps256
+#define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* nobody asks for `left` */
 #endif
 #define LANES_COUNT (32 / sizeof(lane_real))
 /* Comparisons give -1 or 0 in each lane. */
@@ -37,7 +39,6 @@ typedef lane_mask masks __attribute__((vector_size(32)));
 #define LAW_BOTH(a, b)          ((a) & (b))
 #define LAW_EITHER(a, b)        ((a) | (b))
 #define LAW_NOT(mask)           (~(mask))
-#define LAW_LATE(stops, pushes) LANES(any)(stops)
 #define LAW_ONE(mask)           false
 #define LAW_LESSER(a, b)        LANES(lesser)(a, b)
 #define LAW_GREATER(a, b)       LANES(greater)(a, b)
