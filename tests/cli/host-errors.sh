@@ -4,20 +4,20 @@
 matrig=build/matrig
 hello='(1.000000) can0 1F0#0600000100000000'
 
-check "nothing on the link" fails_with 3 "no hello from a board" $matrig log --can file:/dev/null --db "$tmp/empty.db"
+check "nothing on the link" fails_with 3 "no hello from a board" $matrig --quiet log --can file:/dev/null --db "$tmp/empty.db"
 check "nobody within --for" fails_with 3 "no hello from a board" $matrig log --serial file:/dev/null --db "$tmp/empty.db" --for 0.2
 echo "this is no log" >"$tmp/foreign.log"
 check "foreign candump file" fails_with 4 "foreign.log line 1" $matrig log --can "file:$tmp/foreign.log" --db "$tmp/a.db"
 printf '%s\n(1.5) can0 1F1#11' "$hello" >"$tmp/short.log"
-check "truncated candump file" fails_with 4 "truncated at line 2.*short.log" $matrig log --can "file:$tmp/short.log" --db "$tmp/b.db"
+check "truncated candump file" fails_with 4 "truncated at line 2.*short.log" $matrig --quiet log --can "file:$tmp/short.log" --db "$tmp/b.db"
 check "what came before the truncation is kept" test "$(sqlite3 "$tmp/b.db" 'select count(*) from frames')" = 1
 head -c 4000 /dev/zero | tr '\0' 'x' >"$tmp/foreign.bin"
-check "foreign serial bytes" fails_with 4 "foreign.bin" $matrig log --serial "file:$tmp/foreign.bin" --db "$tmp/c.db"
+check "foreign serial bytes" fails_with 4 "foreign.bin" $matrig --quiet log --serial "file:$tmp/foreign.bin" --db "$tmp/c.db"
 printf '(1.0) can0 123#00\n(1.0) can0 124#00\n' >"$tmp/other.log"
-check "another bus" fails_with 4 "nothing of a matrig board.*other.log" $matrig log --can "file:$tmp/other.log" --db "$tmp/d.db"
+check "another bus" fails_with 4 "nothing of a matrig board.*other.log" $matrig --quiet log --can "file:$tmp/other.log" --db "$tmp/d.db"
 printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0700090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
 check "board of another layout" fails_with 4 "board speaks layout 7, this matrig layout 6: file:.*layout.log" \
-    $matrig log --can "file:$tmp/layout.log" --db "$tmp/e.db"
+    $matrig --quiet log --can "file:$tmp/layout.log" --db "$tmp/e.db"
 check "what came before the refusal is kept" test "$(sqlite3 "$tmp/e.db" 'select count(*) from frames')" = 2
 
 # --- databases ---

@@ -35,11 +35,12 @@ check "examples run" runs_examples
 
 # --- what is there stays as it was ---
 cp host/scenes/model_runway.json "$tmp/scene.json"
-check "a history is not written over its scene" fails_with 2 'would overwrite what is read' $m sim "$tmp/scene.json" --csv "$tmp/scene.json"
+cp "$tmp/scene.json" "$tmp/scene"
+check "a history is not written over its scene" fails_with 2 'would overwrite what is read' $m sim "$tmp/scene" --csv "$tmp/scene"
 check "nor a scaled scene" fails_with 2 'would overwrite what is read' $m scale "$tmp/scene.json" -o "$tmp/scene.json"
 check "it is as it was" cmp "$tmp/scene.json" host/scenes/model_runway.json
 no_survey() { # from a sheet that is none
-    fails_with 4 'no column kind' $m survey "$tmp/s.db" --from "$tmp/scene.json" && [ -z "$($m survey "$tmp/s.db" --list)" ]
+    fails_with 4 'no column kind' $m --quiet survey "$tmp/s.db" --from "$tmp/scene.json" && [ -z "$($m survey "$tmp/s.db" --list)" ]
 }
 check "a sheet that cannot be read begins no survey" no_survey
 check "a sheet with --json is one object" sh -c "$m --json survey '$tmp/s.db' --sheet '$tmp/sheet.csv' | python3 -m json.tool | grep -q places"
