@@ -1,6 +1,5 @@
 /* unix:PATH, the socket of an emulated board. */
 #include <errno.h>
-#include <fcntl.h>
 #include <poll.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -26,16 +25,13 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
 
     int reason = 0;
     for (int i = 0; i < OPEN_TRIES; i++) {
-        link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        /* it must not wait for a place among those that nobody has accepted */
+        link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
         if (link->fd < 0)
             return error_set(error, MR_IO, "no socket (%s): %s; check the limits of this system",
                              strerror(errno), link->spec);
-        if (connect(link->fd, (struct sockaddr *)&address, sizeof address) == 0) {
-            if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
-                return error_set(error, MR_IO, "cannot set up the socket (%s): %s; try again",
-                                 strerror(errno), link->spec);
+        if (connect(link->fd, (struct sockaddr *)&address, sizeof address) == 0)
             return MR_OK;
-        }
         reason = errno;
         close(link->fd);
         link->fd = -1;
@@ -44,6 +40,11 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
             break;
         poll(NULL, 0, OPEN_PAUSE_MS);
     }
+    if (reason == EAGAIN)
+        return error_set(error, MR_IO,
+                         "cannot connect (others wait there): %s; an emulated board serves one "
+                         "program from its start on: end them, start it again",
+                         link->spec);
     return error_set(error, MR_IO, "cannot connect (%s): %s; start the emulated board there first",
                      strerror(reason), link->spec);
 }

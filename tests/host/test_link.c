@@ -360,6 +360,26 @@ TEST(socket_carries_can_frames)
     link_close(link);
 }
 
+/* Of one that nobody accepts at, and that is full: no endless wait. */
+TEST(full_socket)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    struct link *link = NULL;
+    struct error error = {0};
+    char spec[220];
+    scratch_path(address.sun_path, sizeof address.sun_path, "link.full");
+    int listener = socket(AF_UNIX, SOCK_STREAM, 0), first = socket(AF_UNIX, SOCK_STREAM, 0);
+    assert_int_equal(bind(listener, (struct sockaddr *)&address, sizeof address), 0);
+    assert_int_equal(listen(listener, 0), 0);
+    assert_int_equal(connect(first, (struct sockaddr *)&address, sizeof address), 0);
+    snprintf(spec, sizeof spec, "unix:%s", address.sun_path);
+    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_IO);
+    assert_error(&error, MR_IO, "others wait there");
+    close(first);
+    close(listener);
+    unlink(address.sun_path);
+}
+
 TEST(socket_ends_inside_a_frame)
 {
     int far;
