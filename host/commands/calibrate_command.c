@@ -54,7 +54,7 @@ static const char *unit_text(const struct request *r)
 /* ---- the result ---- */
 
 static int tell(const struct request *r, const struct calibrate_points *points,
-                const struct calibrate_fit *fit, const struct mr_channel_config *channel)
+                const struct calibrate_fit *fit, const struct mr_channel_config *channel, int code)
 {
     const char *unit = unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
     struct answer *answer = answer_new(r->cli->si);
@@ -88,18 +88,41 @@ static int tell(const struct request *r, const struct calibrate_points *points,
     answer_close(answer);
     answer_words_or_none(answer, "accepted", r->accept ? "accepted" : NULL, r->accept, NULL);
     answer_words_or_none(answer, "file", r->output ? "written to" : NULL, r->output, NULL);
-    return answer_show(r->cli, answer, 0);
+    return answer_show(r->cli, answer, code);
+}
+
+#define ACCEPTED ": accepted off its fit: "
+
+/* In front, as comments: whoever reads the file sees them. Those of other channels stay, for the
+ * next one is calibrated from this file. */
+static void write_reasons(const struct request *r, FILE *out)
+{
+    FILE *file = r->config ? fopen(r->config, "r") : NULL;
+    char *line = NULL;
+    size_t room = 0, word = strlen(r->word);
+    if (r->accept)
+        fprintf(out, "# %s" ACCEPTED "%s\n", r->word, r->accept);
+    while (file && getline(&line, &room, file) > 0) {
+        bool own = strncmp(line, "# ", 2) == 0 && strncmp(line + 2, r->word, word) == 0 &&
+                   line[2 + word] == ':';
+        if (line[0] == '#' && strstr(line, ACCEPTED) && !own)
+            fprintf(out, "%.*s\n", (int)strcspn(line, "\r\n"), line);
+    }
+    free(line);
+    if (file)
+        fclose(file);
 }
 
 static void write_config(const struct request *r, const struct mr_config *config)
 {
     char *text = config_text_write(config), *all;
-    if (r->accept) { /* in front, as a comment: whoever reads the file sees it */
-        all = xasprintf("# %s: accepted off its fit: %s\n%s", r->word, r->accept, text);
-        free(text);
-        text = all;
-    }
-    output_bytes(r->output, text, strlen(text), fatal);
+    size_t length;
+    FILE *out = xopen_memstream(&all, &length);
+    write_reasons(r, out);
+    fputs(text, out);
+    fclose(out);
+    output_bytes(r->output, all, length, fatal);
+    free(all);
     free(text);
 }
 
@@ -147,6 +170,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 {
     char mend[200] = "no single point explains it: read them again";
     double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
+    struct error error = {0};
     if (fit->miss <= most)
         r->accept = NULL;
     if (fit->miss <= most || r->accept)
@@ -157,13 +181,16 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
                  "without point %zu (%.6g %s, %.6g codes) the others fit to %.2g %s: read it again",
                  i + 1, points->point[i].value, unit_text(r), points->point[i].code, rest,
                  unit_text(r));
-    r->output = NULL;
-    (void)tell(r, points, fit, channel);
     error_set(
-        fatal, MR_LIMIT,
+        &error, MR_LIMIT,
         "the points miss their fit by %.3g %s, %.2g %% of their span (at most %g): %s; %s, or "
         "write why it is right so: --accept REASON",
         fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
+    r->output = NULL;
+    if (r->cli->json) /* into the object */
+        exit(tell(r, points, fit, channel, cli_fail(&error)));
+    (void)tell(r, points, fit, channel, 0);
+    exit(cli_fail(&error));
 }
 
 /* ---- points from a board ---- */
@@ -333,7 +360,7 @@ static void calibrate(struct request *r)
     check_fit(r, &points, &fit, channel);
     if (r->output)
         write_config(r, &config);
-    (void)tell(r, &points, &fit, channel);
+    (void)tell(r, &points, &fit, channel, 0);
 }
 
 /* ---- certificates ---- */
