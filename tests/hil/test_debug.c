@@ -361,7 +361,7 @@ TEST(test_time_may_go_on)
         assert_near((double)(hil_board_now_ps(board) - from_ps) * 1e-9, 3.5, 1e-4);
         assert_int_equal(counters->instructions, instructions);
         assert_near(hil_bus_read(&board->core, TIM2_CNT, 4) - count, stops ? 0 : 294000, 1);
-        assert_near(counters->adc_scans[0] - scans, stops ? 0 : 28, stops ? 0 : 1);
+        assert_near(counters->adc_scans[0] - scans, stops ? 0 : 28, 1); /* one may be under way */
         if (!stops)
             break;
         hil_debug_run(board); /* the next trigger comes, where it was left */

@@ -60,7 +60,8 @@ TEST(test_names)
         assert_ptr_equal(mr_symbols_at(&symbols, address + symbol->size - 2u), symbol);
         if (strcmp(symbol->name, name) == 0) {
             assert_in_range(symbol->size, 2, size);
-            assert_ptr_equal(mr_symbols_named(&symbols, name), symbol);
+            /* two files may have a function of the name */
+            assert_string_equal(mr_symbols_named(&symbols, name)->name, name);
             count++;
         }
     }
