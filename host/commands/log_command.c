@@ -21,6 +21,7 @@
 #define TRANSACTION_US 40000u  /* the same while something waits to be committed */
 #define LOCKED_MS      20      /* between two tries to begin the session */
 #define AWAY_S         3600.0  /* a cable that is off between two landings ends no day of logging */
+#define AWAY_LOOK_MS   250     /* a device that is not there yet is looked for so often */
 
 /* The time of day is this computer's, which somebody, or NTP, may set while it is logging.
  * Deadlines go by the monotonic clock; what has been stamped keeps its stamp, and the campaign says
@@ -277,20 +278,32 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
     return status;
 }
 
-static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec,
+static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec, int signals,
                                 struct error *error)
 {
-    enum mr_status status = link_open(spec, (enum link_kind)link, &logger->link[link], error);
+    bool waits = !isnan(logger->wait_s) && link_comes_back(spec), told = false, ends = false;
+    uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->wait_s * 1e6 : 0.0);
+    enum mr_status status;
+    /* who asks for no wait is told at once of a device that is not there: it may be a slip */
+    while ((status = link_open(spec, (enum link_kind)link, &logger->link[link], error)) == MR_IO &&
+           waits && !ends && monotonic_us() < until_us) {
+        if (!told)
+            cli_note(logger->cli, "%s (waiting %.3g s for it)", error->text, logger->wait_s);
+        told = true;
+        error->status = MR_OK;
+        ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, AWAY_LOOK_MS) > 0;
+    }
     if (status == MR_OK)
-        link_patience(logger->link[link], logger->wait_s);
+        link_patience(logger->link[link], isnan(logger->wait_s) ? AWAY_S : logger->wait_s);
     logger->open[link] = status == MR_OK;
     return status;
 }
 
 /* An existing database is checked before any link is opened; a new one is made only once the links
  * are open. */
-static enum mr_status open_all(struct logger *logger, const char *can, const char *serial,
-                               const char *db, const char *live, struct error *error)
+static enum mr_status open_all(struct logger *logger, int signals, const char *can,
+                               const char *serial, const char *db, const char *live,
+                               struct error *error)
 {
     enum mr_status status = MR_OK;
     if (access(db, F_OK) == 0)
@@ -298,11 +311,11 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
     if (status == MR_OK && live)
         status = open_live(logger, live, can, serial, db, error);
     if (status == MR_OK && can)
-        status = open_link(logger, LINK_CAN, can, error);
+        status = open_link(logger, LINK_CAN, can, signals, error);
     if (status == MR_OK && can)
         logger->base = link_base(logger->link[LINK_CAN]);
     if (status == MR_OK && serial)
-        status = open_link(logger, LINK_SERIAL, serial, error);
+        status = open_link(logger, LINK_SERIAL, serial, signals, error);
     if (status == MR_OK && !logger->store) {
         status = open_store(logger, db, error);
         if (status == MR_OK) /* a log asks nobody: it records */
@@ -363,7 +376,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
         logger.mute[link] = r.listen;
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
-    enum mr_status status = open_all(&logger, r.can, r.serial, r.db, r.live, &error);
+    enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
     if (status == MR_OK)
@@ -398,8 +411,9 @@ static const struct command_part parts[] = {
                 "Before it arms it asks, and sends when the next line is yes"),
     OPTION_TEXT("--page", "F.html", page,
                 "keep the report in F up to date: written beside the logging when a landing ends"),
-    OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S,
-                  "wait so long for a device that was unplugged or is down; else an hour"),
+    OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, (double)NAN,
+                  "wait so long for a device that is unplugged or down, also at the start; else an "
+                  "hour for one that was there"),
     HELP_NOTE(
         "It says who answered; and within 2 s that the board fell silent, idle or armed. When "
         "a landing ends\n"

@@ -101,6 +101,12 @@ bool link_is_can(const char *spec)
     return strncmp(spec, "can:", 4) == 0;
 }
 
+bool link_comes_back(const char *spec)
+{
+    const struct kind *kind = find_kind(spec);
+    return kind && kind->ops->comes_back;
+}
+
 /* ---- links ---- */
 
 const char *link_trouble_text(unsigned trouble)

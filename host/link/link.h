@@ -43,6 +43,9 @@ enum mr_status link_check(const char *spec, struct error *error);
 /* It carries CAN frames whatever else could be meant: can:. */
 bool link_is_can(const char *spec);
 
+/* A device, which may be away and come back: can:, serial:. */
+bool link_comes_back(const char *spec);
+
 /* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to
  * appear. MR_USAGE: not a LINK, or of a kind that this version or this use does not have; MR_IO,
  * MR_TIMEOUT: does not open. */

@@ -32,6 +32,7 @@ struct link_ops {
 #define LINK_INTERFACE_OPTION ",interface=" /* of file: */
 
 #define LINK_BUFFER 65536u
+#define USB_TEXT    160u
 
 struct tty;
 
@@ -65,6 +66,8 @@ struct link {
     uint64_t service_us;
     uint32_t queue_lost; /* can: the kernel's counter */
     struct tty *tty;     /* serial: */
+    /* serial: the adapter that was opened first and is waited for, as text; empty: any there */
+    char usb[USB_TEXT];
 };
 
 #define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;

@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <grp.h>
 #include <libserialport.h>
+#include <limits.h>
 #include <linux/serial.h>
 #include <poll.h>
 #include <stdbool.h>
@@ -99,6 +100,52 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
     memcpy(path, text, length);
     path[length] = '\0';
     return MR_OK;
+}
+
+/* The adapter of a port: "USB 0403:6001, serial number A50285BI"; empty: no USB. */
+static void name_adapter(const struct sp_port *port, char usb[USB_TEXT])
+{
+    const char *number = sp_get_port_usb_serial(port);
+    int vendor, product;
+    usb[0] = '\0';
+    if (sp_get_port_transport(port) == SP_TRANSPORT_USB &&
+        sp_get_port_usb_vid_pid(port, &vendor, &product) == SP_OK)
+        snprintf(usb, USB_TEXT, "USB %04x:%04x%s%s", (unsigned)vendor, (unsigned)product,
+                 number ? ", serial number " : "", number ?: "");
+}
+
+/* `real` may have become the name of another adapter, and the adapter may have another name, which
+ * is then put there. False: it is nowhere, or several are like it and none is at its old name. */
+static bool find_adapter(const char *usb, char real[PATH_MAX])
+{
+    struct sp_port **ports = NULL;
+    char other[USB_TEXT], found[PATH_MAX];
+    unsigned count = 0;
+    bool same = false;
+    if (sp_list_ports(&ports) != SP_OK)
+        return false;
+    for (size_t i = 0; ports[i]; i++) {
+        name_adapter(ports[i], other);
+        if (strcmp(other, usb) != 0)
+            continue;
+        snprintf(found, sizeof found, "%s", sp_get_port_name(ports[i]));
+        same |= strcmp(found, real) == 0;
+        count++;
+    }
+    sp_free_port_list(ports);
+    if (!same && count == 1)
+        strcpy(real, found);
+    return same || count == 1;
+}
+
+/* Of several ports alike (adapters without serial numbers, or with several ports) the name alone
+ * tells which one it is. */
+static void remember_adapter(struct link *link)
+{
+    char none[PATH_MAX] = "";
+    name_adapter(link->tty->port, link->usb);
+    if (!find_adapter(link->usb, none))
+        link->usb[0] = '\0';
 }
 
 /* "there are /dev/ttyS0, /dev/ttyUSB0" or "there is none". */
@@ -213,13 +260,21 @@ static void serial_close(struct link *link)
 
 static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
 {
-    char path[TTY_PATH_MAX], real[4096]; /* PATH_MAX; libserialport does not follow links of /dev */
+    char path[TTY_PATH_MAX], real[PATH_MAX]; /* libserialport does not follow links of /dev */
+    char away[USB_TEXT + 20];
     int baud;
     enum mr_status status = tty_parse(text, link->form, path, &baud, error);
     if (status != MR_OK)
         return status;
-    if (!realpath(path, real))
-        return no_port(link->spec, strerror(errno), error);
+    if (!realpath(path, real)) {
+        if (!link->usb[0])
+            return no_port(link->spec, strerror(errno), error);
+        snprintf(real, sizeof real, "%s", path);
+    }
+    if (link->usb[0] && !find_adapter(link->usb, real)) {
+        snprintf(away, sizeof away, "%s is not there", link->usb);
+        return no_port(link->spec, away, error);
+    }
     struct tty *tty = calloc(1, sizeof *tty);
     if (!tty)
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
@@ -237,6 +292,8 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
         serial_close(link);
         return status;
     }
+    if (tty->port && !link->usb[0])
+        remember_adapter(link);
     tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counted) == 0;
     link->fd = tty->fd;
     link_hear_anew(link, baud);

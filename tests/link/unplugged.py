@@ -2,6 +2,8 @@
 
     unplugged.py PATH BYTES RATE CUT_S AWAY_S    gives the bytes at RATE bytes/s, goes away CUT_S after it was opened and returns AWAY_S
                                                  later; bytes of the meantime are lost. Prints the bytes before and after.
+    unplugged.py ... USB RETURNS OTHER           it is a port of ports.c, with this USB adapter; it returns by the name RETURNS, when the adapter
+                                                 OTHER has taken its own
 """
 import fcntl
 import os
@@ -13,14 +15,19 @@ import time
 import tty
 
 
-def plug_in(path):
+def plug_in(path, usb=None):
     ours, theirs = os.openpty()
     tty.setraw(ours)
     tty.setraw(theirs)
     os.set_blocking(ours, False)
     if os.path.islink(path):
         os.unlink(path)
-    os.symlink(os.ttyname(theirs), path)
+    if usb:
+        with open(path + '.new', 'w') as port:
+            port.write(f'{os.ttyname(theirs)} {usb}')
+        os.rename(path + '.new', path)
+    else:
+        os.symlink(os.ttyname(theirs), path)
     return ours, theirs
 
 
@@ -47,9 +54,10 @@ def read_out(path):
     os.close(fd)
 
 
-def unplugged_serial(path, source, rate, cut_s, away_s):
+def unplugged_serial(path, source, rate, cut_s, away_s, usb=None, returns=None, other=None):
     data = open(source, 'rb').read()
-    fd, theirs = plug_in(path)
+    fd, theirs = plug_in(path, usb)
+    name = os.ttyname(theirs)
     os.close(theirs)
     theirs = None
     while True:  # somebody opens it
@@ -58,16 +66,19 @@ def unplugged_serial(path, source, rate, cut_s, away_s):
         if not poll.poll(0):
             break
         time.sleep(0.01)
-    begun, at, before = time.monotonic(), 0, None
+    begun, at, before, after = time.monotonic(), 0, None, None
     while at < len(data):
         now = time.monotonic() - begun
         if before is None and now >= cut_s:
-            read_out(path)
+            read_out(name)
             os.close(fd)
             os.unlink(path)
             before = at
+            if other:
+                others = plug_in(path, other)
             time.sleep(away_s)
-            fd, theirs = plug_in(path)
+            fd, theirs = plug_in(returns or path, usb)
+            name = os.ttyname(theirs)
             os.close(theirs)
             opened = time.monotonic() + 20
             while time.monotonic() < opened:
@@ -82,8 +93,8 @@ def unplugged_serial(path, source, rate, cut_s, away_s):
         write_all(fd, data[at:due])
         at = due
         time.sleep(0.002)
-    read_out(path)
+    read_out(name)
     print('before', before, 'after', after)
 
 
-unplugged_serial(sys.argv[1], sys.argv[2], float(sys.argv[3]), float(sys.argv[4]), float(sys.argv[5]))
+unplugged_serial(sys.argv[1], sys.argv[2], float(sys.argv[3]), float(sys.argv[4]), float(sys.argv[5]), *sys.argv[6:])
