@@ -6,9 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "common/decimal.h"
+#include "host/base/xmalloc.h"
+
+#define STACK_BYTES (768u * 1024u)
+#define STACK_LIMIT (1024u * 1024u) /* with arguments, environment and what has been called */
+#define PAGE_BYTES  4096u
 
 /* Of this run of the program: --json, whether the object is out, the first error. */
 static bool wants_json, has_json;
@@ -39,10 +45,36 @@ void cli_end_signals(sigset_t *set)
         sigaddset(set, SIGHUP);
 }
 
+__attribute__((noinline)) static void touch_stack(void)
+{
+    volatile char stack[STACK_BYTES];
+    for (size_t i = sizeof stack; i > 0; i -= PAGE_BYTES)
+        stack[i - PAGE_BYTES] = 0;
+}
+
+/* What the deepest command takes of the stack is taken now: one that cannot grow later ends a
+ * program without a word. */
+static void take_stack(void)
+{
+    struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
+    getrlimit(RLIMIT_STACK, &limit);
+    if (limit.rlim_max < STACK_LIMIT)
+        error_set(fatal, MR_FULL, "too small a stack: %llu kB, matrig needs %u; ulimit -s %u",
+                  (unsigned long long)limit.rlim_max / 1024, STACK_LIMIT / 1024,
+                  STACK_LIMIT / 1024);
+    if (limit.rlim_cur < STACK_LIMIT) {
+        limit.rlim_cur = STACK_LIMIT;
+        setrlimit(RLIMIT_STACK, &limit);
+    }
+    free(xmalloc(STACK_LIMIT)); /* says so where the memory is not there */
+    touch_stack();
+}
+
 void cli_begin(const struct cli *cli)
 {
     signal(SIGXFSZ, SIG_IGN);
     wants_json = cli->json;
+    take_stack();
 }
 
 static bool cli_colour(void)

@@ -82,7 +82,8 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         return store_failed(store, DOING, error);
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     bool fits = true;
-    while (sqlite3_step(statement) == SQLITE_ROW) {
+    int code;
+    while ((code = sqlite3_step(statement)) == SQLITE_ROW) {
         const char *name = (const char *)sqlite3_column_text(statement, 0);
         bool landing = strcmp(name, "landing") == 0;
         bool number = landing || (strcmp(table, "landings") == 0 && strcmp(name, "id") == 0);
@@ -100,7 +101,11 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
         has_landing |= landing;
         has_session |= strcmp(name, "session") == 0;
     }
+    if (code != SQLITE_DONE) /* the rest of the columns would be missing */
+        store_failed(store, DOING, error);
     sqlite3_finalize(statement);
+    if (code != SQLITE_DONE)
+        return error->status;
     fits &= snprintf(sql, SQL_MAX,
                      "INSERT INTO bundle.\"%s\"(%s) SELECT %s FROM main.\"%s\" WHERE %s", table,
                      columns, values, table, rows_of(table, has_landing, has_session)) < SQL_MAX;
@@ -147,8 +152,11 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
             " AND name<>'bundles' ORDER BY rowid",
             -1, &tables, NULL) != SQLITE_OK)
         return store_failed(store, DOING, error);
-    while (status == MR_OK && sqlite3_step(tables) == SQLITE_ROW)
+    int code = SQLITE_ROW;
+    while (status == MR_OK && (code = sqlite3_step(tables)) == SQLITE_ROW)
         status = copy_table(store, (const char *)sqlite3_column_text(tables, 0), landing, error);
+    if (status == MR_OK && code != SQLITE_DONE) /* the rest of the tables would be missing */
+        status = store_failed(store, DOING, error);
     sqlite3_finalize(tables);
     return status;
 }

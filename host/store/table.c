@@ -340,6 +340,8 @@ static int last_number(sqlite3 *database, int which)
 /* And of the last call that failed; 0: SQLite's code says all. */
 static int system_number(sqlite3 *database, int code)
 {
+    if (code == SQLITE_CORRUPT && last_number(database, SQLITE_FCNTL_FILE_POINTER) == EIO)
+        return EIO; /* SQLite's code for a page that could not be read */
     if (code != SQLITE_IOERR && code != SQLITE_CANTOPEN)
         return 0;
     int journal = last_number(database, SQLITE_FCNTL_JOURNAL_POINTER),
@@ -356,6 +358,8 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
     int number = system_number(store->database, code);
     if (number == ENOSPC || number == EDQUOT)
         code = SQLITE_FULL;
+    if (number == EIO)
+        code = SQLITE_IOERR;
     text = number ? strerror(number) : text;
     store->refused = code;
     store->grown = number == EFBIG;

@@ -76,6 +76,38 @@ on_failing_disk() { # WHAT WORDS
 }
 check "an error of the disk says which one, and where" on_failing_disk failing 'cannot (read|write) \(Input/output error; [a-z0-9.]+ at /.*\): .*there/c\.db; check path, rights and disk'
 check "a quota that is used up is a full disk" on_failing_disk no-quota 'cannot (read|write) \(Disk quota exceeded; [a-z0-9.]+ at /.*\): .*there/c\.db; make room on the disk'
+nothing_read_is_told() { # no command takes what could not be read for what is not there
+    local command
+    for command in "show DB" "show DB 1" "report DB -o $tmp/none" "export DB 1 --format csv -o $tmp/none" "bundle DB 1 -o $tmp/none" "landing DB 1"; do
+        fails_with 3 'cannot (read|open)[a-z ]* \(Input/output error; [a-z0-9.]+ at /.*\): .*there/c\.db; check path, rights and disk' \
+            "${faulty[@]}" PLACE=disks/there:unreadable $matrig --quiet ${command//DB/$there/c.db} || return 1
+    done
+    [ ! -e "$tmp/none" ]
+}
+check "a disk that cannot be read is told by every command" nothing_read_is_told
+no_bundle_on() { # WHAT WORDS
+    fails_with 3 "$2" "${faulty[@]}" "PLACE=disks/there:$1" $matrig --quiet bundle "$db" 1 -o "$there/b.db" && [ -z "$(ls "$there" | grep b.db)" ]
+}
+no_bundle() { no_bundle_on failing 'Input/output error' && no_bundle_on no-quota 'Disk quota exceeded.*make room'; }
+check "a bundle that cannot be written fails, and leaves nothing" no_bundle
+limited() { # LIMIT WORDS COMMAND...: one line, or none and all is well
+    local limit=$1 words=$2
+    shift 2
+    bash -c "ulimit -c 0 $limit; exec \"\$@\"" - $matrig --quiet "$@" >"$tmp/out" 2>"$tmp/err"
+    local status=$?
+    echo "$limit $*: exit $status"
+    cat "$tmp/err"
+    if [ -z "$words" ]; then [ $status = 0 ] && [ ! -s "$tmp/err" ]; else [ $status = 3 ] && [ "$(wc -l <"$tmp/err")" = 1 ] && grep -Eq "$words" "$tmp/err"; fi
+}
+little_memory() {
+    local small='too small a stack: 256 kB, matrig needs 1024; ulimit -s 1024'
+    limited "-s 256" "$small" show "$db" 1 && limited "-s 256" "$small" log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l1.db" &&
+        limited "-S -s 256" '' log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l2.db" && limited "-s 1024" '' report "$db" -o "$tmp/l.html" &&
+        limited "-s 1024" '' log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l3.db" && limited "-v 60000" '' show "$db" 1 &&
+        limited "-v 60000" 'out of memory: [0-9]+ bytes more' replay "$db" 1
+}
+! nm $matrig | grep -q "__[at]san_init" || little_memory() { :; } # those take memory as they like
+check "a small stack, little memory: one line, or all is well" little_memory
 strange_bytes_are_shown() {
     printf '\001\002 a sheet\n' >"$tmp/strange"
     fails_with 4 "no frame in it: file:.*strange line 1, column 1; it reads '\?\? a sheet'" $matrig import "$tmp/new.db" "$tmp/strange" && [ ! -e "$tmp/new.db" ]

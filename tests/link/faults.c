@@ -9,8 +9,8 @@
  *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes
  *                                  SECONDS; FILE goes
  *     PLACE=PART:WHAT              what is at paths that contain PART lies on a disk that is
- *                                  read-only or failing, or has no-locks, no-shared memory or
- *                                  no-quota left */
+ *                                  read-only, failing or unreadable, or has no-locks, no-shared
+ *                                  memory or no-quota left */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -174,6 +174,14 @@ ssize_t pwrite64(int fd, const void *bytes, size_t size, off64_t at)
     if (is_file_at(fd, "no-quota"))
         return refused(EDQUOT);
     return is_file_at(fd, "failing") ? refused(EIO) : real(fd, bytes, size, at);
+}
+
+ssize_t pread64(int fd, void *bytes, size_t size, off64_t at)
+{
+    static ssize_t (*real)(int, void *, size_t, off64_t);
+    if (!real)
+        *(void **)&real = dlsym(RTLD_NEXT, "pread64");
+    return at > 0 && is_file_at(fd, "unreadable") ? refused(EIO) : real(fd, bytes, size, at);
 }
 
 static void stall(void)
