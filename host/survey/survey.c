@@ -727,6 +727,32 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     return status;
 }
 
+/* There is none of that number among those that count; 0: none at all. */
+static enum mr_status refuse_missing(struct store *store, int64_t id,
+                                     const struct store_gage_survey *rows, size_t count,
+                                     struct error *error)
+{
+    struct store_withdrawal *withdrawn = NULL;
+    size_t of = 0;
+    bool is = false;
+    enum mr_status status = store_withdrawals(store, &withdrawn, &of, error);
+    for (size_t i = 0; i < of; i++)
+        is = is || (strcmp(withdrawn[i].kind, "survey") == 0 && withdrawn[i].item == id);
+    free(withdrawn);
+    if (status != MR_OK)
+        return status;
+    const char *path = store_path(store);
+    if (is)
+        return error_set(error, MR_UNKNOWN,
+                         "no survey %lld: %s; it was withdrawn, matrig landing %s says why",
+                         (long long)id, path, path);
+    if (count == 0)
+        return error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",
+                         path, path);
+    return error_set(error, MR_UNKNOWN, "no survey %lld: %s; it has %lld to %lld", (long long)id,
+                     path, (long long)rows[0].id, (long long)rows[count - 1].id);
+}
+
 enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
                           struct error *error)
 {
@@ -737,13 +763,8 @@ enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey
         id = rows[count - 1].id;
     while (i < count && rows[i].id != id)
         i++;
-    if (status == MR_OK && count == 0)
-        status = error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",
-                           store_path(store), store_path(store));
-    else if (status == MR_OK && i == count)
-        status = error_set(error, MR_UNKNOWN, "no survey %lld: %s; it has %lld to %lld",
-                           (long long)id, store_path(store), (long long)rows[0].id,
-                           (long long)rows[count - 1].id);
+    if (status == MR_OK && i == count)
+        status = refuse_missing(store, id, rows, count, error);
     if (status == MR_OK)
         status = fill(store, rows, i, survey, error);
     free(rows);

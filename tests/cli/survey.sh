@@ -64,7 +64,7 @@ by_mistake() { # it counts no more, stays, and the one before is the newest
     fails_with 2 'no survey goes on' $matrig survey "$tmp/w.db" --end && $matrig --quiet survey "$tmp/w.db" --new </dev/null >/dev/null || return 1
     fails_with 2 'nothing was read: survey 2 of .*--withdraw 2' $matrig survey "$tmp/w.db" --end && fails_with 2 'go together' $matrig survey "$tmp/w.db" --withdraw 2 &&
         $matrig survey "$tmp/w.db" --withdraw 2 --reason 'no mat there' && $matrig survey "$tmp/w.db" --show | grep 'survey  *1, ended' || return 1
-    fails_with 2 'no survey 2' $matrig survey "$tmp/w.db" --withdraw 2 --reason again && $matrig landing "$tmp/w.db" | grep 'survey  *2 .*no mat there$' && [ "$(sqlite3 "$tmp/w.db" 'select count(*) from gage_surveys')" = 2 ]
+    fails_with 2 'no survey 2: .*withdrawn, matrig landing' $matrig survey "$tmp/w.db" --withdraw 2 --reason again && $matrig landing "$tmp/w.db" | grep 'survey  *2 .*no mat there$' && [ "$(sqlite3 "$tmp/w.db" 'select count(*) from gage_surveys')" = 2 ]
 }
 
 millimetres() {
