@@ -165,7 +165,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
     else if (never)
         ready_add(report, READY_NOT_DONE, "calibration", NULL,
                   "matrig calibrate CHANNEL; until then what is recorded is marked so",
-                  "UNCALIBRATED: %u of %u sensors, by their dates", never, sensors);
+                  "UNCALIBRATED: %u of %u sensors have no date of calibration", never, sensors);
     else if (sensors)
         ready_add(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
                   sensors);
