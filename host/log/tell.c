@@ -473,6 +473,9 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         else
             cli_note(logger->cli, "the board speaks again: %s", state);
     }
+    /* the links come back one after the other */
+    for (unsigned link = 0; link < LINK_KINDS && logger->silent && !now_silent; link++)
+        logger->heard_us[link] = logger->heard_us[link] ? now_us : 0;
     logger->silent = now_silent;
     for (unsigned link = 0; link < LINK_KINDS && !now_silent; link++) {
         bool lost = logger->heard_us[link] && now_us - logger->heard_us[link] >= ONE_LINK_US;

@@ -15,13 +15,14 @@ times() { [ "$(grep -c -- "$1" "$work/err")" -eq "$2" ]; }
 answers() {
     await said '^matrig: board [0-9A-F]{24}, firmware [0-9.]+, on CAN and serial: idle, waiting to be armed$' && times '^matrig: board' 1
 }
-falls_silent() { # STATE TIMES: the log's own time of the silence is 1.7 s, and at most 0.5 s in which it did not run
+falls_silent() { # STATE TIMES MORE-S: the log's own time of the silence is 1.7 s, and at most 0.5 s in which it did not run
     local line
     kill -STOP $board
     await times 'board is SILENT' "$2" && line=$(grep 'board is SILENT' "$work/err" | tail -n 1)
+    sleep "$3"
     kill -CONT $board
     echo "$line"
-    [[ $line =~ SILENT,\ nothing\ for\ (1\.[789]|2\.[012])\ s\;\ it\ was\ $1: ]] && await times "speaks again: $1" 1
+    [[ $line =~ SILENT,\ nothing\ for\ (1\.[789]|2\.[012])\ s\;\ it\ was\ $1: ]] && await times "speaks again: $1" 1 && ! said 'the other link goes on'
 }
 is_armed() {
     local i
@@ -33,7 +34,7 @@ is_armed() {
     done
 }
 check "who answered, its firmware and what it does" answers
-check "a board that falls silent while idle is told within 2 s, and when it is back" falls_silent 'idle, waiting to be armed' 1
+check "a board that falls silent while idle is told within 2 s, and when it is back" falls_silent 'idle, waiting to be armed' 1 0
 check "it is armed" is_armed
-check "a board that falls silent while armed is told within 2 s" falls_silent 'armed, landing 7' 2
+check "a board that falls silent while armed is told within 2 s" falls_silent 'armed, landing 7' 2 3
 finish
