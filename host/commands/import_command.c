@@ -181,6 +181,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     struct mapping mapping = {0};
     struct import_result result = {0};
     struct store_import row = {0};
+    bool is_new = false;
     command_parse(&command_import, argc, argv, cli, &r, words, &error);
     request->path = words[1];
     if (error.status == MR_OK)
@@ -190,10 +191,12 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            textfile_open(request->path, &file, &error) == MR_OK &&
            describe(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
            read_readings(&file, request, &mapping, &result, &error) == MR_OK &&
-           (program_new(cli, words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
+           (is_new = program_new(words[0]), store_open(words[0], STORE_CREATE, &store, &error)) ==
                MR_OK &&
            store_run_find(store, &request->like, &error) == MR_OK &&
            import(store, &file, request, &mapping, &row, r.again, &result, &error));
+    if (is_new && store)
+        program_tell_new(cli, words[0]);
     enum mr_status status = error.status;
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);

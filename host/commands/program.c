@@ -37,19 +37,27 @@ struct store *program_campaign(const char *db, enum store_mode mode)
     return campaign;
 }
 
-void program_new(const struct cli *cli, const char *db)
+bool program_new(const char *db)
 {
     if (access(db, F_OK) == 0)
-        return;
+        return false;
     if (!cli_confirm("%s does not exist. Begin a new campaign?", db))
         error_set(fatal, MR_USAGE, "no campaign: %s; nothing was made", db);
+    return true;
+}
+
+void program_tell_new(const struct cli *cli, const char *db)
+{
     cli_note(cli, "a new campaign: %s", db);
 }
 
 struct store *program_campaign_or_new(const struct cli *cli, const char *db)
 {
-    program_new(cli, db);
-    return program_campaign(db, STORE_CREATE);
+    bool is_new = program_new(db);
+    struct store *store = program_campaign(db, STORE_CREATE);
+    if (is_new)
+        program_tell_new(cli, db);
+    return store;
 }
 
 size_t program_options(const char *words[], const struct cli *cli)

@@ -22,7 +22,9 @@ struct store *program_campaign(const char *db, enum store_mode mode);
 /* The same, made when there is none: a name that was mistyped is no new campaign, so a person is
  * asked, and who runs without one is told. */
 struct store *program_campaign_or_new(const struct cli *cli, const char *db);
-void program_new(const struct cli *cli, const char *db); /* that question alone */
+/* That question alone, before it is opened: whether it will be new; and what is told then. */
+bool program_new(const char *db);
+void program_tell_new(const struct cli *cli, const char *db);
 
 /* matrig's own options (--json, --quiet, --si), as they were given, into `words`, which has room
  * for command_matrig.count: for a program that is started with them. Returns how many. The rows
