@@ -803,6 +803,12 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     bool given = options->dt_s > 0.0;
     bool event = options->solver && strcmp(options->solver, "event") == 0;
     bool fixed = options->solver && strcmp(options->solver, "staggered") == 0;
+    if (given && event) {
+        chain_free(&chain);
+        return error_set(error, MR_USAGE,
+                         "no fixed step: solver event chooses its own; give --rtol, or --solver "
+                         "staggered");
+    }
     if (!given && !fixed && (event || !options->single) && chain_event_can(scene)) {
         chain_event_run(scene, options, result, error);
         chain_free(&chain);
