@@ -237,8 +237,6 @@ void series_ensemble(const struct landing_series *series, unsigned jobs,
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE  (1.0 / 3.0)
 #define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
-/* of an ensemble's runways one is played again */
-#define EVERY       6
 
 /* A runway between landings. */
 struct runway {
@@ -623,7 +621,7 @@ void series_play(const struct landing_series *series, uint64_t seed, struct seri
     struct series_run other;
     size_t index = (size_t)(seed - series->first_seed);
     play(series, seed, NULL, run);
-    if (index % EVERY != EVERY - 1)
+    if (index % SERIES_EVERY != SERIES_EVERY - 1)
         return;
     play(series, seed, run, &other);
     run->other = other.outcomes;

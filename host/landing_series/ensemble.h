@@ -11,6 +11,7 @@
 
 /* of the first play's step, where a runway is played again: no whole multiple */
 #define SERIES_OTHER_STEP 1.37
+#define SERIES_EVERY      6 /* of so many runways one is */
 
 /* What one landing did. Movements and stations: of this landing; total: since the runway was
  * laid. */

@@ -349,9 +349,14 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
 static void add_forces(struct answer *answer, const struct landing_series *c,
                        const struct series_landing_summary *s)
 {
-    answer_table(answer, NULL,
-                 "largest force in a joint: mean over the runways with its standard error by the "
-                 "steps, and the error of one runway's");
+    char label[160] = "largest force in a joint: mean over the runways with its standard error by "
+                      "the steps, and the error of one runway's";
+    if (isnan(s[0].push_lb.error))
+        snprintf(label, sizeof label,
+                 "largest force in a joint: mean over the runways; %d of them (--seeds) or more "
+                 "give its error, too",
+                 SERIES_EVERY);
+    answer_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
         const struct series_peak *push = &s[i].push_lb, *pull = &s[i].pull_lb;
         answer_row(answer);
