@@ -266,7 +266,11 @@ static enum mr_status take_option(struct parsing *p, int argc, char **argv, int 
     if (p->given[i])
         return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once",
                          option->name, p->name);
-    if (!attached && *at + 1 == argc)
+    /* nor is another option's name its value: --note --who kl */
+    const char *next = *at + 1 < argc ? argv[*at + 1] : NULL, *of_next = NULL;
+    if (!attached &&
+        (!next || (next[0] == '-' && find_option(p->command, next, &of_next) < p->command->count &&
+                   !of_next)))
         return error_set(error, MR_USAGE,
                          "option without its value: %s of %s; see matrig %s --help", option->name,
                          p->name, p->name);

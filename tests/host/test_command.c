@@ -118,6 +118,7 @@ TEST(nonsense_is_refused_in_a_line)
     /* also when it is no text */
     REFUSED("option given twice: --for of try", "a.db", "--for", "1", "--for", "2");
     REFUSED("option without its value: --db of try", "a.db", "--db");
+    REFUSED("option without its value: --db of try", "a.db", "--db", "--db");
     REFUSED("option takes no value: '--loud=1' of try", "a.db", "--loud=1");
     REFUSED("something is missing: matrig try needs DB [RUN]", "--loud");
     REFUSED("one word too many: 'c' of try", "a", "b", "c");
