@@ -431,10 +431,10 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 #define MOST_STEPS           400000000u
 #define MOST_HALVINGS        8
 #define RATIO                1.9   /* of steps of two passes: not 2, whose switches coincide */
-#define CAUTION              1.5   /* times their difference is stated; of order 1: 1.11 */
+#define CAUTION              2.0   /* times their difference is stated; of order 1: 1.11 */
 #define FLOOR                1e-10 /* of a mat's length: least error that is stated */
 #define FEW                  32    /* mats, whose runs can agree by chance */
-#define THIRD_CAUTION        2.5   /* with a third */
+#define THIRD_CAUTION        4.0   /* with a third */
 #define THIRD_STEPS          1.37  /* of the coarser one of two */
 #define ENERGY_EXCESS        4.0
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
