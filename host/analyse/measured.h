@@ -118,8 +118,8 @@ struct measured {
     int64_t first_edge;   /* count of the first edge that came; 0: none came */
     bool torn;            /* those before it did not, and what they would tell is not stated */
     int64_t recalibrated; /* channels with another calibration than in the landing: bit of index */
-    /* another has no date of calibration; false too where the configuration was not read */
-    bool uncalibrated;
+    bool dates_known;     /* of calibration: the configuration was read */
+    bool uncalibrated;    /* another channel has none; false too where they are not known */
 };
 
 void measured_free(struct measured *measured);

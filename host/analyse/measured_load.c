@@ -556,7 +556,8 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     enum mr_status status = store_recalibrated(store, run, &measured->recalibrated, error);
     if (status == MR_OK && crc != STORE_NONE)
         status = store_configuration_get(store, (uint32_t)crc, &text, error);
-    if (text && config_text_read(text, "", config, &ignored) == MR_OK)
+    measured->dates_known = text && config_text_read(text, "", config, &ignored) == MR_OK;
+    if (measured->dates_known)
         measured->uncalibrated = (config_text_undated(config) & ~measured->recalibrated) != 0;
     free(text);
     free(config);

@@ -836,6 +836,12 @@ static void board_answer(const struct store_landing *landing, int64_t can_base,
                                                      : "crystal");
 }
 
+void summary_dates_answer(const struct measured *measured, struct answer *answer)
+{
+    answer_json_value(answer, "uncalibrated",
+                      measured->dates_known ? json_boolean(measured->uncalibrated) : json_null());
+}
+
 void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING])
 {
     const struct store_landing *landing = &summary->measured.landing;
@@ -857,7 +863,7 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
                      (long long)summary->twin)
             ->warn = true;
     answer_count(answer, "same_as", NULL, summary->twin ? summary->twin : ANSWER_UNKNOWN);
-    answer_flag(answer, "uncalibrated", NULL, measured->uncalibrated);
+    summary_dates_answer(measured, answer);
     restart_answer(summary, answer);
     orders_answer(summary, answer);
     summary_ready_answer(summary->ready, answer);

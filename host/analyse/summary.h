@@ -77,6 +77,8 @@ void summary_free(struct summary *summary); /* also after an error */
 /* "RUN 5: landing 5, done" */
 #define SUMMARY_HEADING 80
 void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING]);
+/* "uncalibrated" of the JSON: true, false, or null where the configuration was not read. */
+void summary_dates_answer(const struct measured *measured, struct answer *answer);
 /* All of it, under its heading; and parts of it that a page shows in sections of their own: */
 void summary_answer(const struct summary *summary, struct answer *answer);
 /* what it came to, and who recorded it */

@@ -196,7 +196,7 @@ static void preview_answer(const struct preview *glance, bool bases, struct answ
     answer_flag(answer, "void", NULL, glance->journal.is_void);
     answer_flag(answer, "imported", NULL, glance->imported);
     answer_flag(answer, "torn", NULL, glance->measured.torn);
-    answer_flag(answer, "uncalibrated", NULL, glance->measured.uncalibrated);
+    summary_dates_answer(&glance->measured, answer);
     motion_answer(&glance->measured, answer);
     warning_answer(glance, answer);
     lost_answer(glance, answer);
