@@ -297,14 +297,15 @@ static int config_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_WORD("config get", "the configuration in force, as text; -o writes it to a file. --can "
                             "LINK does as well as --serial"),
-    HELP_WORD("config set F",
-              "check F, show what it changes, send it, see that it is stored; "
-              "refused from arm to done, and over CAN without\n"
-              "the board's maintenance jumper. A gain that has\n"
-              "jumped against the board's (a tenth; half of another transducer, five times of "
-              "another gage, by serial number) is\n"
-              "refused without --force. A base at which another board says hello on --can LINK "
-              "is refused"),
+    HELP_WORD(
+        "config set F",
+        "check F, show what it changes, send it, see that it is stored; refused from arm to "
+        "done, and over CAN\n"
+        "without the board's maintenance jumper. A gain that has jumped against the board's "
+        "(a tenth; half of\n"
+        "another transducer, five times of another gage, by serial number) is refused without "
+        "--force. A base at\n"
+        "which another board says hello on --can LINK is refused"),
     HELP_WORD("config check F", "check F alone, without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
