@@ -284,31 +284,32 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         return error_set(error, MR_FULL, "no memory: database %s; close other programs", path);
     }
     made->path = copy;
+    struct error first = {0},
+                 failed = {0}; /* `error` may end the program: not before it is closed */
     enum mr_status status = MR_OK;
     int flags = SQLITE_OPEN_READWRITE | (create ? SQLITE_OPEN_CREATE : 0);
     if (mode == STORE_OPEN || (create && strcmp(path, ":memory:") != 0))
-        status = store_place_to_write(path, error);
+        status = store_place_to_write(path, &failed);
     if (status == MR_OK && mode == STORE_LOG)
-        status = take_alone(made, error);
+        status = take_alone(made, &failed);
     mode = create ? STORE_CREATE : mode;
     if (status == MR_OK && (mode == STORE_READ || mode == STORE_SOURCE)) {
-        struct error first = {0}; /* `error` may end the command */
         status = open_file(made, path, flags, mode, &first);
         if (status != MR_OK)
-            status = open_again(made, mode, &first, error);
+            status = open_again(made, mode, &first, &failed);
     } else if (status == MR_OK) {
-        status = open_file(made, path, flags, mode, error);
+        status = open_file(made, path, flags, mode, &failed);
     }
     if (status == MR_OK && mode == STORE_READ)
-        status = store_execute(made, "PRAGMA query_only=1", "open", error);
+        status = store_execute(made, "PRAGMA query_only=1", "open", &failed);
     /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that
      * refuses writing leaves the journal as it is; reading goes on. */
     if (status == MR_OK && mode == STORE_CREATE)
-        status = keep_journal(made, error);
+        status = keep_journal(made, &failed);
     made->writes = status == MR_OK && mode == STORE_CREATE;
     if (status != MR_OK) {
         store_close(made);
-        return status;
+        return error_set(error, status, "%s", failed.text);
     }
     *store = made;
     return MR_OK;

@@ -47,12 +47,17 @@ db.execute("PRAGMA journal_mode=WAL")
 db.execute("INSERT INTO landing_changes(landing, field, value, was, made_us, who, reason) VALUES(1, 'note', 'in the journal alone', '', 1764000000000000, 'kl', '')")
 for end in ("", "-wal"):
     shutil.copy(sys.argv[1] + end, sys.argv[2] + "/s.db" + end)
+db.execute("CREATE TABLE foreign_one(x)")
+for end in ("", "-wal"):
+    shutil.copy(sys.argv[1] + end, sys.argv[2] + "/f.db" + end)
+db.execute("DROP TABLE foreign_one")
 PYTHON
     local what before=$(sha256sum "$there"/*.db "$there/s.db-wal")
     mkdir "$tmp/temporary"
     for what in read-only no-locks no-shared; do
         TMPDIR=$tmp/temporary on $what $matrig show "$there/s.db" 1 >"$tmp/out" 2>&1 && grep -q 'in the journal alone' "$tmp/out" || { cat "$tmp/out"; return 1; }
     done
+    TMPDIR=$tmp/temporary on read-only $matrig show "$there/f.db" 2>&1 | grep 'table foreign_one' || return 1 # read aside, and refused
     [ "$(sha256sum "$there"/*.db "$there/s.db-wal")" = "$before" ] && [ -z "$(ls "$tmp/temporary")" ] && ! grep -q 'in the journal alone' "$there/c.db"
 }
 check "of a snapshot with a journal all is read, and nothing left behind" with_its_journal
