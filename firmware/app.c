@@ -396,9 +396,9 @@ static enum mr_status check_link(const struct app *app, enum mr_command_links li
 
 static enum mr_status obey(struct app *app, const struct mr_command *command)
 {
-    const struct allowed *rule = &allowed[command->code];
-    if (command->code >= sizeof allowed / sizeof allowed[0] || !rule->when)
+    if (command->code >= sizeof allowed / sizeof allowed[0] || !allowed[command->code].when)
         return MR_UNKNOWN;
+    const struct allowed *rule = &allowed[command->code];
     /* the state first: a landing that is replayed, by whatever link, is answered the same */
     if (!(rule->when >> app->landing.state & 1u))
         return MR_NOT_NOW;

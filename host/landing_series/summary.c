@@ -195,8 +195,8 @@ static struct series_peak peak_of(const struct gather *g, size_t peak)
         known += !isnan(error);
     }
     p.error = sqrt(errors2 / known); /* NaN when no runway has one */
-    p.mean_error = both(p.error / sqrt(count),
-                        fmin(fabs(apart) / fmax(pairs, 1.0) / (SERIES_OTHER_STEP - 1.0), p.error));
+    double alike = fabs(apart) / fmax(pairs, 1.0) / (SERIES_OTHER_STEP - 1.0);
+    p.mean_error = fmin(both(p.error / sqrt(count), alike), p.error);
     return p;
 }
 
