@@ -227,13 +227,8 @@ struct commands {
 
 static bool add_command(struct commands *commands, int64_t block, struct mr_command message)
 {
-    if ((commands->count & (commands->count - 1)) == 0) {
-        size_t room = commands->count ? 2 * commands->count : 1;
-        struct command_row *row = realloc(commands->row, room * sizeof *row);
-        if (!row)
-            return false;
-        commands->row = row;
-    }
+    if (!list_grow(&commands->row, commands->count, sizeof *commands->row))
+        return false;
     commands->row[commands->count].block = block;
     commands->row[commands->count++].message = message;
     return true;
