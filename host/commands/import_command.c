@@ -93,9 +93,8 @@ static enum mr_status read_readings(const struct textfile *file,
                                     const struct import_request *request, struct mapping *mapping,
                                     struct import_result *result, struct error *error)
 {
-    char interface[CANDUMP_INTERFACE];
     if (!mapping->text)
-        return import_candump_check(file, request, interface, error);
+        return import_candump_check(file, request, error);
     return mapping->signals ? import_read_signals(file, request, mapping, result, error)
                             : csv_read(file->text, file->length, request->path, mapping,
                                        &result->rows, &result->verdict, error);

@@ -42,10 +42,9 @@ struct import_result {
     struct store_link_counts counts;
 };
 
-/* There is a frame in it, else MR_MALFORMED. `name`: the interface to take. */
+/* There is a frame in it, else MR_MALFORMED; MR_USAGE: boards speak on several of its buses. */
 enum mr_status import_candump_check(const struct textfile *file,
-                                    const struct import_request *request,
-                                    char name[CANDUMP_INTERFACE], struct error *error);
+                                    const struct import_request *request, struct error *error);
 /* Frames of our own boards: landings as if they had been logged. A transaction is
  * open; it is committed now and then. */
 enum mr_status import_candump(struct store *store, const struct textfile *file,

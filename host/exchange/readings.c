@@ -448,19 +448,24 @@ enum mr_status import_read_signals(const struct textfile *file,
 #define COMMIT_US     200000u
 #define FRAMES_A_LOOK 4096u
 
-enum mr_status import_candump_check(const struct textfile *file,
-                                    const struct import_request *request,
-                                    char name[CANDUMP_INTERFACE], struct error *error)
+/* With a frame in it. The caller closes the link. */
+static enum mr_status open_log(const struct textfile *file, const struct import_request *request,
+                               struct link **link, struct error *error)
 {
-    struct link *link = NULL;
     enum mr_status status = link_open_text(file->text, file->length, request->path, request->base,
-                                           request->interface, &link, error);
-    if (status == MR_OK && !link_candump(link)->interface[0])
+                                           request->interface, link, error);
+    if (status == MR_OK && !link_candump(*link)->interface[0])
         status = error_set(error, MR_MALFORMED,
                            "no frame in it: %s is empty; give a log that `candump -L` wrote",
                            request->path);
-    else if (status == MR_OK)
-        snprintf(name, CANDUMP_INTERFACE, "%s", link_candump(link)->interface);
+    return status;
+}
+
+enum mr_status import_candump_check(const struct textfile *file,
+                                    const struct import_request *request, struct error *error)
+{
+    struct link *link = NULL;
+    enum mr_status status = open_log(file, request, &link, error);
     link_close(link);
     return status;
 }
@@ -528,15 +533,13 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error)
 {
-    char interface[CANDUMP_INTERFACE], spec[500];
+    char spec[500];
     struct link *link = NULL;
     struct collector *collector = NULL;
     snprintf(spec, sizeof spec, "import:%s", request->path);
-    enum mr_status status =
-        import_candump_check(file, request, interface, error)
-            ?: link_open_text(file->text, file->length, request->path, request->base, interface,
-                              &link, error)
-            ?: collector_open(store, spec, request->base, NULL, &collector, error);
+    enum mr_status status = open_log(file, request, &link, error)
+                              ?: collector_open(store, spec, request->base, NULL, &collector,
+                                                error);
     if (status == MR_OK) {
         result->session = collector_session(collector);
         status = take_frames(store, collector, link, result, error);
