@@ -39,6 +39,11 @@ void *xaligned_alloc(size_t alignment, size_t bytes)
     return must_have(aligned_alloc(alignment, bytes), bytes);
 }
 
+void *xmemdup(const void *from, size_t bytes)
+{
+    return memcpy(xmalloc(bytes), from, bytes);
+}
+
 char *xstrdup(const char *text)
 {
     return must_have(strdup(text), strlen(text) + 1);

@@ -8,12 +8,14 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* As malloc, calloc, realloc, strdup, open_memstream and asprintf of the C library, but never NULL.
+/* As malloc, calloc, realloc, strdup, open_memstream and asprintf of the C library, but never NULL;
+ * xmemdup copies bytes as strdup does a text.
  * The caller frees what they return. A size of 0 gives a pointer that can be freed. */
 void *xmalloc(size_t bytes) __attribute__((malloc, returns_nonnull));
 void *xcalloc(size_t count, size_t bytes) __attribute__((malloc, returns_nonnull));
 void *xrealloc(void *old, size_t bytes) __attribute__((returns_nonnull));
 char *xstrdup(const char *text) __attribute__((malloc, returns_nonnull));
+void *xmemdup(const void *from, size_t bytes) __attribute__((malloc, returns_nonnull));
 FILE *xopen_memstream(char **text, size_t *length) __attribute__((returns_nonnull));
 void *xaligned_alloc(size_t alignment, size_t bytes) __attribute__((malloc, returns_nonnull));
 char *xasprintf(const char *format, ...)

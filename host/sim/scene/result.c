@@ -207,8 +207,7 @@ void sim_record_deliver(struct sim_record *record, struct sim_result *result)
         const struct sim_snapshot *snapshot = &record->snapshots[i];
         if (snapshot->output < 0)
             continue;
-        double *copy = xmalloc(row * sizeof *copy);
-        memcpy(copy, snapshot->u_ft, row * sizeof *copy);
+        double *copy = xmemdup(snapshot->u_ft, row * sizeof *copy);
         result->outputs[complete ? (size_t)snapshot->output : delivered++] =
             (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
     }
@@ -223,11 +222,6 @@ void sim_record_deliver(struct sim_record *record, struct sim_result *result)
     }
 }
 
-static double *copy_of(const double *list, size_t count)
-{
-    return memcpy(xmalloc(count * sizeof *list), list, count * sizeof *list);
-}
-
 void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, const double *push_lb,
                               const double *pull_lb, struct sim_result *result)
 {
@@ -235,10 +229,10 @@ void sim_record_deliver_chain(struct sim_record *record, const double *u_ft, con
     struct sim_difference peak = sim_record_peak(record);
     result->peak_u_ft = peak.u_ft;
     result->peak_mat = peak.mat;
-    result->u_ft = copy_of(u_ft, mats + 1);
+    result->u_ft = xmemdup(u_ft, (mats + 1) * sizeof *u_ft);
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
-    result->push_lb = copy_of(push_lb, mats + 2);
-    result->pull_lb = copy_of(pull_lb, mats + 2);
+    result->push_lb = xmemdup(push_lb, (mats + 2) * sizeof *push_lb);
+    result->pull_lb = xmemdup(pull_lb, (mats + 2) * sizeof *pull_lb);
     sim_record_deliver(record, result);
 }
 

@@ -50,7 +50,7 @@ struct chain {
     double *last_lb;    /* of the one before it, and of that before */
     double *before_last_lb;
     double *before_ft_s; /* speeds before it */
-    double *push_lb;     /* largest compression and tension that chain_note has seen */
+    double *push_lb;     /* largest compression and tension so far */
     double *pull_lb;
     double large_lb;   /* half of the largest tension so far */
     struct mods *mods; /* NULL when the scene has none */
@@ -627,8 +627,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         pass->mods = mods_finish(chain->mods, &view);
     }
     size_t size = ((size_t)chain->mats + 2) * sizeof *chain->push_lb;
-    pass->push_lb = memcpy(xmalloc(size), chain->push_lb, size);
-    pass->pull_lb = memcpy(xmalloc(size), chain->pull_lb, size);
+    pass->push_lb = xmemdup(chain->push_lb, size);
+    pass->pull_lb = xmemdup(chain->pull_lb, size);
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
@@ -707,13 +707,32 @@ static bool needs_third(const struct chain *chain, const struct sim_scene *scene
     return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW;
 }
 
-/* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one
- * of the two answers. */
+/* What is stated when a third run joins two: from the largest difference of any. 0: it came to no
+ * end, or was interrupted, which *interrupted says. */
+static double with_third_ft(struct chain *chain, const struct sim_scene *scene,
+                            const struct sim_options *options, const struct pass *coarse,
+                            const struct pass *fine, struct sim_result *result, bool *interrupted)
+{
+    struct pass third = {0};
+    double most_ft = 0.0;
+    start_pass(&third, chain, scene, options, (uint64_t)ceil(THIRD_STEPS * (double)coarse->steps),
+               result);
+    *interrupted = third.interrupted;
+    if (!third.failed && !third.interrupted)
+        most_ft = fmax(sim_record_difference(&coarse->record, &fine->record).u_ft,
+                       fmax(sim_record_difference(&coarse->record, &third.record).u_ft,
+                            sim_record_difference(&fine->record, &third.record).u_ft));
+    drop_pass(&third);
+    return THIRD_CAUTION * most_ft;
+}
+
+/* Run at `steps` and at 1/RATIO of that (RATIO times that where the coarser one answers), on and on
+ * while they differ and the step is ours to shorten; one of the two answers. */
 static void run_pairs(struct chain *chain, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, bool coarser_answers,
                       struct sim_result *result)
 {
-    struct pass third = {0}, coarse = {0}, fine = {0};
+    struct pass coarse = {0}, fine = {0};
     struct sim_difference apart = {0};
     double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
@@ -745,17 +764,9 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
         result->error_u_ft = fmax(CAUTION * apart_ft, FLOOR * scene->length_ft);
         bool agree = apart_ft <= tolerance * peak_ft;
         if (agree && needs_third(chain, scene)) {
-            start_pass(&third, chain, scene, options,
-                       (uint64_t)ceil(THIRD_STEPS * (double)coarse.steps), result);
-            if (!third.failed && !third.interrupted)
-                result->error_u_ft =
-                    fmax(result->error_u_ft,
-                         THIRD_CAUTION *
-                             fmax(apart.u_ft,
-                                  fmax(sim_record_difference(&coarse.record, &third.record).u_ft,
-                                       sim_record_difference(&fine.record, &third.record).u_ft)));
-            fine.interrupted = third.interrupted;
-            drop_pass(&third);
+            result->error_u_ft = fmax(
+                result->error_u_ft,
+                with_third_ft(chain, scene, options, &coarse, &fine, result, &fine.interrupted));
             if (fine.interrupted)
                 break;
         }
