@@ -107,7 +107,7 @@ static bool is_own(struct collector_own *own, const struct mr_ack *ack)
     return false;
 }
 
-/* Who ordered what, and what came of it. */
+/* Records who gave an order and how the board answered it. */
 static enum mr_status order(struct collector *collector, struct side *side,
                             const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {

@@ -320,7 +320,7 @@ void logger_note_orders(struct logger *logger)
         bool is_typed = order.own && typed->sent && order.ack.tag == typed->command.tag &&
                         order.ack.code == typed->command.code;
         char more[60] = "";
-        if (is_typed) { /* typed_turn says what came of it */
+        if (is_typed) { /* typed_turn reports its outcome */
             typed->answered = true;
             typed->answer = status;
             continue;
