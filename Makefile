@@ -62,20 +62,20 @@ flash: have-port $(chosen) $(B)/matrig ## every day | PORT=/dev/ttyUSB0 BOARD=zg
 
 PREFIX ?= /usr/local
 installed := $(DESTDIR)$(PREFIX)
-# What is installed, a FOLDER:FILE each, or FOLDER/NAME:FILE where it gets another name. The papers lie as in the sources, so links lead on.
-papers := README.md LICENSE $(wildcard docs/*.md docs/*/*.md docs/pictures/* hil/*.md host/*/*.md host/*/*/*.md tests/*/*.md \
+# What is installed, a FOLDER:FILE each, or FOLDER/NAME:FILE where it gets another name. Documentation keeps the folders of the sources, so its links hold.
+documentation := README.md LICENSE $(wildcard docs/*.md docs/*/*.md docs/pictures/* hil/*.md host/*/*.md host/*/*/*.md tests/*/*.md \
 	host/*/*.png host/*/*/*.png)
 put = $(foreach file,$(2),$(1)/$(notdir $(file)):$(file))
 install_list = $(call put,bin,$(programs)) $(call put,libexec/matrig,$(studies)) $(foreach board,$(boards),$(call put,share/matrig$(if $(filter-out zg,$(board)),/$(board)),$(call image_files,$(call board_elf,$(board))) $(call bringup_elf,$(board)))) \
 	$(call put,share/matrig/scenes,$(wildcard host/scenes/*.json)) $(call put,share/matrig/series,$(wildcard host/landing_series/series/*.json)) \
 	$(call put,share/matrig,host/demo.sh) $(call put,share/matrig/runs,$(wildcard tests/runs/*.run) hil/rest.run) \
 	$(call put,share/man/man1,$(filter %.1,$(manuals))) \
-	$(foreach file,$(papers),share/doc/matrig/$(file):$(file)) \
+	$(foreach file,$(documentation),share/doc/matrig/$(file):$(file)) \
 	share/doc/matrig/LICENCES.md:docs/licences.md share/doc/matrig/LICENSE.dygraphs:$(dygraphs_licence)
 # Folders that hold nothing else.
 install_own := libexec/matrig share/matrig share/doc/matrig
 .PHONY: install
-install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, landings, man pages, papers, licences
+install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, landings, man pages, documentation, licences
 	@set -e; for pair in $(install_list); do mode=644; \
 		case $$pair in bin/*|libexec/*|*.sh:*) mode=755;; esac; install -D -m $$mode "$${pair#*:}" "$(installed)/$${pair%%:*}"; done
 .PHONY: uninstall

@@ -96,7 +96,7 @@ flashes() { # through the emulated boot ROM
         matrig flash pty:tty /usr/share/matrig/matrig.elf --baud 460800; status=$?; kill -INT $board; wait $board
         rm -f flash.bin tty; exit $status'
 }
-papers_lead_on() { # the root's doc folder is as the sources' for its links; LICENCES.md is a copy at another place
+documentation_links() { # the root's doc folder is as the sources' for its links; LICENCES.md is a copy at another place
     python3 - "$root/usr/share/doc/matrig" <<'PYTHON'
 import os, re, sys
 lost = ["%s: %s" % (page, link) for folder, _, files in os.walk(sys.argv[1]) for page in files if page.endswith(".md") and page != "LICENCES.md"
@@ -129,7 +129,7 @@ check "matrig demo" demo
 check "matrig-study is found" studies
 check "vectors.bin and program.bin are the image's two parts" parts_are_the_image
 check "the image is programmed through a boot ROM" flashes
-check "papers lead on to each other" papers_lead_on
+check "links between pages hold" documentation_links
 check "nothing tells where it was built" names_no_builder
 check "removed, they leave nothing" leaves_nothing
 finish

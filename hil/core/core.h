@@ -175,7 +175,7 @@ struct hil_cpu_engine {
 
 /* A call of Unicorn that must not fail. */
 
-static inline void hil_must(uc_err err, const char *what)
+static inline void uc_check(uc_err err, const char *what)
 {
     if (err == UC_ERR_OK)
         return;

@@ -25,10 +25,10 @@ static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, c
                           bool readable)
 {
     uint32_t protection = readable ? UC_PROT_READ | UC_PROT_EXEC : UC_PROT_EXEC;
-    hil_must(
+    uc_check(
         uc_mem_map_ptr(core->uc, base, size, protection | UC_PROT_WRITE, (void *)(uintptr_t)bytes),
         "mapping flash or ROM");
-    hil_must(uc_mem_protect(core->uc, base, size, protection), "protecting flash or ROM");
+    uc_check(uc_mem_protect(core->uc, base, size, protection), "protecting flash or ROM");
 }
 
 /* What is at address 0: flash, or after BOOT0 the ROM. */
@@ -43,7 +43,7 @@ static void map_zero(struct hil_core *core, bool rom, bool readable)
 
 static void unmap_zero(struct hil_core *core)
 {
-    hil_must(uc_mem_unmap(core->uc, 0, core->engine.rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE),
+    uc_check(uc_mem_unmap(core->uc, 0, core->engine.rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE),
              "unmapping address 0");
 }
 
@@ -57,7 +57,7 @@ static void guard_flash(struct hil_core *core, bool guarded)
         return;
     core->engine.flash_guarded = guarded;
     unmap_zero(core);
-    hil_must(uc_mem_unmap(core->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
+    uc_check(uc_mem_unmap(core->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
     map_zero(core, core->engine.rom_at_zero, !guarded);
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, !guarded);
 }
@@ -145,21 +145,21 @@ static void map_create(struct hil_core *core)
     map_zero(core, false, true);
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, true);
     map_read_only(core, HIL_ROM_BASE, HIL_ROM_SIZE, hil_bootrom_image, true);
-    hil_must(
+    uc_check(
         uc_mem_map_ptr(core->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, core->memory->sram),
         "mapping SRAM");
     if (!core->no_ccm)
-        hil_must(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
+        uc_check(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
                                 core->memory->ccm),
                  "mapping CCM");
     for (unsigned i = 0; i < HIL_REGIONS; i++) {
         core->engine.regions[i] = (struct hil_region){core, ranges[i].base};
-        hil_must(uc_mmio_map(core->uc, ranges[i].base, ranges[i].size, on_mmio_read,
+        uc_check(uc_mmio_map(core->uc, ranges[i].base, ranges[i].size, on_mmio_read,
                              &core->engine.regions[i], on_mmio_write, &core->engine.regions[i]),
                  "mapping peripherals");
     }
     uc_hook hook;
-    hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_MEM_INVALID, (void *)(uintptr_t)on_invalid_memory,
+    uc_check(uc_hook_add(core->uc, &hook, UC_HOOK_MEM_INVALID, (void *)(uintptr_t)on_invalid_memory,
                          core, 1, 0),
              "memory hook");
 }
@@ -381,21 +381,21 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
 void hil_cpu_create(struct hil_core *core)
 {
     hil_translator_start(&core->engine.translator);
-    hil_must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
-    hil_must(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
+    uc_check(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
+    uc_check(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_create(core);
     /* the first look at an address: the translator meets Unicorn's processor */
     struct hil_translator *before = hil_translator_run(&core->engine.translator);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + 2u);
     hil_translator_run(before);
     uc_hook hook;
-    hil_must(uc_hook_add(core->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, core, 1, 0),
+    uc_check(uc_hook_add(core->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, core, 1, 0),
              "block hook");
-    hil_must(
+    uc_check(
         uc_hook_add(core->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, core, 1, 0),
         "interrupt hook");
     if (core->watch_alignment)
-        hil_must(
+        uc_check(
             uc_hook_add(core->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, core, 1, 0),
             "instruction hook");
 }
@@ -579,7 +579,7 @@ static uint32_t instruction_bytes(const struct hil_core *core, uint32_t pc, uint
 static void forget_block(struct hil_core *core)
 {
     uint32_t start = core->state.cpu.block_address;
-    hil_must(uc_ctl_remove_cache(core->uc, (uint64_t)start,
+    uc_check(uc_ctl_remove_cache(core->uc, (uint64_t)start,
                                  (uint64_t)start + core->state.cpu.block_size),
              "forgetting a block");
 }

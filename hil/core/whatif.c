@@ -121,25 +121,25 @@ static struct hil_whatif *create(struct hil_core *core)
         abort();
     w->core = core;
     hil_translator_start(&w->translator);
-    hil_must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &w->uc), "open");
-    hil_must(uc_ctl_set_cpu_model(w->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
+    uc_check(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &w->uc), "open");
+    uc_check(uc_ctl_set_cpu_model(w->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     static const uint32_t flash[2] = {0, HIL_FLASH_BASE};
     for (unsigned i = 0; i < 2; i++)
-        hil_must(uc_mem_map_ptr(w->uc, flash[i], HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
+        uc_check(uc_mem_map_ptr(w->uc, flash[i], HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
                                 core->memory->flash),
                  "mapping flash");
-    hil_must(uc_mem_map_ptr(w->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, w->sram),
+    uc_check(uc_mem_map_ptr(w->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, w->sram),
              "mapping SRAM");
-    hil_must(
+    uc_check(
         uc_mem_map_ptr(w->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE, w->ccm),
         "mapping CCM");
-    hil_must(uc_mmio_map(w->uc, 0x40000000u, 0x20000000u, on_read, w, on_write, w),
+    uc_check(uc_mmio_map(w->uc, 0x40000000u, 0x20000000u, on_read, w, on_write, w),
              "mapping peripherals");
-    hil_must(uc_mmio_map(w->uc, 0xe0000000u, 0x00100000u, on_read_of_core, w, on_write, w),
+    uc_check(uc_mmio_map(w->uc, 0xe0000000u, 0x00100000u, on_read_of_core, w, on_write, w),
              "mapping the core's own");
-    hil_must(uc_hook_add(w->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_instruction, w, 1, 0),
+    uc_check(uc_hook_add(w->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_instruction, w, 1, 0),
              "instruction hook");
-    hil_must(uc_hook_add(w->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_exception, w, 1, 0),
+    uc_check(uc_hook_add(w->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_exception, w, 1, 0),
              "exception hook");
     return w;
 }

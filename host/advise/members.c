@@ -585,14 +585,14 @@ static double nearness(const void *context, size_t state, size_t datum)
                           NEAR_FT);
 }
 
-struct lesson {
+struct assimilation {
     double *state, *predicted;
     double read[DATA], error[DATA];
     struct advise_braking *braking;
     struct advise_met *met;
 };
 
-static void lesson_free(struct lesson *l)
+static void assimilation_free(struct assimilation *l)
 {
     free(l->state);
     free(l->predicted);
@@ -600,15 +600,15 @@ static void lesson_free(struct lesson *l)
     free(l->met);
 }
 
-static void lesson_get(struct lesson *l, const struct advise_members *members)
+static void assimilation_get(struct assimilation *l, const struct advise_members *members)
 {
-    *l = (struct lesson){.state = xcalloc(members->count * STATES, sizeof *l->state),
-                         .predicted = xcalloc(members->count * DATA, sizeof *l->predicted),
-                         .braking = xcalloc(members->count, sizeof *l->braking),
-                         .met = xcalloc(members->count, sizeof *l->met)};
+    *l = (struct assimilation){.state = xcalloc(members->count * STATES, sizeof *l->state),
+                               .predicted = xcalloc(members->count * DATA, sizeof *l->predicted),
+                               .braking = xcalloc(members->count, sizeof *l->braking),
+                               .met = xcalloc(members->count, sizeof *l->met)};
 }
 
-static void write_down(const struct advise_members *members, struct lesson *l)
+static void to_state(const struct advise_members *members, struct assimilation *l)
 {
     for (size_t m = 0; m < members->count; m++) {
         const struct advise_member *member = &members->member[m];
@@ -625,7 +625,7 @@ static void write_down(const struct advise_members *members, struct lesson *l)
 
 /* What was read, and how far the chain may be off it: a share of what moved or closed. */
 static void find_errors(const struct advise_members *members, const struct advise_seen *seen,
-                        struct lesson *l)
+                        struct assimilation *l)
 {
     for (unsigned d = 0; d < DATA; d++) {
         double mean = 0.0;
@@ -647,7 +647,7 @@ static void find_errors(const struct advise_members *members, const struct advis
     }
 }
 
-static void take_back(struct advise_members *members, const struct lesson *l)
+static void from_state(struct advise_members *members, const struct assimilation *l)
 {
     const struct advise_runway *runway = &members->runway;
     for (size_t m = 0; m < members->count; m++) {
@@ -664,7 +664,7 @@ static void take_back(struct advise_members *members, const struct lesson *l)
     }
 }
 
-static bool ran_away(const struct advise_members *members, const struct lesson *l)
+static bool ran_away(const struct advise_members *members, const struct assimilation *l)
 {
     for (size_t m = 0; m < members->count; m++) {
         if (l->met[m].ran_away)
@@ -673,11 +673,12 @@ static bool ran_away(const struct advise_members *members, const struct lesson *
     return false;
 }
 
-static bool pass(struct advise_members *members, const struct advise_seen *seen, struct lesson *l)
+static bool pass(struct advise_members *members, const struct advise_seen *seen,
+                 struct assimilation *l)
 {
     if (!advise_play(members, l->braking, false, l->met) || ran_away(members, l))
         return false;
-    write_down(members, l);
+    to_state(members, l);
     find_errors(members, seen, l);
     const struct smoother smoother = {.members = members->count,
                                       .states = STATES,
@@ -690,38 +691,38 @@ static bool pass(struct advise_members *members, const struct advise_seen *seen,
                                       .nearness = nearness,
                                       .context = &members->runway};
     smoother_take(&smoother, &members->chance);
-    take_back(members, l);
+    from_state(members, l);
     return true;
 }
 
-static void widen(struct advise_members *members, struct lesson *l, const double *was)
+static void widen(struct advise_members *members, struct assimilation *l, const double *was)
 {
-    write_down(members, l);
+    to_state(members, l);
     for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
         smoother_widen(l->state, members->count, STATES, k, was[k], KEPT, bounds[k].least);
-    take_back(members, l);
+    from_state(members, l);
 }
 
 bool advise_learn(struct advise_members *members, const struct advise_seen *seen)
 {
-    struct lesson lesson;
+    struct assimilation assimilation;
     double was[ADVISE_UNKNOWNS], mean;
     bool good = true;
-    lesson_get(&lesson, members);
+    assimilation_get(&assimilation, members);
     advise_survey(members, seen->before_in, seen->survey_error_in);
     for (size_t m = 0; m < members->count; m++)
-        lesson.braking[m] = seen->braking;
-    write_down(members, &lesson);
+        assimilation.braking[m] = seen->braking;
+    to_state(members, &assimilation);
     for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
-        smoother_spread(lesson.state, members->count, STATES, k, &mean, &was[k]);
+        smoother_spread(assimilation.state, members->count, STATES, k, &mean, &was[k]);
     for (unsigned i = 0; good && i < PASSES; i++)
-        good = pass(members, seen, &lesson);
+        good = pass(members, seen, &assimilation);
     if (good)
-        widen(members, &lesson, was);
-    good = good && advise_play(members, lesson.braking, true, lesson.met) &&
-           !ran_away(members, &lesson);
+        widen(members, &assimilation, was);
+    good = good && advise_play(members, assimilation.braking, true, assimilation.met) &&
+           !ran_away(members, &assimilation);
     members->learned += good;
-    lesson_free(&lesson);
+    assimilation_free(&assimilation);
     return good;
 }
 

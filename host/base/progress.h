@@ -20,11 +20,11 @@ struct progress {
 };
 
 /* Counting begins now. With `quiet`, or where no thread can be had, nothing is said. */
-void progress_begin(struct progress *underway, const char *who, const char *quicker, bool quiet);
+void progress_begin(struct progress *progress, const char *who, const char *quicker, bool quiet);
 /* How far it is, from any thread. */
-void progress_at(struct progress *underway, const char *format, ...)
+void progress_at(struct progress *progress, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* After that nothing more is said. */
-void progress_end(struct progress *underway);
+void progress_end(struct progress *progress);
 
 #endif

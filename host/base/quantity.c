@@ -225,7 +225,7 @@ static bool is_alike(const struct unit *a, const struct unit *b)
 }
 
 /* kg alone becomes kgf where `wanted` is a force. */
-static void weigh(struct unit *unit, const struct unit *wanted)
+static void take_kg_as_force(struct unit *unit, const struct unit *wanted)
 {
     struct unit force;
     if (unit->is_kg && read_unit("kgf", &force) && is_alike(wanted, &force))
@@ -261,8 +261,8 @@ double quantity_convert(double value, const char *from, const char *to)
         return value;
     if (!read_unit(from, &a) || !read_unit(to, &b))
         return (double)NAN;
-    weigh(&a, &b);
-    weigh(&b, &a);
+    take_kg_as_force(&a, &b);
+    take_kg_as_force(&b, &a);
     if (!is_alike(&a, &b))
         return (double)NAN;
     return is_same(&a, &b) ? value : converted((long double)value, &a, &b);
@@ -361,7 +361,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
         return is_wrong(wrong, *unit ? "unknown unit" : "a unit behind a plain number", unit, bare);
     if (!*unit || !read_unit(unit, &to))
         return is_of_another_kind(came, unit, bare, wrong);
-    weigh(&from, &to);
+    take_kg_as_force(&from, &to);
     if (!is_alike(&from, &to))
         return is_of_another_kind(came, unit, bare, wrong);
     if (!is_same(&from, &to) && *value != 0.0)

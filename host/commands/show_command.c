@@ -31,46 +31,46 @@ struct preview {
     int64_t same;      /* the earlier RUN that is the same landing, 0: none */
 };
 
-static void load_links(struct store *store, int64_t run, struct preview *glance)
+static void load_links(struct store *store, int64_t run, struct preview *preview)
 {
     struct store_gap *gap = NULL;
     size_t gaps = 0;
     store_gaps(store, run, &gap, &gaps, fatal);
-    summary_count_gaps(gap, gaps, glance->link);
+    summary_count_gaps(gap, gaps, preview->link);
     free(gap);
 }
 
-static void preview_load(struct store *store, int64_t run, struct preview *glance)
+static void preview_load(struct store *store, int64_t run, struct preview *preview)
 {
-    const struct store_landing *landing = &glance->measured.landing;
+    const struct store_landing *landing = &preview->measured.landing;
     struct store_import import = {0};
-    memset(glance, 0, sizeof *glance);
-    measured_load_gear(store, run, &glance->measured, fatal);
-    zones_load(store, &glance->measured, &glance->zones, fatal);
-    load_links(store, run, glance);
-    journal_load(store, landing, &glance->journal, fatal);
-    for (size_t i = 0; i < glance->journal.observations; i++)
-        glance->seen += !glance->journal.observation[i].withdrawn;
-    store_frames_base(store, run, &glance->can_base, fatal);
-    store_import_get(store, landing->session, &import, &glance->imported, fatal);
-    store_find_twin(store, run, &glance->same, fatal);
+    memset(preview, 0, sizeof *preview);
+    measured_load_gear(store, run, &preview->measured, fatal);
+    zones_load(store, &preview->measured, &preview->zones, fatal);
+    load_links(store, run, preview);
+    journal_load(store, landing, &preview->journal, fatal);
+    for (size_t i = 0; i < preview->journal.observations; i++)
+        preview->seen += !preview->journal.observation[i].withdrawn;
+    store_frames_base(store, run, &preview->can_base, fatal);
+    store_import_get(store, landing->session, &import, &preview->imported, fatal);
+    store_find_twin(store, run, &preview->same, fatal);
 }
 
-static void preview_free(struct preview *glance)
+static void preview_free(struct preview *preview)
 {
-    measured_free(&glance->measured);
-    zones_free(&glance->zones);
-    journal_free(&glance->journal);
+    measured_free(&preview->measured);
+    zones_free(&preview->zones);
+    journal_free(&preview->journal);
 }
 
 /* ---- a row ---- */
 
-static void state_text(const struct preview *glance, char *out, size_t size)
+static void state_text(const struct preview *preview, char *out, size_t size)
 {
-    snprintf(out, size, "%lld, %s%s%s%s", (long long)glance->measured.landing.board_landing,
-             mr_landing_state_text((unsigned)glance->measured.landing.state),
-             glance->journal.is_void ? ", VOID" : "", glance->imported ? ", imported" : "",
-             measured_marks(&glance->measured));
+    snprintf(out, size, "%lld, %s%s%s%s", (long long)preview->measured.landing.board_landing,
+             mr_landing_state_text((unsigned)preview->measured.landing.state),
+             preview->journal.is_void ? ", VOID" : "", preview->imported ? ", imported" : "",
+             measured_marks(&preview->measured));
 }
 
 static void motion_answer(const struct measured *measured, struct answer *answer)
@@ -87,13 +87,13 @@ static void motion_answer(const struct measured *measured, struct answer *answer
         ->digits = 9;
 }
 
-static void warning_answer(const struct preview *glance, struct answer *answer)
+static void warning_answer(const struct preview *preview, struct answer *answer)
 {
-    const struct zone_warning *w = &glance->zones.warning;
+    const struct zone_warning *w = &preview->zones.warning;
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     char doubt[ZONES_HEARD_TEXT], label[20];
-    bool watched = glance->measured.source != MEASURED_IMPORT;
-    bool all_heard = watched && !zones_heard_doubt(&glance->zones.heard, (double)INFINITY, doubt);
+    bool watched = preview->measured.source != MEASURED_IMPORT;
+    bool all_heard = watched && !zones_heard_doubt(&preview->zones.heard, (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
     if (w->warned)
         answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->start_ft,
@@ -115,9 +115,9 @@ static void warning_answer(const struct preview *glance, struct answer *answer)
         ->digits = 9;
 }
 
-static void lost_answer(const struct preview *glance, struct answer *answer)
+static void lost_answer(const struct preview *preview, struct answer *answer)
 {
-    const struct summary_link *can = &glance->link[LINK_CAN], *serial = &glance->link[LINK_SERIAL];
+    const struct summary_link *can = &preview->link[LINK_CAN], *serial = &preview->link[LINK_SERIAL];
     answer_words(answer, NULL, "frames|lost", "%lld%s", (long long)(can->lost + serial->lost),
                  can->silent || serial->silent ? ", more" : "");
     answer_count(answer, "lost", NULL, can->lost + serial->lost);
@@ -132,19 +132,19 @@ static void add(char *out, size_t size, const char *text)
 }
 
 /* The newest note, how many there are besides, what was seen, and what else is to be known. */
-static void notes_answer(const struct preview *glance, struct answer *answer)
+static void notes_answer(const struct preview *preview, struct answer *answer)
 {
     char text[NOTE_SHOWN + 120] = "", part[NOTE_SHOWN + 40];
     const char *newest = NULL;
     size_t notes = 0;
-    for (size_t i = 0; i < glance->journal.changes; i++) {
-        if (strcmp(glance->journal.change[i].field, "note") != 0)
+    for (size_t i = 0; i < preview->journal.changes; i++) {
+        if (strcmp(preview->journal.change[i].field, "note") != 0)
             continue;
-        newest = glance->journal.change[i].value;
+        newest = preview->journal.change[i].value;
         notes++;
     }
-    if (glance->same) {
-        snprintf(part, sizeof part, "the same landing as RUN %lld", (long long)glance->same);
+    if (preview->same) {
+        snprintf(part, sizeof part, "the same landing as RUN %lld", (long long)preview->same);
         add(text, sizeof text, part);
     }
     if (newest) {
@@ -158,64 +158,64 @@ static void notes_answer(const struct preview *glance, struct answer *answer)
         snprintf(part, sizeof part, "%zu notes", notes);
         add(text, sizeof text, part);
     }
-    if (glance->seen) {
-        snprintf(part, sizeof part, "%zu seen", glance->seen);
+    if (preview->seen) {
+        snprintf(part, sizeof part, "%zu seen", preview->seen);
         add(text, sizeof text, part);
     }
     answer_words(answer, NULL, "notes", "%s", text);
     answer_list(answer, "notes", NULL);
-    for (size_t i = 0; i < glance->journal.changes; i++) {
-        if (strcmp(glance->journal.change[i].field, "note") == 0)
-            answer_words(answer, NULL, NULL, "%s", glance->journal.change[i].value);
+    for (size_t i = 0; i < preview->journal.changes; i++) {
+        if (strcmp(preview->journal.change[i].field, "note") == 0)
+            answer_words(answer, NULL, NULL, "%s", preview->journal.change[i].value);
     }
     answer_close(answer);
-    answer_count(answer, "seen", NULL, (int64_t)glance->seen);
-    answer_count(answer, "same_as", NULL, glance->same ? glance->same : ANSWER_UNKNOWN);
+    answer_count(answer, "seen", NULL, (int64_t)preview->seen);
+    answer_count(answer, "same_as", NULL, preview->same ? preview->same : ANSWER_UNKNOWN);
 }
 
 /* `bases`: people see where on CAN its board was. */
-static void preview_answer(const struct preview *glance, bool bases, struct answer *answer)
+static void preview_answer(const struct preview *preview, bool bases, struct answer *answer)
 {
-    const struct store_landing *landing = &glance->measured.landing;
+    const struct store_landing *landing = &preview->measured.landing;
     char when[40], state[80];
     survey_time_text(landing->armed_us, when, sizeof when);
-    state_text(glance, state, sizeof state);
+    state_text(preview, state, sizeof state);
     answer_count(answer, "run", "RUN", landing->id);
     bool dated = landing->armed_us >= SURVEY_DATED_US;
     answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when); /* the head has UTC */
     answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
     answer_count(answer, "armed_us", NULL, landing->armed_us);
-    answer_words_or_none(answer, "series", "series", glance->journal.series.name, "-");
+    answer_words_or_none(answer, "series", "series", preview->journal.series.name, "-");
     answer_words(answer, NULL, "landing", "%s", state);
     answer_count(answer, "landing", NULL, landing->board_landing);
     answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
     answer_words(answer, "board", NULL, "%s", landing->board_uid);
     if (bases)
-        answer_words(answer, NULL, "board at|CAN base", "0x%03x", glance->can_base);
-    answer_count(answer, "can_base", NULL, glance->can_base);
-    answer_flag(answer, "void", NULL, glance->journal.is_void);
-    answer_flag(answer, "imported", NULL, glance->imported);
-    answer_flag(answer, "torn", NULL, glance->measured.torn);
-    summary_dates_answer(&glance->measured, answer);
-    motion_answer(&glance->measured, answer);
-    warning_answer(glance, answer);
-    lost_answer(glance, answer);
-    notes_answer(glance, answer);
+        answer_words(answer, NULL, "board at|CAN base", "0x%03x", preview->can_base);
+    answer_count(answer, "can_base", NULL, preview->can_base);
+    answer_flag(answer, "void", NULL, preview->journal.is_void);
+    answer_flag(answer, "imported", NULL, preview->imported);
+    answer_flag(answer, "torn", NULL, preview->measured.torn);
+    summary_dates_answer(&preview->measured, answer);
+    motion_answer(&preview->measured, answer);
+    warning_answer(preview, answer);
+    lost_answer(preview, answer);
+    notes_answer(preview, answer);
 }
 
 static void landings_answer(struct store *store, const struct store_landing *row, size_t count,
                             struct answer *answer)
 {
-    static struct preview glance; /* some ten kilobytes */
+    static struct preview preview; /* some ten kilobytes */
     uint16_t base = 0;
     for (size_t i = 0; i < count && !base; i++)
         store_frames_base(store, row[i].id, &base, fatal);
     answer_table(answer, "landings", "");
     for (size_t i = 0; i < count; i++) {
-        preview_load(store, row[i].id, &glance);
+        preview_load(store, row[i].id, &preview);
         answer_row(answer);
-        preview_answer(&glance, base != 0, answer);
-        preview_free(&glance);
+        preview_answer(&preview, base != 0, answer);
+        preview_free(&preview);
     }
     answer_close(answer);
 }

@@ -116,7 +116,7 @@ bool logger_commit_due(struct logger *logger)
     return logger->in_transaction && monotonic_us() - logger->begun_us >= after_us;
 }
 
-static void take_back(struct logger *logger)
+static void roll_back(struct logger *logger)
 {
     store_roll_back(logger->store);
     if (logger->in_transaction && logger->collector)
@@ -137,7 +137,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
     bool other = is_gone(place_of(logger));
     if (error->status == MR_OK || (refused == STORE_TAKES && !other))
         return error->status;
-    take_back(logger);
+    roll_back(logger);
     if (other) { /* logger_rescue goes on elsewhere */
         *error = (struct error){0};
         return MR_OK;
@@ -517,7 +517,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     struct collector *collector = NULL;
     struct tm local;
     bool whole = false;
-    take_back(logger);
+    roll_back(logger);
     const time_t since_s = again ? (time_t)(kept_since_us(logger, &whole) / 1000000u) : time(NULL);
     whole = whole && again;
     watch_call(&logger->watch, true);
@@ -581,7 +581,7 @@ static enum mr_status save_and_go_on(struct logger *logger, enum store_place pla
 {
     struct error why = {0};
     char saved[sizeof logger->saved];
-    take_back(logger); /* what is not committed is in the queues */
+    roll_back(logger); /* what is not committed is in the queues */
     watch_call(&logger->watch, true);
     bool copied = save_beside(logger, original, saved, sizeof saved, &why) ||
                   save_beside(logger, now, saved, sizeof saved, &why) ||
@@ -701,7 +701,7 @@ static enum mr_status go_beside(struct logger *logger, bool *beside, const char 
 {
     char what[100];
     watch_amount(&logger->watch, false, what, sizeof what);
-    take_back(logger);
+    roll_back(logger);
     if (watch_permille(&logger->watch) == 0 && strcmp(what, "nothing") == 0)
         return error_set(error, MR_IO,
                          "all that came is in the campaign, the end of the session is not: %.250s",

@@ -251,16 +251,16 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
-    struct progress underway;
+    struct progress progress;
 
     command_parse(&command_error, argc, argv, cli, &r, words, fatal);
     plot_check(r.plot, words[0], fatal); /* before a minute of computing, not after */
     sim_scene_load(&scene, words[0], fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
-    progress_begin(&underway, "error", "an earlier tend", cli->quiet);
-    enum mr_status status = error_study_run(&study, &scene, tell, &underway, &error);
-    progress_end(&underway);
+    progress_begin(&progress, "error", "an earlier tend", cli->quiet);
+    enum mr_status status = error_study_run(&study, &scene, tell, &progress, &error);
+    progress_end(&progress);
     if (status != MR_OK)
         return cli_fail(&error);
     if (r.plot)

@@ -9,7 +9,7 @@ put() {
     mkdir -p "$(dirname "$tree/$1")"
     printf '%s\n' "${@:2}" >"$tree/$1"
 }
-build() { # papers in which all is well
+build() { # pages without a fault
     rm -rf "$tree"
     put common/mat.h 'struct mat;'
     put README.md '# Small' '[words](docs/glossary.md#the-mat)' '```sh' 'true' '```'
@@ -17,12 +17,12 @@ build() { # papers in which all is well
 }
 finds() { # PATTERN: exit 1 and one line, which fits
     local found status
-    found=$(python3 tests/house/papers.py "$tree")
+    found=$(python3 tests/house/documentation.py "$tree")
     status=$?
     echo "exit $status: $found"
     [ $status -eq 1 ] && [ "$(wc -l <<<"$found")" -eq 1 ] && grep -Eq -- "$1" <<<"$found"
 }
-is_well() { build && [ -z "$(python3 tests/house/papers.py "$tree")" ]; }
+is_well() { build && [ -z "$(python3 tests/house/documentation.py "$tree")" ]; }
 no_file() { build && put README.md '[a](docs/glossary.md)' '[b](docs/none.md)' && finds '^README\.md:2: .*there is no docs/none\.md$'; }
 no_picture() { build && put README.md '[a](docs/glossary.md)' '![b](docs/none.png)' && finds '^README\.md:2: .*docs/none\.png$'; }
 no_heading() { build && put README.md '[a](docs/glossary.md#the-mats)' && finds '^README\.md:1: .*no such heading$'; }
@@ -54,10 +54,10 @@ terms_are_found() {
     done
 }
 
-check "links, places, sizes and marks of README.md and docs/" python3 tests/house/papers.py
+check "links, places, sizes and marks of README.md and docs/" python3 tests/house/documentation.py
 check "the reference is what the tables make" reference_is_current
 check "the twenty terms are found, and stand in the glossary" terms_are_found
-check "small papers in which all is well" is_well
+check "small pages without a fault" is_well
 check "a link to a file that is not there is found" no_file
 check "a picture that is not there" no_picture
 check "a link to a heading that is not there" no_heading

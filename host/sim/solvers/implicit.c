@@ -76,8 +76,8 @@ static void restart(struct stepper *s)
     s->h_s = fmin(s->h_s, w->swing_s);
 }
 
-static void weigh(const struct stepper *s, const double *weights, int count, double scale,
-                  const double *from, double *to)
+static void weighted_sum(const struct stepper *s, const double *weights, int count, double scale,
+                         const double *from, double *to)
 {
     const struct work *w = s->work;
     for (int half = 0; half < 2; half++) {
@@ -147,9 +147,9 @@ static bool stages(struct stepper *s, double h)
         return false;
     double *first = w->rate, *kept = w->at;
     for (int i = 0; i < STAGES; i++) {
-        weigh(s, mixes[i], i, 1.0 / h, NULL, w->mix);
+        weighted_sum(s, mixes[i], i, 1.0 / h, NULL, w->mix);
         if (i > 0) {
-            weigh(s, shifts[i], i, 1.0, s->z, kept);
+            weighted_sum(s, shifts[i], i, 1.0, s->z, kept);
             w->rate = w->k[i]; /* spare until it is solved for */
             stepper_rates(s, s->t_s + nodes[i] * h, kept, w->rate);
         }
@@ -158,7 +158,7 @@ static bool stages(struct stepper *s, double h)
     }
     static const double one[STAGES] = {0, 0, 0, 0, 0, 1};
     double *last = w->mix; /* solution: the last stage's state plus the last stage */
-    weigh(s, one, STAGES, 1.0, kept, last);
+    weighted_sum(s, one, STAGES, 1.0, kept, last);
     stepper_copy(s, last, s->z_new);
     return true;
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Holds README.md and docs/ against what they promise, and says each thing that is not so.
 
-usage: papers.py [ROOT]
+usage: documentation.py [ROOT]
 
 - README.md has at most README_MOST bytes.
 - Each link of every page (README.md, docs/, the READMEs of folders) leads somewhere: the file is there, and the heading in it.
