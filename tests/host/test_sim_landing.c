@@ -434,3 +434,34 @@ TEST(a_damper_does_not_brake_the_slack)
     scene.v0_ft_s = 2.0;
     assert_true(held_against("implicit", &scene, "a joint that closes"));
 }
+
+/* A damped joint that opens within a step has pulled for what it was pressed by, CL times 2e-8 ft of
+ * impulse: 2e-6 ft of u, alike at every step that is longer than that takes. */
+TEST(a_damper_pulls_until_its_joint_opens)
+{
+    static const double bump_ft[] = {0.0495, 0.1, 0.0495};
+    static const struct sim_path_row rows[] = {{0.001, 17.8128689, 46.0295219},
+                                               {0.00356101852, 18.0433606, 46.0295219},
+                                               {0.01, 18.3331148, 23.0147609}};
+    struct sim_scene scene = small_scene(3, 3, 0.01);
+    sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
+    sim_scene_set_path(&scene, rows, 3);
+    scene.mats = 11;
+    scene.profile = SIM_FULL;
+    scene.left = scene.right = scene.left_torsion = SIM_FREE;
+    scene.right_torsion = SIM_FIXED;
+    scene.thrust = SIM_LINEAR;
+    scene.weight_lb = 6.13727;
+    scene.inertia_slug_ft2 = 0.0767159;
+    scene.kv_lb_ft = 136910.0;
+    scene.cv_lb_s_ft = 434.149;
+    scene.kl_lb_ft = 2.9325e8;
+    scene.cl_lb_s_ft = 17569.6;
+    scene.kt_lb_ft_rad = 41579.4;
+    scene.ct_lb_ft_s_rad = 47.1782;
+    scene.slack_ft = 0.005;
+    scene.wheel_load_lb = 0.0;
+    scene.friction = 0.5;
+    scene.v0_ft_s = 2.0;
+    assert_true(held_against("event", &scene, "a joint that opens"));
+}

@@ -340,6 +340,17 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
     }
 }
 
+/* A mat in the air turns without a stop. What its slide says counts when it lands: left as it was,
+ * the mat would be taken for one that has just come to rest. */
+static void turn_afloat(struct model *m, const double *z)
+{
+    for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
+        double v = z[m->size + 2 * n + 1];
+        if (v != 0.0 && afloat(m, n))
+            m->slide[n] = v > 0.0 ? 1 : -1;
+    }
+}
+
 void model_sample_shape(struct model *m, const double *z)
 {
     bool switches = m->tad_rad > 0.0;
@@ -367,6 +378,7 @@ void model_sample_shape(struct model *m, const double *z)
         }
     }
     settle_shape(m, z);
+    turn_afloat(m, z);
 }
 
 void model_sample(struct model *m, double t_s, const double *z)

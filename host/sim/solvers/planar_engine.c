@@ -173,14 +173,21 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
-/* The rate that a joint's damper has, when the joint was open a step ago: what of the step it was
- * closed for has moved it, not the whole step. Else the damper brakes what lies before its slack,
- * by the same amount at every step that is longer than that. */
+/* How far a joint's spring is stretched, or pressed: negative. */
+LAW_INLINE double engaged_ft(double g_ft, double slack_ft)
+{
+    return g_ft < 0.0 ? g_ft : law_most(0.0, g_ft - slack_ft);
+}
+
+/* The rate that a joint's damper has over a step: how far the last step moved the joint while it was
+ * closed. With the whole rate, the damper would brake a joint that closes or opens within a step
+ * for all of that step or for none of it, and be wrong by the same impulse at every step that is
+ * longer than the time it takes. */
 LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft, double step_s)
 {
-    double over_ft = g_ft < 0.0 ? g_ft : fmax(0.0, g_ft - slack_ft);
-    bool closing = over_ft * rate_ft_s > 0.0;
-    return closing && fabs(over_ft) < fabs(rate_ft_s) * step_s ? over_ft / step_s : rate_ft_s;
+    double now_ft = engaged_ft(g_ft, slack_ft),
+           before_ft = engaged_ft(g_ft - rate_ft_s * step_s, slack_ft);
+    return now_ft * before_ft > 0.0 ? rate_ft_s : (now_ft - before_ft) / step_s;
 }
 
 LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
@@ -200,10 +207,12 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
         double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
         double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft,
                rate = v_r - v_l + left.ft_s + right.ft_s;
-        if (law == JOINT_SLACK && l->closing_step_s > 0.0)
-            rate = damped_rate_ft_s(g, rate, l->slack_ft, l->closing_step_s);
+        if (law == JOINT_SLACK && l->last_step_s > 0.0)
+            rate = damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
+        if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
+            pulled.lb = joint.cl_lb_s_ft * rate; /* of the last step's part before it opened */
         double t_lb = pulled.lb;
         if (l->mods && mods_is_torn(l->mods, j + 1))
             t_lb = fmin(0.0, t_lb);
@@ -795,7 +804,7 @@ static void begin_march(struct under_way *way)
     way->prunes = !way->options->no_prune && element_rests(&l->model.elements);
     way->divides = !way->options->single;
     way->before_s = h;
-    l->closing_step_s = way->divides ? h : 0.0;
+    l->last_step_s = 0.0; /* nothing has moved yet */
     l->rub_share = 1.0;
     l->in_parts = false;
     begin(l, way->prunes);
@@ -877,6 +886,7 @@ static void step_along(struct under_way *way, uint64_t i)
     march->events += kick_slides(l, way->touch, way->count, to_s(march, i) - from_s(march, i));
     for (int n = l->slides.first; n <= l->slides.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
+    l->last_step_s = way->divides ? h : 0.0;
     for (int j = m->first; way->heaves && !l->in_parts && j <= m->last + 1; j++)
         p[2 * j] += h * v[2 * j];
     int live = l->slides.last - l->slides.first + 1;

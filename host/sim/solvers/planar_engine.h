@@ -33,9 +33,8 @@ struct planar_engine {
     bool in_parts;
     double *rub_lb, *rub_next_lb; /* per node, from rub_first to rub_last */
     int rub_first, rub_last;
-    double rub_share; /* of that in the next step, which rub_next_lb does not have; else 1 */
-    double
-        closing_step_s; /* joints that closed in the last step are damped for their share; or 0 */
+    double rub_share;   /* of that in the next step, which rub_next_lb does not have; else 1 */
+    double last_step_s; /* what of it a joint was closed for its damper acts for; 0: all of it */
     /* per joint; between mats at rest that of the last step in which one of them moved */
     double *tension_lb;
     double slack_ft;
