@@ -86,7 +86,7 @@ void reference_messages(FILE *out)
         out,
         "The layout version is %u. The identifier is the CAN identifier and the serial type. On "
         "CAN a board with another base than 0 adds it\n"
-        "([the base](../howto/configure.md#several-boards-on-one-bus-the-base)); all pages "
+        "([the base](../howto/configure.md#can-base)); all pages "
         "are in terms of these, without a base.\n"
         "All integers are little-endian. A scaled field keeps one code for \"missing\". `matrig "
         "export --format dbc` writes the same as a DBC file.\n\n## Messages\n",

@@ -111,29 +111,29 @@ def beyond(measured):
 # What firmware and emulator assume: figure, file, pattern of the number, factor to the figure's unit, relation, what.
 # "near x": within x of it; "below": no more than it; "above": no less.
 ASSUMED = [
-    ("transducer_settle_us", "hil/rig/rig.c", r"TRANSDUCER_TAU_S +([\d.e-]+)", 1e6, "below", "the emulated transducer follows with"),
-    ("transducer_mid_v", "hil/rig/rig.c", r"TRANSDUCER_MID_V +([\d.]+)", 1, 0.02, "its common mode"),
-    ("transducer_top_in", "firmware/config.c", r"\.low = -0\.5f, \.high = ([\d.]+)f", 1, "above", "the firmware reads up to"),
-    ("transducer_gain_sd_rel", "firmware/config.c", r"TRANSDUCER_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "its error of a gain that nobody calibrated"),
-    ("gage_v_per_lb", "hil/rig/rig.c", r"GAGE_V_PER_LB +([\d.]+)", 1, 0.01, "the emulated gage gives"),
-    ("gage_v_per_lb", "firmware/config.c", r"LB_PER_CODE +\(3\.3f / 4096\.0f / ([\d.]+)f", 1, 0.01, "the firmware takes"),
-    ("gage_zero_v", "hil/rig/rig.c", r"GAGE_ZERO_V +([\d.]+)", 1, 0.005, "the emulated gage at no tension"),
-    ("gage_zero_v", "firmware/config.c", r"TENSION_ZERO_CODE +\(([\d.]+)f", 1, 0.005, "the firmware takes"),
+    ("transducer_settle_us", "hil/rig/rig.c", r"TRANSDUCER_TAU_S +([\d.e-]+)", 1e6, "below", "time constant of the emulated transducer"),
+    ("transducer_mid_v", "hil/rig/rig.c", r"TRANSDUCER_MID_V +([\d.]+)", 1, 0.02, "its common mode voltage"),
+    ("transducer_top_in", "firmware/config.c", r"\.low = -0\.5f, \.high = ([\d.]+)f", 1, "above", "upper limit in the firmware"),
+    ("transducer_gain_sd_rel", "firmware/config.c", r"TRANSDUCER_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "stated gain error without calibration"),
+    ("gage_v_per_lb", "hil/rig/rig.c", r"GAGE_V_PER_LB +([\d.]+)", 1, 0.01, "sensitivity of the emulated gage"),
+    ("gage_v_per_lb", "firmware/config.c", r"LB_PER_CODE +\(3\.3f / 4096\.0f / ([\d.]+)f", 1, 0.01, "value in the firmware"),
+    ("gage_zero_v", "hil/rig/rig.c", r"GAGE_ZERO_V +([\d.]+)", 1, 0.005, "emulated gage at zero tension"),
+    ("gage_zero_v", "firmware/config.c", r"TENSION_ZERO_CODE +\(([\d.]+)f", 1, 0.005, "value in the firmware"),
     ("gage_zero_sd_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below",
-     "its error of a zero, before trimming"),
-    ("gage_trim_left_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below", "the same, after trimming"),
-    ("gage_gain_sd_rel", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "its error of a gain"),
-    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "its drift in an hour that warms by 5 K, a kelvin"),
-    ("gage_shunt_lb", "hil/rig/rig.h", r"HIL_RIG_SHUNT_LB +([\d.]+)", 1, 0.01, "the emulated shunt"),
-    ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "the firmware takes"),
-    ("staircase_settle_us", "hil/rig/rig.c", r"STAIRCASE_TAU_S +([\d.e-]+)", 1e6, 0.05, "the emulated staircase follows with"),
-    ("staircase_settle_us", "common/staircase.h", r"SETTLE_TICKS +(\d+)u", 1 / 84 / 8, "below", "an eighth of the time that the firmware waits"),
-    ("staircase_step_most_codes", "common/staircase.h", r"TOLERANCE_CODES +([\d.]+)", 0.5, "below", "half of what the firmware allows a step to be off"),
-    ("one_shot_least_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "the emulated edge lasts"),
+     "stated zero error, before trimming"),
+    ("gage_trim_left_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below", "stated zero error, after trimming"),
+    ("gage_gain_sd_rel", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "stated gain error"),
+    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "stated drift per kelvin, for 5 K in an hour"),
+    ("gage_shunt_lb", "hil/rig/rig.h", r"HIL_RIG_SHUNT_LB +([\d.]+)", 1, 0.01, "emulated shunt"),
+    ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "value in the firmware"),
+    ("staircase_settle_us", "hil/rig/rig.c", r"STAIRCASE_TAU_S +([\d.e-]+)", 1e6, 0.05, "time constant of the emulated staircase"),
+    ("staircase_settle_us", "common/staircase.h", r"SETTLE_TICKS +(\d+)u", 1 / 84 / 8, "below", "an eighth of the settling time in the firmware"),
+    ("staircase_step_most_codes", "common/staircase.h", r"TOLERANCE_CODES +([\d.]+)", 0.5, "below", "half of the step tolerance in the firmware"),
+    ("one_shot_least_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "pulse width of the emulated edge"),
     ("one_shot_most_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "the same"),
-    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "what the wheel at 20 ft/s takes for the error of a switch"),
-    ("reference_read_sd_rel", "firmware/config.c", r"REFERENCE_GAIN_ERROR +([\d.]+)", 1.1, "below", "its error of the reference, and a tenth"),
-    ("gage_noise_lsb", "common/staircase.h", r"noise of (\d+) codes", 1, "below", "noise that the estimators assume"),
+    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "switch error, as time at 20 ft/s"),
+    ("reference_read_sd_rel", "firmware/config.c", r"REFERENCE_GAIN_ERROR +([\d.]+)", 1.1, "below", "stated error of the reference, times 1.1"),
+    ("gage_noise_lsb", "common/staircase.h", r"noise of (\d+) codes", 1, "below", "noise assumed by the estimators"),
 ]
 
 
@@ -232,11 +232,11 @@ def parts_page(parts):
     kinds = bill(parts)
     lines = ["# Parts and connectors of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the schematics in hil/circuits. Do not edit. -->", "",
-             f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` is R5 of each of the fourteen blocks G; the sensors are not counted.", "",
-             "| count | kind | value | tolerance | footprint | maker's number | parts |", "|---|---|---|---|---|---|---|"]
+             f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` is R5 in each of the fourteen blocks G. Sensors are not counted.", "",
+             "| Count | Kind | Value | Tolerance | Footprint | Part number | References |", "|--:|---|---|---|---|---|---|"]
     lines += [f"| {n} | {kind.lower().replace('_', ' ')} | {value} | {tol} | {foot} | {part} | {short(refs)} |" for n, kind, value, tol, foot, part, refs in kinds]
-    lines += ["", "## Connectors", "", "A pin without a name leads to a part of its block alone: see the drawing.", "",
-              "| connector | for | pins |", "|---|---|---|"]
+    lines += ["", "## Connectors", "", "`-`: the pin leads only to parts of its own block; see the drawing.", "",
+              "| Connector | Purpose | Pins |", "|---|---|---|"]
     seen = set()
     for ref, what, pins in connectors(parts):
         block = re.fullmatch(r"([A-Z]+)\d+/(\w+)", ref)
@@ -252,16 +252,16 @@ def parts_page(parts):
 def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
-             "What firmware and emulated board assume, beside what the circuits do. \"taken from here\": the file includes `hil/circuits/figures.def`.", "",
-             "| figure | circuit | assumed | by | what | holds |", "|---|---|---|---|---|---|"]
+             "Simulated properties of the circuits, beside the values assumed by firmware and emulated board. *Included*: the file includes `hil/circuits/figures.def`.", "",
+             "| Figure | Simulated | Assumed | File | Meaning | Within |", "|---|--:|--:|---|---|---|"]
     for name, value, unit, path, what, assumed, holds in beside(figures):
         unit = "" if unit == "1" else " " + unit
-        told = "taken from here" if assumed is None else number(assumed) + unit
+        told = "*included*" if assumed is None else number(assumed) + unit
         lines.append(f"| {name} | {number(value)}{unit} | {told} | `{path}` | {what} | {'yes' if holds else '**no**'} |")
     block = None
     for name, (value, unit, here, what) in figures.items():
         if here != block:
-            lines += ["", f"## {here.capitalize()}", "", "| figure | value | what, and how it was found |", "|---|---|---|"]
+            lines += ["", f"## {here.capitalize()}", "", "| Figure | Value | Meaning and source |", "|---|--:|---|"]
             block = here
         lines.append(f"| {name} | {number(value)}{'' if unit == '1' else ' ' + unit} | {what} |")
     return "\n".join(lines) + "\n"

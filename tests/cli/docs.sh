@@ -31,7 +31,7 @@ no_path() { build && put README.md '[a](docs/glossary.md)' 'see `common/none.h`'
 no_symbol() { build && sed -i 's/: `mat`/: `rug`/' "$tree/docs/glossary.md" && finds "^docs/glossary\.md:5: mat: common/mat\.h does not have 'rug'$"; }
 no_place() { build && sed -i 's/ `common.*$/ somewhere |/' "$tree/docs/glossary.md" && finds '^docs/glossary\.md:5: mat: no place is named$'; }
 no_mark() { build && put README.md '[a](docs/glossary.md)' '```sh later' 'true' '```' && finds "^README\.md:2: a block is marked 'sh later'"; }
-too_long() { build && head -c 12300 /dev/zero | tr '\0' 'x' >>"$tree/README.md" && finds '^README\.md:1: [0-9]+ bytes; at most 12288$'; }
+too_long() { build && head -c 8200 /dev/zero | tr '\0' 'x' >>"$tree/README.md" && finds '^README\.md:1: [0-9]+ bytes; at most 8192$'; }
 
 # The committed pages are what the tables make.
 reference_is_current() {

@@ -15,7 +15,7 @@ import os
 import re
 import sys
 
-README_MOST = 12 * 1024
+README_MOST = 8 * 1024
 TOPS = ("common", "docs", "firmware", "hil", "host", "tests")
 BLOCKS = {"sh", "sh board", "sh day", "sh hardware", "sh network", "sh long", "text", "json", "c"}
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
