@@ -203,10 +203,11 @@ static const struct option {
 #define OF_WORD(name, value, member, words, help) \
     ROW(name, value, WORD, AT(member), 0, 0, words, NULL, help)
 #define OF_OWN(name, value, parse, help) ROW(name, value, OWN, 0, 0, 0, NULL, parse, help)
-    OF_TEXT("--elf", "F", elf, "firmware image (ELF); else the one that came with matrig-board"),
+    OF_TEXT("--elf", "F", elf,
+            "firmware image (ELF); default: the one installed with matrig-board"),
     OF_OWN("--board", "B", parse_board,
-           "which board it is, by the name in common/boards.def: zg, discovery ...; else\n"
-           "what the image says (default zg)"),
+           "board, by its name in common/boards.def: zg, discovery ...; default:\n"
+           "the image's board, else zg"),
     OF_TEXT("--can", "LINK", can,
             "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
     OF_TEXT("--serial", "LINK", serial,
@@ -269,7 +270,8 @@ static const struct option {
     OF_WORD("--times", "T", options.cell_times, "spread|typical|max",
             "of flash and NOR operations: spread (drawn, default), typical or max"),
     OF_TEXT("--faults", "FILE", faults,
-            "what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr"),
+            "faults and their times: a matrig-faults file (hil/README.md); each one is reported on "
+            "stderr"),
     OF_FLAG("--alignment", options.watch_alignment,
             "fault on unaligned multiple and double transfers, as silicon does; slower"),
     OF_OWN("--rules", "R", parse_rules,
@@ -277,13 +279,14 @@ static const struct option {
            "count:NAME,... (of these alone), or off: they are not looked at"),
     OF_TEXT("--margins", "FILE", margins,
             "what was measured of each rule: how often, the nearest to its number, where"),
-    OF_FLAG("--trace", trace, "tell exceptions and unusual events on stderr"),
+    OF_FLAG("--trace", trace, "report exceptions and unusual events on stderr"),
     OF_TEXT("--gdb", "PORT", gdb,
-            "listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and "
-            "wait for it"),
-    OF_WORD("--gdb-time", "T", gdb_time, "stands|runs",
-            "while gdb holds the board virtual time stands (default), or runs by the wall clock:\n"
-            "timers and watchdog stop as DBGMCU says, links and converters go on"),
+            "listen for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
+            "unix:PATH, and wait for it"),
+    OF_WORD(
+        "--gdb-time", "T", gdb_time, "stands|runs",
+        "while gdb holds the board, virtual time stands still (default), or runs in real time:\n"
+        "timers and watchdog stop as DBGMCU requests, links and converters continue"),
     OF_TEXT("--vcd", "FILE", vcd,
             "trace of pins, converters, links, exceptions and sleep, for GTKWave and "
             "others"),
@@ -317,9 +320,9 @@ static void print_help(void)
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
     print_item("--version", "", "print the version, and end");
-    puts("A unix: link is listened on; virtual time starts when a host has connected to each, and "
-         "gdb, within 30 s. At\n"
-         "full speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 "
+    puts("A unix: link waits for a connection; virtual time starts when a host has connected to "
+         "each link, and gdb, within 30 s.\n"
+         "At full speed it pauses when no program has held the pty: open for 50 ms, for at most 30 "
          "s.\n"
          "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
 }
@@ -702,8 +705,8 @@ static enum mr_status session_open(struct session *session)
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
     if (stop_asked == HIL_WALL_STOP)
-        complain("the limit of wall-clock time came while links were opened; is there a host? "
-                 "--wall-limit S gives more");
+        complain("the limit of wall-clock time was reached while links were being opened; is a "
+                 "host running? --wall-limit S raises it");
     else if (!stop_asked)
         told(status, error);
     return status;
@@ -733,7 +736,7 @@ static void tell_rules(const struct session *session)
     if (broken)
         complain("%u %s broken, %llu %s in all%s", broken, broken == 1 ? "rule" : "rules",
                  (unsigned long long)times, times == 1 ? "time" : "times",
-                 session->a->margins ? "" : "; --margins FILE says which");
+                 session->a->margins ? "" : "; --margins FILE lists them");
 }
 
 static double duration_of(const struct session *session)

@@ -167,8 +167,8 @@ static enum mr_status which_head(const uint8_t *flash, const struct hil_board_ty
     const struct hil_board_type *found = hil_board_type_of(image.board);
     if (!found) {
         snprintf(error, size,
-                 "the image is for board %u, which this matrig-board does not know; take the one "
-                 "that came with the image",
+                 "the image is for board %u, which this matrig-board does not know; use the "
+                 "matrig-board of the image's version",
                  image.board);
         return MR_VERSION;
     }

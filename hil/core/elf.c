@@ -92,11 +92,10 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         s.p_filesz -= skipped;
         uint8_t *to = hil_memory_place(memory, s.p_paddr, s.p_filesz);
         if (!to)
-            return refuse(
-                image, MR_VERSION,
-                "segment %u at 0x%08x (%u bytes) lies outside the STM32F407ZG's memories; "
-                "is it for another chip?",
-                i, s.p_paddr, s.p_filesz);
+            return refuse(image, MR_VERSION,
+                          "segment %u at 0x%08x (%u bytes) is outside the STM32F407ZG's memories; "
+                          "is it for another chip?",
+                          i, s.p_paddr, s.p_filesz);
         flash |= s.p_paddr == HIL_FLASH_BASE;
         if (copy)
             memcpy(to, image->bytes + s.p_offset, s.p_filesz);

@@ -589,10 +589,10 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
     }
     if (gdb->line.fd >= 0)
         return MR_OK;
-    snprintf(
-        error, size,
-        "--gdb: no debugger came to %s within %d s; start gdb-multiarch with `target remote %s`",
-        gdb->place, timeout_ms / 1000, gdb->place);
+    snprintf(error, size,
+             "--gdb: no debugger connected to %s within %d s; start gdb-multiarch with `target "
+             "remote %s`",
+             gdb->place, timeout_ms / 1000, gdb->place);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 

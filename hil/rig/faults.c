@@ -844,8 +844,7 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
     *script = (struct hil_fault_script){.seed = 1};
     FILE *file = fopen(path, "r");
     if (!file)
-        return refuse_text(&r, MR_IO,
-                           "%s; give a file of faults (hil/rig/faults.h says how it is written)",
+        return refuse_text(&r, MR_IO, "%s; give a file of faults (format: hil/rig/faults.h)",
                            strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.at.line++;

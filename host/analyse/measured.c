@@ -610,7 +610,7 @@ static const struct {
     char letter;
     const char *alone, *filled;
 } sources[MEASURED_SOURCES] = {
-    [MEASURED_NOTHING] = {"none", '-', "no readings came", "came from nowhere"},
+    [MEASURED_NOTHING] = {"none", '-', "no readings were received", "came from nowhere"},
     [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
                       "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},

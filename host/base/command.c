@@ -69,9 +69,10 @@ static enum mr_status unknown_option(const struct command *command, const char *
 
 #define VALUES struct command_before
 static const struct command_part parts[] = {
-    OPTION_FLAG("--json", cli.json, "the result as one JSON object on standard output"),
+    OPTION_FLAG("--json", cli.json, "print the result as one JSON object on standard output"),
     OPTION_FLAG("--quiet", cli.quiet, "no progress and no notes"),
-    OPTION_FLAG("--si", cli.si, "metres, seconds and newtons instead of feet, inches and pounds"),
+    OPTION_FLAG("--si", cli.si,
+                "use metres, seconds and newtons instead of feet, inches and pounds"),
     OPTION_FLAG("--version", version, NULL),
     OPTION_FLAG("--help", help, NULL),
 };
@@ -215,9 +216,8 @@ static enum mr_status check_ending(const struct command_option *option, const ch
     *strrchr(ending, '.') = '\0';
     if (strstr(own, ending))
         return MR_OK;
-    return error_set(error, MR_USAGE,
-                     "another format than the ending says: '%s' for %s; name it %s", text,
-                     option->name, option->argument);
+    return error_set(error, MR_USAGE, "format and file extension differ: '%s' for %s; name it %s",
+                     text, option->name, option->argument);
 }
 
 static enum mr_status take_value(const struct parsing *p, const struct command_option *option,
@@ -287,10 +287,10 @@ static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, 
     if (row == p->command->count || p->command->parts[row].option.kind != OPTION_IS_TEXT)
         return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help",
                          argv[i], p->name, p->name);
-    return error_set(error, MR_USAGE,
-                     "one word too many: '%s' of %s; a text of several words stands in quotes: "
-                     "%s '%s %s ...'",
-                     argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
+    return error_set(
+        error, MR_USAGE,
+        "one word too many: '%s' of %s; put a text of several words in quotes: %s '%s %s ...'",
+        argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
 }
 
 enum mr_status command_parse(const struct command *command, int argc, char **argv,

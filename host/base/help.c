@@ -48,10 +48,9 @@ void help_overview(const struct command_table *table)
     }
     puts("  --version\n"
          "\n"
-         "matrig COMMAND --help tells more about a command, with an example; man matrig has it "
-         "all.\n"
-         "A number may have its unit behind it: 15mm, '2.5 kN', 12m/s. Any unit of its kind is "
-         "read, another is refused.\n"
+         "matrig COMMAND --help describes a command, with an example; man matrig describes all of "
+         "them.\n"
+         "A number may be followed by any unit of its kind: 15mm, '2.5 kN', 12m/s.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
          "4 malformed or truncated input, 5 numerics refused or failed.\n"
          "NO_COLOR=1 turns colours off.\n"
@@ -132,9 +131,10 @@ enum mr_status help_unknown(const struct command_table *table, const char *word,
         spell_suggest_try(&near, table->commands[i].command->name);
     spell_suggest_text(&near, text);
     if (access(word, F_OK) == 0 && !near.best)
-        return error_set(error, MR_UNKNOWN,
-                         "a file, no command: '%s'; matrig show %s says what a campaign holds",
-                         word, word);
+        return error_set(
+            error, MR_UNKNOWN,
+            "a file, not a command: '%s'; matrig show %s lists the landings of a campaign", word,
+            word);
     return error_set(error, MR_UNKNOWN, "unknown command: '%s'%s%s see matrig --help", word, text,
                      text[0] ? "" : ";");
 }

@@ -38,7 +38,7 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
         {"\320\317\021\340", "an old spreadsheet", "save the sheet as CSV"},
         {"%PDF", "a PDF", "give the file that it was made from"},
         {"\211PNG", "a picture", "give the file that it was made from"},
-        {"SQLite format 3", "a campaign", "matrig show says what it holds"},
+        {"SQLite format 3", "a campaign", "matrig show lists its contents"},
         {"matrig-run ", "a recorded landing", "matrig-board --rig plays it"},
         {"MDF     ", "an MDF4 file", "export it as CSV"},
         {"# matrig configuration", "a board's configuration", "matrig board config set takes it"},

@@ -10,15 +10,14 @@ const char *arm_client_refusal(enum mr_status answer)
 {
     switch (answer) {
     case MR_WAIT:
-        return "the black box is not ready for a landing yet, or a calibration is under way; try "
+        return "the black box is not ready for a landing yet, or a calibration is in progress; try "
                "again in a moment";
     case MR_FULL:
         return "the black box has no room for a landing; fetch its records and free them (matrig "
                "board list)";
     case MR_NOT_NOW:
-        return "not in this state of the board: it is armed, a landing is going on, or nothing is "
-               "measured; disarm it, or see matrig "
-               "board health";
+        return "not in this state of the board: it is armed, in a landing, or not measuring; "
+               "disarm it, or see matrig board health";
     default: return mr_status_text(answer);
     }
 }
@@ -98,10 +97,10 @@ enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t n
     talk->landing_told = talk->wait_known = false;
     enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
-        return error_set(error, MR_TIMEOUT,
-                         "the board does not answer `%s` within %d s: %s; look what state it is in "
-                         "before trying again",
-                         mr_command_name(code), ARM_CLIENT_ANSWER_S, dialogue_spec(talk->dialogue));
+        return error_set(
+            error, MR_TIMEOUT,
+            "the board does not answer `%s` within %d s: %s; check its state before trying again",
+            mr_command_name(code), ARM_CLIENT_ANSWER_S, dialogue_spec(talk->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
         return refused(talk, &ack, error);
     if (status == MR_OK)
@@ -109,7 +108,7 @@ enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t n
     return status == MR_TIMEOUT
              ? error_set(
                    error, MR_TIMEOUT,
-                   "the board took `%s` and does not say it is %s: %s; look what state it is in",
+                   "the board accepted `%s` but does not report the state %s: %s; check its state",
                    mr_command_name(code), mr_landing_state_text(talk->wanted),
                    dialogue_spec(talk->dialogue))
              : status;

@@ -24,9 +24,9 @@ static enum mr_status take_line(struct bringup *b, const char *line, size_t leng
 {
     char copy[160], rest[8];
     if (b->lines == BRINGUP_LINES || length >= sizeof copy)
-        return error_set(error, MR_TOO_LONG,
-                         "bring-up: more lines than a board says, or a longer "
-                         "one; is it the bring-up image?");
+        return error_set(
+            error, MR_TOO_LONG,
+            "bring-up: more lines than a board sends, or a longer one; is it the bring-up image?");
     memcpy(copy, line, length);
     copy[length] = 0;
     struct bringup_line *l = &b->line[b->lines];
@@ -53,7 +53,7 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
                          line);
     if (lines != b->lines)
         return error_set(error, MR_TRUNCATED,
-                         "bring-up: %zu lines of %u came: read it again, with a better cable",
+                         "bring-up: %zu lines of %u received: read it again, with a better cable",
                          b->lines, lines);
     if (said != crc)
         return error_set(error, MR_CRC,
@@ -85,8 +85,8 @@ static enum mr_status parse(struct bringup *b, const char *text, size_t length, 
         size_t count = line_length(text + at, length - at);
         if (count == SIZE_MAX)
             return error_set(error, MR_TRUNCATED,
-                             "bring-up: %s has no end; %zu lines came; look at the cable and the "
-                             "supply, and read it again",
+                             "bring-up: %s has no end after %zu lines; check cable and supply, and "
+                             "read it again",
                              b->section, b->lines);
         if (strncmp(text + at, "end ", 4) == 0) {
             b->length = at + count + 1u;
@@ -183,16 +183,16 @@ static enum mr_status nobody(const struct listening *l, const struct link *link,
 {
     if (has_begun(l, section))
         return error_set(error, MR_TRUNCATED,
-                         "bring-up: %s began and broke off after %zu bytes: %s; look at the cable "
-                         "and the supply, reset the board and ask again",
+                         "bring-up: %s began and stopped after %zu bytes: %s; check cable and "
+                         "supply, reset the board and try again",
                          section, l->bytes, link_spec(link));
     if (is_text(l))
         return error_set(error, MR_TIMEOUT,
-                         "the board said something (%zu bytes), and no %s: %s; look at the cable, "
-                         "reset the board and ask again",
+                         "the board sent %zu bytes, but no %s: %s; check the cable, reset the "
+                         "board and try again",
                          l->bytes, section, link_spec(link));
     return error_set(error, MR_TIMEOUT,
-                     "no bring-up image answers at %d baud (%zu bytes came): %s; flash it, see "
+                     "no bring-up image answers at %d baud (%zu bytes received): %s; flash it, see "
                      "docs/howto/bring-up.md",
                      BRINGUP_BAUD, l->bytes, link_spec(link));
 }
@@ -278,7 +278,7 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
         if (find_line(l->text, "the boot ROM does not listen here"))
             return error_set(error, MR_NOT_NOW,
                              "this board's boot ROM does not listen at this port: %s; flash it as "
-                             "docs/howto/flash.md says",
+                             "described in docs/howto/flash.md",
                              link_spec(link));
         if (status == MR_CLOSED && link_recorded(link))
             return find_line(l->text, "begin ")

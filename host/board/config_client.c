@@ -111,7 +111,7 @@ static enum mr_status ask_for_words(struct config_client *talk, struct error *er
         return ack.status == MR_NOT_NOW
                  ? not_now(talk, error)
                  : error_set(error, (enum mr_status)ack.status,
-                             "the board does not tell its configuration: %s; %s",
+                             "the board does not send its configuration: %s; %s",
                              dialogue_spec(talk->dialogue),
                              mr_status_text((enum mr_status)ack.status));
     if (status == MR_OK)
@@ -151,8 +151,7 @@ enum mr_status config_client_get(struct config_client *talk, struct mr_config *c
                          dialogue_spec(talk->dialogue));
     return status == MR_OK
              ? MR_OK
-             : error_set(error, status,
-                         "what the board told is no configuration (%s): %s; try again",
+             : error_set(error, status, "the board sent no valid configuration (%s): %s; try again",
                          mr_status_text(status), dialogue_spec(talk->dialogue));
 }
 
@@ -228,7 +227,7 @@ static enum mr_status send_words(struct config_client *talk, const uint8_t *imag
 static enum mr_status refused(const struct config_client *talk, const struct mr_config *config,
                               struct error *error)
 {
-    char text[500] = "it does not say why";
+    char text[500] = "it gives no reason";
     const struct mr_config_refused *r = &talk->reason;
     struct mr_config_reason reason = {.group = r->group,
                                       .index = r->index,

@@ -303,7 +303,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
         configplace_value(configplace_field(other), configplace_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
                  r->rule == MR_RULE_TAKEN   ? "numbers of one kind must differ"
-                 : r->rule == MR_RULE_ALIKE ? "they cannot be told apart"
+                 : r->rule == MR_RULE_ALIKE ? "they cannot be distinguished"
                                             : "it must be more",
                  advice);
     } else {

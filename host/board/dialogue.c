@@ -67,7 +67,7 @@ enum mr_status identity_speaks(const struct identity *identity, const char *spec
         return MR_OK;
     return error_set(
         error, MR_VERSION,
-        "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
+        "the board uses layout %u, this matrig layout %u: %s; use the matrig of its firmware",
         identity->hello.layout, MR_LAYOUT, spec);
 }
 

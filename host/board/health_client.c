@@ -162,9 +162,10 @@ static void health_client_hear(struct health_client *talk)
     /* a whole second of the board, whatever its speed: from one regular hello to the next */
     until_hello(talk, talk->hellos + 2);
     if (dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
-        error_set(fatal, MR_TIMEOUT,
-                  "the board does not say how it is: %s; is its firmware of this matrig's version?",
-                  dialogue_spec(talk->dialogue));
+        error_set(
+            fatal, MR_TIMEOUT,
+            "the board does not report its health: %s; is its firmware of this matrig's version?",
+            dialogue_spec(talk->dialogue));
 }
 
 /* Fills `test`. */
@@ -235,7 +236,7 @@ static void health_answer(const struct health_client *talk, struct answer *answe
     answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end =
         " that nobody asked for since power on";
     answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end =
-        talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : NULL;
+        talk->restarts.in_row >= 5 ? ": it only communicates until `reset`" : NULL;
     answer_count(answer, "late_task", NULL, talk->restarts.late_task);
     if (talk->restarts.late_task) {
         answer_words(answer, NULL, "watchdog",
@@ -247,10 +248,9 @@ static void health_answer(const struct health_client *talk, struct answer *answe
     answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end =
         " bytes at most";
     answer_count(answer, "stack_size", "stack", talk->upkeep.stack_size)->end = " bytes";
-    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end =
-        " times gone through, idle";
+    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end = " passes, idle";
     answer_count(answer, "flash_checked", "program", talk->upkeep.flash_checked)->end =
-        " times gone through, idle";
+        " passes, idle";
     answer_words(answer, "can", "CAN", "%s", mr_can_state_text(talk->alarm.state));
     answer_count(answer, "can_tec", "TEC", talk->alarm.tec);
     answer_count(answer, NULL, "REC", talk->alarm.rec);

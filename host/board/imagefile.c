@@ -176,8 +176,8 @@ static enum mr_status check_header(struct imagefile *image, struct error *error)
     uint32_t crc = mr_crc32(0, image->bytes + start, end - start);
     if (crc != image->header.program_crc)
         return error_set(error, MR_CRC,
-                         "the program's CRC is %08x, its header says %08x: %s; it is damaged or "
-                         "cut off, build or copy it again",
+                         "the program's CRC is %08x, but its header states %08x: %s; it is damaged "
+                         "or truncated, build or copy it again",
                          (unsigned)crc, (unsigned)image->header.program_crc, image->path);
     image->stamped = true;
     return MR_OK;

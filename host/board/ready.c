@@ -164,7 +164,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
                   "expired: %s", text);
     else if (never)
         ready_add(report, READY_NOT_DONE, "calibration", NULL,
-                  "matrig calibrate CHANNEL; until then what is recorded is marked so",
+                  "matrig calibrate CHANNEL; until then every record is marked UNCALIBRATED",
                   "UNCALIBRATED: %u of %u sensors have no date of calibration", never, sensors);
     else if (sensors)
         ready_add(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
@@ -184,7 +184,7 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
         snprintf(name, sizeof name, "calibration %s", input);
         mistake_text(channel, mistake, sizeof mistake);
         ready_add(report, READY_NO_GO, name, NULL,
-                  "matrig board config get and check say more; calibrate the channel anew",
+                  "see matrig board config get and check; calibrate the channel again",
                   "%.4g %s per code: no sensor of the rig has such a gain%s",
                   (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
     }
@@ -210,7 +210,7 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
         ready_add(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset", gages);
     else if (gages)
         ready_add(report, READY_NOT_DONE, "gage zeros", NULL,
-                  "that holds where bridges are trimmed; with the bands slack: matrig board zero 2",
+                  "valid for trimmed bridges; otherwise, with the bands slack: matrig board zero 2",
                   "%u of %u not measured since reset: as configured, +- %s", gages - measured,
                   gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
 }
@@ -279,7 +279,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
               : verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing "
                                             "of this board; --image FILE compares"
                                           : "another image than that landing's: flash that one, or "
-                                            "say --image FILE if it is meant",
+                                            "confirm this one with --image FILE",
               "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor,
               id->hello.patch, runs, (unsigned)id->image_crc,
               mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
@@ -309,7 +309,7 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
     ready_add(report, compared ? go_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
               limit,
               compared ? "compare: matrig board config get; send the right one with config set, or "
-                         "say --expect-config if it is meant"
+                         "confirm this one with --expect-config"
                        : "nothing to compare with: the campaign has no landing of this board; "
                          "--expect-config compares",
               "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
@@ -328,11 +328,12 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
               mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_PPM);
     if (t->refusal == TIMEMAP_GOOD)
-        ready_add(report, go_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM),
-                  "time of day", limit,
-                  "is this computer's clock being set? else the board's crystal is off",
-                  "board %+.0f +- %.0f ppm, from %zu messages", unit_tidy(t->fast_ppm.value, 1.0),
-                  t->fast_ppm.half, t->pairs);
+        ready_add(
+            report, go_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM),
+            "time of day", limit,
+            "is this computer's clock being set? If not, the board's crystal is off frequency",
+            "board %+.0f +- %.0f ppm, from %zu messages", unit_tidy(t->fast_ppm.value, 1.0),
+            t->fast_ppm.half, t->pairs);
     else
         ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                   timemap_refusal_text((unsigned)t->refusal));
@@ -344,7 +345,7 @@ static void judge_brown_out(const struct ready_facts *f, struct ready_report *re
     bool set = f->restarts.brown_out > 0;
     if (f->restarts_known)
         ready_add(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
-                  "below 2.7 V the processor does what it likes: set it once, with the bring-up "
+                  "below 2.7 V the processor is unreliable: set the level once, with the bring-up "
                   "image (matrig board bringup brown-out)",
                   set ? "below %s" : "%s, as from the factory",
                   mr_brown_out_text(f->restarts.brown_out));
@@ -403,12 +404,11 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     channel_name(channel, name);
     if (m->invalid || isnan(m->mean)) {
         ready_add(report, READY_NO_GO, name, "all valid",
-                  open ? "look at its plug and leads"
+                  open ? "check its plug and leads"
                   : m->validity == MR_INVALID_REFERENCE
-                      ? "the reference voltage is out of range: look at the converter's supply"
-                  : m->validity == MR_INVALID_RANGE
-                      ? "beyond what it can measure: set it back to its zero"
-                      : "look at its wiring and excitation",
+                      ? "the reference voltage is out of range: check the converter's supply"
+                  : m->validity == MR_INVALID_RANGE ? "out of its range: set it back to its zero"
+                                                    : "check its wiring and excitation",
                   "%s, %u of %u readings not valid",
                   !transducer && open ? "bridge open" : mr_validity_text(m->validity), m->invalid,
                   m->blocks);
@@ -430,9 +430,9 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
     ready_add(report, go_if(!off && !noisy), name, limit,
-              !off         ? "noise: look at its screen and ground"
+              !off         ? "noise: check its screen and ground"
               : transducer ? "push the mat back, or take the zero: matrig board zero 1"
-                           : "is the band slack or unequal there? else its zero is off",
+                           : "is the band slack or unequal there? If not, its zero is off",
               "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
               (double)m->noise_codes);
 }
@@ -501,7 +501,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
     ready_add(report, go_if(!bad), name, "1 % and three errors",
-              "look at that bridge and its amplifier; matrig board shunt tells more", "%s", text);
+              "check that bridge and its amplifier; details: matrig board shunt", "%s", text);
 }
 
 /* Switches that open add to the staircase and stay open until they are set. */
@@ -528,7 +528,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_LATCH_CODES);
     ready_add(report, go_if(closed), "switches", limit,
               level > 0.0f ? "set the switches along the runway"
-                           : "look at the staircase's lead and supply",
+                           : "check the staircase's lead and supply",
               "%s", text);
 }
 
@@ -538,13 +538,13 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
     if (f->blocks == 0) {
         ready_add(report, READY_NO_GO, "readings", NULL,
                   "the board must be idle, with its scans running: matrig board health",
-                  "no block records came");
+                  "no block records were received");
         return;
     }
     snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS / 2);
     ready_add(report, go_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2), "readings",
-              limit, "matrig board health says what it counts",
-              "%u blocks looked at, %u lost by the board", f->blocks, f->blocks_lost);
+              limit, "details: matrig board health", "%u blocks checked, %u lost by the board",
+              f->blocks, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_measures(&f->config.channel[i]))
             judge_channel(f, i, report);
@@ -566,7 +566,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     }
     if (!f->box_known) {
         ready_add(report, READY_NO_GO, "black box", NULL, "try again; is the serial link sound?",
-                  "the board did not tell of it");
+                  "the board did not report it");
         return;
     }
     if (isnan(box->wait_s))
@@ -576,9 +576,9 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
     ready_add(report, go_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
               box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
-                  ? "look at the memory on SPI2; without it: site.black_box = 0"
+                  ? "check the memory on SPI2; without one, set site.black_box = 0"
               : isnan(box->wait_s) ? "matrig board read N, then free N"
-                                   : "wait, it erases by itself",
+                                   : "wait, it is being erased",
               "%s%s, %u sectors erased, %u bad, %u records not freed",
               box->state == MR_BOX_MISSING ? "no memory answers"
                                            : mr_box_condition_text(box->state),
@@ -601,14 +601,14 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
             append(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
     ready_add(report, go_if(!failed && !undone), "self-test", NULL,
-              "matrig board self-test and health tell more", "%s: %s",
+              "details: matrig board self-test and health", "%s: %s",
               failed   ? "failed"
               : undone ? "not tested"
                        : "good",
               text);
     bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
     ready_add(report, go_if(lit), "warning lamp", NULL,
-              "look at lamp, fuse and driver on PE0; the read-back is PE3", "%s",
+              "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
               lit                                            ? "lights and goes out"
               : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
               : f->test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
@@ -625,8 +625,9 @@ static void judge_temperature(const struct ready_facts *f, struct ready_report *
                   (double)f->temperature.error_c);
     else
         ready_add(report, READY_NO_GO, "thermometer", NULL,
-                  "fault 30 of matrig board health says why; without one: site.thermometer = 0",
-                  "%s", f->temperature_known ? "no reading" : "not told");
+                  "fault 30 of matrig board health gives the reason; without a thermometer, set "
+                  "site.thermometer = 0",
+                  "%s", f->temperature_known ? "no reading" : "not reported");
 }
 
 static void judge_faults(const struct ready_facts *f, struct ready_report *report)
@@ -644,8 +645,8 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
         if (f->fault[i].count && (!rising || rises[i]))
             append(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    ready_add(report, go_if(!rising), "faults", "none that goes on",
-              "matrig board health tells each", "%s%s",
+    ready_add(report, go_if(!rising), "faults", "none that goes on", "details: matrig board health",
+              "%s%s",
               rising  ? "going on: "
               : count ? "none goes on; since reset: "
                       : "none since reset",
@@ -659,10 +660,10 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
     char uid[IDENTITY_UID_TEXT], own[IDENTITY_UID_TEXT];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
-                                       : "the board did not tell";
+                                       : "the board did not report them";
     if (!f->can_used) {
         ready_add(report, READY_NOT_DONE, "CAN", NULL, "--can LINK listens",
-                  "not used here; the board says: %s", state);
+                  "not used here; the board reports: %s", state);
         return;
     }
     /* On a bus of several boards what comes at the base given may be another one's. */
@@ -685,8 +686,8 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
                     f->can_lost == 0 && f->can_dropped == 0),
               "CAN", "good, none lost",
               kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
-              : f->can_frames == 0 ? "look at plug, terminators and bit rate"
-                                   : "look at the bus and this computer's load",
+              : f->can_frames == 0 ? "check plug, terminators and bit rate"
+                                   : "check the bus and this computer's load",
               "%s; %lld frames, %lld lost, %lld dropped by the board", state,
               (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
 }
@@ -697,15 +698,15 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
     double wanted = READY_LANDINGS * f->landing_bytes;
     snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
     ready_add(report, go_if(f->free_bytes >= wanted), "disk", limit,
-              "make room where the campaign is, or use another disk",
+              "make room on the campaign's disk, or use another disk",
               "%.0f MB free, a landing takes %.1f MB", f->free_bytes / MB, f->landing_bytes / MB);
     ready_add(report, go_if(!f->database[0]), "database", NULL,
-              "may you write there, is another program writing? else begin a new campaign and "
-              "keep this one",
+              "check your access rights, and whether another program is writing; otherwise begin a "
+              "new campaign and keep this one",
               "%s",
               f->database[0]        ? f->database
-              : f->database_checked ? "writable, its pages whole"
-                                    : "writable; too large to be gone through in time");
+              : f->database_checked ? "writable, all pages intact"
+                                    : "writable; too large to be checked in time");
 }
 
 void ready_judge(const struct ready_facts *f, struct ready_report *report)
@@ -730,7 +731,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_faults(f, report);
     judge_can(f, report);
     ready_add(report, go_if(!f->serial_lost && !f->serial_dropped), "serial", "none lost",
-              "look at the cable and at this computer's load",
+              "check the cable and this computer's load",
               "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
               (long long)f->serial_lost, (long long)f->serial_dropped);
     judge_computer(f, report);

@@ -103,14 +103,14 @@ enum mr_status runway_client_read(struct runway_client *talk, struct error *erro
     for (unsigned round = 0; status == MR_OK && round < ROUNDS; round++) {
         talk->whole = talk->stored_known = false;
         status = order(talk->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error) ?:
-                 wait_for(talk, &talk->whole, "tell all of its runway", error) ?:
-                 wait_for(talk, &talk->stored_known, "say where its runway comes from", error);
+                 wait_for(talk, &talk->whole, "send all of its runway", error) ?:
+                 wait_for(talk, &talk->stored_known, "report the origin of its runway", error);
         if (status == MR_OK && mr_runway_crc(&talk->state) == talk->stored.crc)
             return MR_OK;
     }
     return status != MR_OK
              ? status
-             : error_set(error, MR_CRC, "the runway came damaged: %s; is the line noisy?",
+             : error_set(error, MR_CRC, "the runway arrived damaged: %s; is the line noisy?",
                          dialogue_spec(talk->dialogue));
 }
 
@@ -120,7 +120,7 @@ static enum mr_status wait_until_kept(struct runway_client *talk, struct error *
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < 2 && status == MR_OK; i++) {
         talk->said_hello = false;
-        status = wait_for(talk, &talk->said_hello, "say hello again", error);
+        status = wait_for(talk, &talk->said_hello, "send another hello", error);
     }
     return status;
 }

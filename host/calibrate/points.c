@@ -123,7 +123,7 @@ static enum mr_status read_point(struct reader *r, char *line, char *comma)
     if (!coded ||
         (!calibrate_value(value, r->kind, points->unit, &point.value, &wrong) && !wrong.what[0]))
         return complain(r, MR_MALFORMED, "not a value and a code",
-                        points->codes_first ? "write CODE,VALUE, as the first line says"
+                        points->codes_first ? "write CODE,VALUE, in the order of the first line"
                                             : "write VALUE,CODE");
     if (wrong.what[0])
         return complain(r, MR_MALFORMED, wrong.what,

@@ -21,7 +21,7 @@ static enum mr_status another_board(struct collector *collector, struct side *si
             return MR_OK;
     }
     return error_set(error, why,
-                     "another board speaks than the one this log began with (%s): %s; end this log "
+                     "another board than the one at the start of this log (%s): %s; end this log "
                      "and begin a new one",
                      now, side->spec);
 }
@@ -38,7 +38,7 @@ static enum mr_status hello(struct collector *collector, struct side *side,
     }
     if (message->layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
-                         "the board speaks layout %u, this matrig layout %u: %s; use firmware and "
+                         "the board uses layout %u, this matrig layout %u: %s; use firmware and "
                          "matrig of one version",
                          message->layout, MR_LAYOUT, side->spec);
     collector->told.hello = true;

@@ -256,7 +256,7 @@ static const struct figure figures[] = {
     {"R", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
     {"strength", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
     {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb),
-     ", friction that it has room for, A fy - R (C.10)"},
+     ", available friction, A fy - R (C.10)"},
     {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
     {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
     {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
@@ -320,23 +320,22 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM(
-        "NAME=VALUE",
-        "what is not given is the report's example (a number alone is in the unit named here):\n"
-        "weight (lb), deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, "
-        "modulus\n"
-        "(psi), mat (lb), friction, held (mats that act against a connection), every (rows from "
-        "rivet to\n"
-        "rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the "
-        "longest),\n"
-        "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0)"),
-    HELP_ITEM("UNIT",
-              "any of the input's kind: lb kip N kN kgf kg (the weight of that mass), ft in m "
-              "mm, ft/s mph m/s,\n"
-              "ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    HELP_NOTE("Exit 1 when the band goes loose or yields by theory. R goes from rivet to rivet in "
-              "knocks that theory leaves out: simulate the\n"
-              "band before it is built (matrig sim, host/scenes/model_runway_bands.json). "),
+    HELP_ITEM("NAME=VALUE", "an input; the default is the report's example (a number alone is in "
+                            "the unit named here):\n"
+                            "weight (lb), deceleration (ft/s2), bands, width and thickness (in) or "
+                            "area (in2), yield, modulus\n"
+                            "(psi), mat (lb), friction, held (mats that act against a connection), "
+                            "every (rows from rivet to\n"
+                            "rivet), row (ft), gear (ft, width of influence), length (ft between "
+                            "springs; default: the longest),\n"
+                            "spring (lb/ft), at (0 to 1, position of dT), tension (lb, T0)"),
+    HELP_ITEM("UNIT", "any unit of the input's kind: lb kip N kN kgf kg (the weight of that mass), "
+                      "ft in m mm, ft/s mph m/s,\n"
+                      "ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
+    HELP_NOTE("Exit 1 when by theory the band goes loose or yields. The theory leaves out the "
+              "impacts at which R passes from rivet to\n"
+              "rivet: simulate the band before building it (matrig sim, "
+              "host/scenes/model_runway_bands.json). "),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),

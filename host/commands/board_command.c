@@ -622,7 +622,7 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     if (state->mats == 0 || joints != state->mats + 1u)
         error_set(
             fatal, MR_MALFORMED,
-            "%u joints of %u mats: %s; it must say its mats, and each joint from 1 to mats + 1",
+            "%u joints of %u mats: %s; it must state its mats, and each joint from 1 to mats + 1",
             joints, state->mats, path);
 }
 

@@ -84,7 +84,7 @@ static void value_text(const struct bringup_judged *judged, size_t group, char o
         most = judged[i].line->number > most->number ? judged[i].line : most;
     }
     if (!judged->line)
-        snprintf(out, VALUE_TEXT, "not said");
+        snprintf(out, VALUE_TEXT, "not reported");
     else if (group > 1)
         snprintf(out, VALUE_TEXT, "%s to %s %s", least->value, most->value, least->unit);
     else
@@ -214,14 +214,13 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("bringup",
-              "what the bring-up image of a new board says (make bringup; 115200 baud), held "
-              "against limits: ok, look or wrong,\n"
-              "and what to do. LINK may be file:F, text that a terminal kept. Words behind it: "
-              "brown-out sets the\n"
-              "level that the board's supply allows; rom starts the boot ROM, for the next image. "
-              "Exit 1 when a line is wrong\n"
-              "matrig board --serial serial:/dev/ttyUSB0 bringup"),
+    HELP_WORD("bringup", "check the output of a new board's bring-up image (make bringup; 115200 "
+                         "baud) against limits: ok, look or wrong,\n"
+                         "with advice. LINK may be file:F, text saved by a terminal program. "
+                         "bringup brown-out sets the\n"
+                         "level that the board's supply allows; bringup rom starts the boot ROM, "
+                         "for the next image. Exit 1 when a line is wrong\n"
+                         "matrig board --serial serial:/dev/ttyUSB0 bringup"),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
 };
 
@@ -230,7 +229,7 @@ const struct command command_board_bringup = {
     "board",
     bringup_command,
     "bringup [report|brown-out|rom]",
-    "a new board's first words",
+    "bring-up of a new board",
     COMMAND_PARTS(parts),
     {1, 2, "bringup [report|brown-out|rom]"},
 };

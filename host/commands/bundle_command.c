@@ -111,13 +111,13 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
     OPTION_TEXT("-o", "F.db", path,
-                "the file to write: a campaign in which the landing is RUN 1, with the firmware "
-                "image and SHA-256 of image and record\n"
+                "file to write: a campaign with this landing as RUN 1, the firmware image, and "
+                "SHA-256 of image and record\n"
                 "(table bundles). Every command that reads a campaign reads it"),
     OPTION_TEXT("--elf", "F", elf,
-                "the image that recorded it, another one is refused; else the one of this matrig, "
-                "if it did"),
-    HELP_NOTE("For people without matrig: matrig report, matrig export."),
+                "image that recorded the landing (another one is refused); default: the image "
+                "installed with matrig, if it did"),
+    HELP_NOTE("For readers without matrig use matrig report or matrig export."),
     HELP_EXAMPLE("matrig bundle campaign.db 5 -o passed-on.db"),
 };
 
@@ -125,7 +125,7 @@ const struct command command_bundle = {
     "bundle",
     bundle_command,
     "DB RUN -o F [--elf F]",
-    "one landing with its firmware image as a campaign of its own, to pass on",
+    "pack one landing and its firmware image into a campaign of its own",
     COMMAND_PARTS(parts),
     {2, 2, "DB RUN"},
 };

@@ -247,7 +247,7 @@ static void measure(const struct request *r, struct dialogue *dialogue, struct g
     dialogue_until(dialogue, gathered, g, POINT_S, fatal);
     if (g->count < POINT_BLOCKS)
         error_set(fatal, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
-                  g->bad ? "its readings are not valid" : "no readings came within 10 s",
+                  g->bad ? "its readings are not valid" : "no readings received within 10 s",
                   g->bad ? "look at its leads" : "is the board connected?");
     double n = g->count;
     point->code = g->first + g->sum / n;
@@ -514,8 +514,8 @@ static void check(struct request *r)
                   "calibrate --help");
     if ((r->config != NULL) != (r->points != NULL))
         error_set(fatal, MR_USAGE,
-                  "--config F goes with --points; with --serial the board tells its own: "
-                  "matrig calibrate");
+                  "--config F goes with --points; with --serial the board sends its own: matrig "
+                  "calibrate");
     if (r->accept && (!r->output || !r->accept[0] || r->accept[strcspn(r->accept, "\r\n")]))
         error_set(fatal, MR_USAGE,
                   "--accept needs -o F and a reason of one line: matrig calibrate; the file keeps "
@@ -553,49 +553,47 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board, idle: it is guided point by point, known value by known value"),
+                "calibrate on the board, which must be idle: set one known value after the other"),
     OPTION_TEXT("--points", "F", points,
-                "or from a file of VALUE,CODE rows, for the configuration of --config (matrig "
-                "board config get). Its first line\n"
-                "names the columns: the unit of the values and codes, such as mm,codes or load "
-                "(lb),codes; a value may have a unit of\n"
-                "its own: 12.7 mm,372.4"),
+                "calibrate from a file of VALUE,CODE rows, for the configuration of --config "
+                "(matrig board config get). Its first\n"
+                "line names the unit of the values and the codes, such as mm,codes or load "
+                "(lb),codes; a value may have its own unit:\n"
+                "12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
-                "write the configuration with the new calibration; matrig board config set F gives "
+                "write the configuration with the new calibration; matrig board config set F sends "
                 "it to the board"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
     OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
-                  "until it expires; else 365"),
-    OPTION_TEXT(
-        "--known", "E", known_text,
-        "standard error of the known values, in or lb, or with its unit (0.05mm), common to all"),
+                  "days until the calibration expires; default 365"),
+    OPTION_TEXT("--known", "E", known_text,
+                "standard error common to all known values, in or lb, or with its unit (0.05mm)"),
     OPTION_FLAG("--table", table,
-                "the values become a table of points (2 to 8); else a straight line"),
+                "store the values as a table of points (2 to 8); default: a straight line"),
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, 1.0,
-                  "what a reading may be off its fit, in % of the span of the known values; else "
+                  "largest misfit of a point, in % of the span of the known values; default "
                   "{standard}. Beyond it nothing is\n"
-                  "written, and the point that explains it is named"),
+                  "written, and the output names the point that explains the misfit"),
     OPTION_TEXT("--accept", "T", accept,
-                "such points are right, and why: the written file begins with this reason"),
-    OPTION_TEXT("--db", "DB", db, "the campaign that keeps the certificate"),
-    OPTION_TEXT(
-        "--certificate", "C", certificate,
-        "enter the laboratory's certificate of the sensor into the campaign of --db, also "
-        "without points: 'number=2026-4711,\n"
-        "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, "
-        "coverage=2'. The expanded uncertainty is in in or\n"
-        "lb, with a unit (0.05mm), or of the reading (0.4%); the coverage is its factor; "
-        "due may be never.\n"
-        "The one entered last holds; after its due day matrig ready says no-go. --sensor S: "
-        "its serial number, which ready compares with the configuration's"),
+                "accept a larger misfit; T is the reason, and the written file begins with it"),
+    OPTION_TEXT("--db", "DB", db, "campaign that keeps the certificate"),
+    OPTION_TEXT("--certificate", "C", certificate,
+                "enter the sensor's calibration certificate into the campaign of --db, also "
+                "without points: 'number=2026-4711,\n"
+                "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, "
+                "coverage=2'. The expanded uncertainty is in in or\n"
+                "lb, with a unit (0.05mm), or a share of the reading (0.4%); coverage is its "
+                "factor; due may be never.\n"
+                "The newest certificate applies; after its due date matrig ready reports no-go. "
+                "--sensor S: the serial number, which ready compares with the configuration"),
     OPTION_TEXT("--recompute", "C", recompute,
-                "give the landings of DB (of a series, or one) the calibration of configuration C. "
-                "Readings come from the stored\n"
-                "integers; the old values are kept (table recalibrations). Zeros of gages stay as "
-                "measured, without --zeros"),
+                "apply the calibration of configuration C to recorded landings of DB (all, a "
+                "series, or one). Readings are recomputed\n"
+                "from the stored integers; the old values are kept (table recalibrations). Zeros "
+                "of gages stay as measured unless --zeros"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are in inches and pounds, also with --si. Uncertainty budgets: matrig "
-              "uncertainty."),
+    HELP_NOTE("Results are in inches and pounds, also with --si. For uncertainty budgets see "
+              "matrig uncertainty."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
     OPTION_TEXT("--config", "F", config, NULL),
     OPTION_TEXT("--series", "NAME", series, NULL),
@@ -613,7 +611,7 @@ const struct command command_calibrate = {
     "                         CHANNEL --certificate C --db DB [--sensor S] |\n"
     "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason "
     "T [--who W]",
-    "a channel against known values; a corrected calibration for recorded landings",
+    "calibrate a channel against known values; apply a corrected calibration to recorded landings",
     COMMAND_PARTS(parts),
     {1, 1, "CHANNEL or DB"},
 };

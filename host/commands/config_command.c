@@ -183,7 +183,7 @@ static void look_for_base(const struct request *request, struct session *session
     link_close(own);
     if (taken)
         error_set(fatal, MR_LIMIT,
-                  "another board speaks here: base 0x%03x of %s; give this board another base",
+                  "another board uses this base: base 0x%03x of %s; give this board another base",
                   base, request->can);
 }
 
@@ -275,7 +275,7 @@ static int config_command(int argc, char **argv, const struct cli *cli)
          is_check = strcmp(verb, "check") == 0;
     request.file = words[2];
     if (!is_get && !is_set && !is_check)
-        error_set(fatal, MR_USAGE, "not get, set or check: '%s'; see matrig board --help", verb);
+        error_set(fatal, MR_USAGE, "not an action of config: '%s'; give get, set or check", verb);
     if (is_get == (request.file != NULL))
         error_set(fatal, MR_USAGE,
                   is_get ? "config get takes no word, but -o FILE: '%s'; see matrig board --help"
@@ -295,18 +295,16 @@ static int config_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("config get", "the configuration in force, as text; -o writes it to a file. --can "
-                            "LINK does as well as --serial"),
-    HELP_WORD(
-        "config set F",
-        "check F, show what it changes, send it, see that it is stored; refused from arm to "
-        "done, and over CAN\n"
-        "without the board's maintenance jumper. A gain that has jumped against the board's "
-        "(a tenth; half of\n"
-        "another transducer, five times of another gage, by serial number) is refused without "
-        "--force. A base at\n"
-        "which another board says hello on --can LINK is refused"),
-    HELP_WORD("config check F", "check F alone, without a board"),
+    HELP_WORD("config get", "print the configuration in force, as text; -o writes it to a file. "
+                            "Works over --can LINK or --serial"),
+    HELP_WORD("config set F", "check F, show the changes, send F and verify that it is stored. "
+                              "Refused from arm to done, and over CAN\n"
+                              "without the board's maintenance jumper. A gain that differs too far "
+                              "from the board's (by a tenth; by half for\n"
+                              "another transducer, by a factor of five for another gage, by serial "
+                              "number) needs --force. A base at\n"
+                              "which another board sends a hello on --can LINK is refused"),
+    HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),
     OPTION_TEXT("-o", "F.cfg", output, NULL),

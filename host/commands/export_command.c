@@ -239,7 +239,7 @@ static void find_format(struct request *r)
     else if (ending && strcmp(ending, r->format) != 0 &&
              !(table && strcmp(r->format, "frames") == 0))
         error_set(fatal, MR_USAGE,
-                  "another format than the ending says: '%s' for --format %s; give one of them",
+                  "format and file extension differ: '%s' for --format %s; give one of them",
                   r->path, r->format);
 }
 
@@ -251,8 +251,7 @@ static void check_operands(const struct request *r, bool dbc, const char *const 
                   "no format: matrig export needs --format csv, candump, dbc, frames or "
                   "mdf4; see matrig export --help");
     if (dbc && words[0])
-        error_set(fatal, MR_USAGE,
-                  "one word too many: '%s'; --format dbc is of all boards, of no landing",
+        error_set(fatal, MR_USAGE, "one word too many: '%s'; --format dbc takes no landing",
                   words[0]);
     if (!dbc && r->base)
         error_set(fatal, MR_USAGE, "--base is for --format dbc");
@@ -301,23 +300,23 @@ static int export_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file; without DB RUN"),
+    HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file; takes no DB RUN"),
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
-    HELP_ITEM("--format candump", "the CAN frames as `candump -L` writes them, stamped with the "
-                                  "time of day by the board's clock;\n"
-                                  "where that is not known, with board time plus 1000000000 s, a "
-                                  "date in 2001, and a note says why"),
     HELP_ITEM(
-        "--format frames",
-        "each frame of the camera's film: time, where the gear stood and how well that is known"),
-    HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and what is "
-                               "not valid, CAN frames as bus logging\n"
+        "--format candump",
+        "the CAN frames in the format of `candump -L`, with the time of day by the board's clock; "
+        "without a known\n"
+        "time of day, board time plus 1000000000 s (a date in 2001), and a note gives the reason"),
+    HELP_ITEM("--format frames",
+              "one row per frame of the camera: time, position of the gear and its error"),
+    HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and "
+                               "invalidation bits, CAN frames as bus logging\n"
                                "with the DBC attached"),
     OPTION_TEXT("-o", "F.csv, .mf4, .dbc or .log", path,
-                "where to write; else standard output. Its ending is the format"),
+                "file to write; default: standard output. Its extension selects the format"),
     OPTION_TEXT("--base", "B", base,
-                "dbc of a board with this base on its bus, which is added to every identifier: 400 "
-                "and 0x190 are the same"),
+                "base address of the board on its bus, added to every identifier (dbc): 400 and "
+                "0x190 are the same"),
     HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv\n"
                  "         matrig export --format dbc -o matrig.dbc"),
     OPTION_CHOICE("--format", "F", format, "format", "csv|candump|dbc|frames|mdf4", NULL),
@@ -327,7 +326,7 @@ const struct command command_export = {
     "export",
     export_command,
     "DB RUN --format csv|candump|frames|mdf4 [-o F] | --format dbc [--base B] [-o F]",
-    "one landing, or the DBC, for other tools",
+    "export one landing, or the DBC, for other tools",
     COMMAND_PARTS(parts),
     {0, 2, "DB RUN"},
 };

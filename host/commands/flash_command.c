@@ -300,8 +300,8 @@ static void compare(struct session *session)
     char why[200];
     if (!hear_firmware(session, HELLO_ASKED_S))
         error_set(fatal, MR_TIMEOUT,
-                  "flashed and read back, but no board says hello: %s; take BOOT0 off and "
-                  "reset the board",
+                  "flashed and read back, but no board sends a hello: %s; take BOOT0 off and reset "
+                  "the board",
                   session->spec);
     session->runs = identity_runs(&session->dialogue->identity, &session->image.header, why,
                                   sizeof why);
@@ -413,8 +413,8 @@ static unsigned chip_of(const struct imagefile *image)
     const struct mr_board *board = mr_board_of(image->header.board);
     if (!board)
         error_set(fatal, MR_VERSION,
-                  "an image for board %u, which this matrig does not know: %s; use the "
-                  "matrig that came with it",
+                  "an image for board %u, which this matrig does not know: %s; use the matrig of "
+                  "the image's version",
                   image->header.board, image->path);
     return board->chip;
 }
@@ -440,24 +440,22 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct session
 static const struct command_part parts[] = {
-    HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its "
-                      "own rate is for the firmware"),
-    HELP_ITEM("IMAGE", ".elf or .bin of the firmware"),
-    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
-                 "{low} to {high} for the boot ROM, else {standard}; a chip promises {standard} at "
-                 "most"),
+    HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. The "
+                      "link's own rate applies to the firmware"),
+    HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
+    OPTION_WHOLE(
+        "--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
+        "{low} to {high} for the boot ROM, default {standard}; the chip guarantees {standard}"),
     OPTION_FLAG("--force", force,
-                "flash although the board runs this image, says that it is another board, or the "
-                "image carries "
-                "no header"),
-    HELP_NOTE(
-        "A board that says hello within 2.5 s restarts into its boot ROM (refused from arm to "
-        "done); else the boot ROM is expected, started with\n"
-        "BOOT0 high. Runs stm32flash. The configuration is kept, every byte is read back. After a "
-        "pulled "
-        "cable switch the board off and on and run it\n"
-        "again: it starts into its boot ROM until the image is whole. Exit 1 when the board "
-        "does not run what was flashed."),
+                "flash even when the board already runs this image, is another board, or the image "
+                "has no header"),
+    HELP_NOTE("A board that sends a hello within 2.5 s restarts into its boot ROM (refused from "
+              "arm to done). Otherwise start the boot\n"
+              "ROM with BOOT0 high. stm32flash programs the chip and reads every byte back; the "
+              "configuration is kept. After a pulled\n"
+              "cable, switch the board off and on and run the command again: an incomplete image "
+              "starts the boot ROM.\n"
+              "Exit 1 when the board does not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };
 

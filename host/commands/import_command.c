@@ -53,12 +53,11 @@ static enum mr_status result_answer(struct store *store, const struct import_req
         ->end = " frames, left out";
     answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                  result->counts.foreign)
-        ->end = " frames of others, kept as they are";
+        ->end = " frames of other devices, kept as raw frames";
     if (result->counts.foreign && result->runs == 0)
-        answer_sentence(
-            answer, NULL,
-            "no landing of a board at base 0x%03x is in it: --base B takes another board's",
-            request->base);
+        answer_sentence(answer, NULL,
+                        "no landing of a board at base 0x%03x found: --base B reads another board",
+                        request->base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
         " frames, by the board's own counts";
     summary_troubles(result->trouble, troubles, sizeof troubles);
@@ -218,10 +217,10 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database, made when it does not exist"),
-    HELP_ITEM("FILE",
-              "a log that candump -L wrote of a matrig board: its landings are imported as "
-              "if they had been logged, from\nthe bus on which the board speaks. With --map:"),
+    HELP_ITEM("DB", "campaign database; it is created if missing"),
+    HELP_ITEM("FILE", "a candump -L log of a matrig board: its landings are imported as if they "
+                      "had been logged, from the bus\n"
+                      "that the board is on. With --map:"),
     OPTION_TEXT(
         "--map", "M.json", map,
         "import a table of another instrument (CSV), or its frames in a candump log, as a landing. "
@@ -234,33 +233,28 @@ static const struct command_part parts[] = {
         " \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": "
         "2.5, \"offset\": -1, \"station_ft\": 40,\n"
         "               \"error\": 0.05}]}\n"
-        "header_lines: lines above the rows, blank lines counted, comments not. column: its name, "
-        "or "
-        "its number from 1.\n"
+        "header_lines: lines above the rows, counting blank lines but not comments. column: its "
+        "name, or its number from 1.\n"
         "channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m, in, mm; "
-        "an "
-        "edge where it passes\n"
+        "an edge where it passes\n"
         "a switch), switch1 to switch64 (with threshold and edge). value = (number in the file * "
         "scale + offset) in unit;\n"
-        "error: its standard error. Times: s, ms, us, min. Also touchdown_ft, switch_error_ft, "
-        "gap_s "
+        "error: standard error. Times: s, ms, us, min. Also touchdown_ft, switch_error_ft, gap_s "
         "(a longer gap is\n"
         "missing data; default 1.5 times the usual step), last_line_open (true: the last line "
-        "needs "
-        "no newline), note.\n"
-        "For frames, in place of column:\n"
+        "needs no newline), note.\n"
+        "For frames, instead of column:\n"
         "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
-               "same landing as RUN: with the gear, switches, survey and stations of RUN; time 0 "
-               "is the touchdown of RUN,\n"
-               "unless align names an edge"),
-    OPTION_TEXT("--base", "B", base,
-                "the board spoke at this base of identifiers (0x190); else at 0"),
+               "the readings belong to the same landing as RUN: its gear, switches, survey and "
+               "stations are copied, and time 0\n"
+               "is its touchdown unless align names an edge"),
+    OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
-                "take the frames of bus I of a log of several: can1"),
+                "bus to read from a log of several buses: can1"),
     OPTION_FLAG("--again", again, "import a file a second time"),
-    HELP_NOTE("A file is reported as complete, or as truncated or malformed at a line and column: "
-              "exit 4, and its good part is kept."),
+    HELP_NOTE("The output reports a file as complete, truncated or malformed (line and column, "
+              "exit 4); the good part is imported."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
                  "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5"),
 };
@@ -269,7 +263,7 @@ const struct command command_import = {
     "import",
     import_command,
     "DB FILE [--map M.json] [--like RUN] [--base B] [--interface I] [--again]",
-    "logs, and other instruments' readings, into the campaign",
+    "import logs, or other instruments' readings, into the campaign",
     COMMAND_PARTS(parts),
     {2, 2, "DB FILE"},
 };

@@ -341,11 +341,10 @@ static void check(struct request *r)
     bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
                    !isnan(r->at_s) || r->form;
     if (r->words[1] && r->series)
-        error_set(
-            fatal, MR_USAGE,
-            "one word too many: '%s' with --series; a name of several words stands in quotes: "
-            "--series '%s %s'",
-            r->words[1], r->series, r->words[1]);
+        error_set(fatal, MR_USAGE,
+                  "one word too many: '%s' with --series; put a name of several words in quotes: "
+                  "--series '%s %s'",
+                  r->words[1], r->series, r->words[1]);
     if (r->words[1])
         run_parse(r->words[1], &r->run, fatal);
     if ((r->runway || r->pattern || r->modification) && !r->series)
@@ -374,7 +373,7 @@ static void check(struct request *r)
         error_set(fatal, MR_USAGE,
                   "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
     if (r->note && !r->note[0])
-        error_set(fatal, MR_USAGE, "an empty note: matrig landing; write what there is to say");
+        error_set(fatal, MR_USAGE, "an empty note: matrig landing; give a text");
     if (details && !r->observe)
         error_set(fatal, MR_USAGE,
                   "--station, --panels, --height, --side, --at and --form go with "
@@ -411,32 +410,32 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN]", "campaign database, and a landing in it; without RUN all are listed. "
-                          "Nothing is ever taken away: who said what,\n"
-                          "when, what it was before and why stays, and is shown"),
+    HELP_ITEM("DB [RUN]", "campaign database and landing; without RUN, all landings are listed. "
+                          "Nothing is deleted: author, time,\n"
+                          "old value and reason of every change are kept and shown"),
     OPTION_TEXT("--note", "T", note, "a note"),
-    OPTION_TEXT(
-        "--correct", "F=V", correct,
-        "touchdown_ft (its station, used from then on), weight_lb (of the aircraft), pattern,\n"
-        "modification, runway, series; needs --reason"),
+    OPTION_TEXT("--correct", "F=V", correct,
+                "correct touchdown_ft (its station, used from then on), weight_lb (of the "
+                "aircraft), pattern,\n"
+                "modification, runway or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "the landing does not count: report leaves it out and says so, compare refuses "
-                "it without its\n"
-                "own --void. --unvoid takes that back. Both need --reason"),
+                "exclude the landing: report omits it and says so, and compare refuses it unless "
+                "its own --void is given.\n"
+                "--unvoid includes it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
-                  "wave, break or other, with --station FT, --panels N, --height IN, --side "
-                  "left|right|centre|across,\n"
+                  "record a wave, break or other, with --station FT, --panels N, --height IN, "
+                  "--side left|right|centre|across,\n"
                   "--form T (two-panel, end connector, ...), --at S (after touchdown), --note T"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
-                 "observation N was a mistake; needs --reason"),
+                 "withdraw observation N; needs --reason"),
     OPTION_TEXT("--series", "NAME", series,
-                "begin a series: landings that are armed from now on belong to it; with --runway "
-                "T, --pattern T, --modification T, --note T.\n"
-                "Without RUN the series are listed, too"),
+                "begin a series: landings recorded from now on belong to it; with --runway T, "
+                "--pattern T, --modification T, --note T.\n"
+                "Without RUN, the series are listed as well"),
     OPTION_TEXT("--withdraw-series", "NAME", withdraw_series,
-                "the series was begun by mistake: its landings belong to the one before it; needs "
-                "--reason"),
-    OPTION_TEXT("--who", "W", who, "who says so; else the user"),
+                "withdraw a series that was begun by mistake: its landings move to the series "
+                "before it; needs --reason"),
+    OPTION_TEXT("--who", "W", who, "author of the entry; default: the user"),
     HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
                  "--side left --form two-panel"),
     OPTION_TEXT("--reason", "T", reason, NULL),
@@ -460,7 +459,7 @@ const struct command command_landing = {
     "                         DB --series NAME [--runway T] [--pattern T] [--modification T] "
     "[--note T] [--who W] |\n"
     "                         DB --withdraw-series NAME --reason T [--who W]",
-    "series of landings; notes, corrections and observations, with their history",
+    "notes, corrections and observations of landings, with history; series of landings",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},
 };

@@ -149,13 +149,14 @@ static int live_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database that a running matrig log writes; followed, never written"),
+    HELP_ITEM("DB", "campaign database that a running matrig log writes; only read"),
     OPTION_TEXT("--port", "PORT", port,
-                "serve the page there, at 127.0.0.1; else 8473. 0: any port that is free"),
-    HELP_NOTE("With --json: the newest of each message, as one object. The page only watches: arm "
-              "and disarm on that of matrig log --live,\n"
-              "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and "
-              "the address that was printed."),
+                "port of the page at 127.0.0.1; default 8473. 0: any free port"),
+    HELP_NOTE("--json prints the newest message of each kind as one object. This page only "
+              "watches; the page of matrig log --live,\n"
+              "which holds the links, can arm and disarm. From another computer: ssh -L "
+              "8473:127.0.0.1:8473 HOST, then open the\n"
+              "printed address."),
     HELP_EXAMPLE(
         "matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
         "         matrig live campaign.db --port 8474"),

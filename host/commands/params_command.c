@@ -97,8 +97,8 @@ static void read_push(const struct params_request *request, struct reader *r, st
     const struct push_ground *ground = &push->ground;
     if (request->mats == 0)
         error_set(fatal, MR_USAGE,
-                  "how many mats does the load press in this test? %s does not say; give "
-                  "--mats 1 or --mats 2 (k is of one of them)",
+                  "how many mats does the load press in this test? %s does not state it; give "
+                  "--mats 1 or --mats 2 (k is the value of one mat)",
                   request->push_path);
     push_readings_load(request->push_path, &push->readings, fatal);
     push->setting = (struct push_setting){
@@ -489,26 +489,27 @@ static const struct command_part parts[] = {
         "tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: "
         "KL\n"
         "hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
-        "            (readings within the free travel are refused: leave them out)\n"
+        "            (leave out readings within the free travel: they are refused)\n"
         "pull        pull_lb, weight_lb: f\n"
         "deflection  load_lb, deflection_in [, mats]: KV"),
-    OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the beginning of a scene"),
+    OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the start of a scene"),
     OPTION_FORCE(force),
-    HELP_NOTE("\nPush tests, how a loaded mat gives way along the runway: gear_k_lb_ft, "
+    HELP_NOTE("\n"
+              "Push tests (displacement of a loaded mat along the runway): gear_k_lb_ft, "
               "gear_unloading, gear_axle_law, f"),
-    OPTION_TEXT("--push", "F.csv", push_path,
-                "rows in the order read; the first line names the columns with their units:\n"
-                "test,load (lb),force (lb),displacement (in). Also N, kg, mm; see "
-                "docs/howto/push-test.md"),
+    OPTION_TEXT(
+        "--push", "F.csv", push_path,
+        "rows in the order of reading; the first line names the columns with their units:\n"
+        "test,load (lb),force (lb),displacement (in). Also N, kg, mm; see docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
-                 "how many mats the load pressed, and that moved as one: k is of one of them"),
+                 "number of mats under the load that moved as one; k is the value of one mat"),
     OPTION_TEXT("--plot", "F", plot_path, "draw each test with both laws (.svg, .png, .pdf)"),
     OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,
-                  "what one axle stands with on the strip; else the least load tested"),
+                  "load of one axle on the strip; default: the least load tested"),
     OPTION_NUMBER("--force-error", "LB", force_error_lb, "lb", 1e-6, 1e6, 0.5,
-                  "standard error of a force; else {standard}"),
+                  "standard error of a force; default {standard}"),
     OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
-                  "standard error of a displacement; else {standard}"),
+                  "standard error of a displacement; default {standard}"),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),
     HELP_EXAMPLE("matrig params --push push.csv --mats 2 --plot push.svg"),
@@ -518,7 +519,7 @@ const struct command command_params = {
     "params",
     params_command,
     "[READINGS] [--push F.csv --mats N] [-o F] ...",
-    "readings of simple tests to scene parameters",
+    "scene parameters from simple laboratory tests",
     COMMAND_PARTS(parts),
     {0, 1, "READINGS"},
 };

@@ -322,27 +322,28 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database, made when it does not exist; what was found is kept in it, "
-                    "with the landings of the next 12 h"),
+    HELP_ITEM("DB", "campaign database; it is created if missing. The result is stored with the "
+                    "landings of the next 12 h"),
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board's serial port (see matrig log --help); the board must be idle, or done "
                 "with a landing"),
-    OPTION_TEXT("--can", "LINK", can, "listen to its CAN bus too"),
+    OPTION_TEXT("--can", "LINK", can, "also listen to its CAN bus"),
     OPTION_TEXT("--image", "FILE", image,
-                "(.elf or .bin) the board must run this; else what it ran in the campaign's "
-                "last landing"),
-    OPTION_TEXT("--expect-config", "CRC|FILE", expected,
-                "it must be configured so (a file: but for the revision, which config set raises); "
-                "else as in the\n"
+                "firmware (.elf or .bin) that the board must run; default: the firmware of the "
                 "campaign's last landing"),
-    HELP_NOTE("Takes at most 20 s: readings at rest, shunt calibration, self-test (the warning "
-              "lamp lights for 0.2 s). Exit 1: no-go."),
+    OPTION_TEXT("--expect-config", "CRC|FILE", expected,
+                "configuration that the board must have; a file may differ in its revision, which "
+                "config set raises.\n"
+                "Default: the configuration of the campaign's last landing"),
+    HELP_NOTE("Checks readings at rest, shunt calibration and self-test in at most 20 s (the "
+              "warning lamp lights for 0.2 s). Exit 1: no-go."),
     OPTION_FLAG("--walk", walk,
-                "walk along the rig: trip each switch, push at each transducer, pull at each gage, "
-                "in order. Nothing is recorded.\n"
-                "It ends when all have answered, after 600 s, or on Ctrl-C. Exit 1 when one did "
-                "not answer or answered in another's\n"
-                "place; of a kind of which none answered it is not done"),
+                "walk test: trip each switch, push each transducer and pull each gage, in order. "
+                "Nothing is recorded.\n"
+                "The test ends when all have responded, after 600 s, or on Ctrl-C. Exit 1 when a "
+                "sensor did not respond\n"
+                "or responded in another's place. A kind of sensor without any response is "
+                "reported as not tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

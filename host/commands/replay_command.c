@@ -234,17 +234,17 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct replay
 static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN]", "campaign database and number of the landing in it; else 1, as in a "
-                          "bundle, whose digests are checked and whose\n"
+    HELP_ITEM("DB [RUN]", "campaign database and landing; default RUN: 1, as in a bundle, whose "
+                          "digests are checked and whose\n"
                           "image is used"),
     OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
-                  "max (the default), or real: by the wall clock"),
+                  "max (the default), or real: in real time"),
     OPTION_TEXT("--elf", "F", board.elf,
-                "firmware image; else the bundle's, or the one that came with matrig"),
+                "firmware image; default: the bundle's, or the one installed with matrig"),
     OPTION_FLAG("--exact", exact_asked,
-                "every field must be equal, also when another image recorded the landing; else "
-                "such a landing\n"
-                "is compared within tolerances, which the output states"),
+                "require equality of every field also when another image recorded the landing; by "
+                "default such a landing\n"
+                "is compared within tolerances, which the output lists"),
     HELP_NOTE("Exit 1 when anything differs."),
     HELP_EXAMPLE("matrig replay landing5.db"),
 };

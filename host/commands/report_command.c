@@ -59,14 +59,12 @@ static int report_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
-    OPTION_TEXT("-o", "F.html", path,
-                "where to write the page; else the name of the campaign with .html"),
+    OPTION_TEXT("-o", "F.html", path, "file to write; default: the campaign's name with .html"),
     OPTION_RUN("--run", "RUN", run, "of this landing alone"),
-    OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
-    HELP_NOTE("The browser prints it, or saves it as a PDF. "),
-    HELP_NOTE(
-        "The front shows date, place, runway, series, gear weight, operator, what was tested and "
-        "what went wrong; for what was not entered, the command that enters it. "),
+    OPTION_FLAG("--void", voided, "include the landings that were voided (matrig landing)"),
+    HELP_NOTE("Print the page, or save it as PDF, in the browser. "),
+    HELP_NOTE("The first page shows date, place, runway, series, gear weight, operator, purpose "
+              "and faults; for a missing entry it names the command that adds it. "),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 
@@ -74,7 +72,7 @@ const struct command command_report = {
     "report",
     report_command,
     "DB [-o F.html] [--run RUN] [--void]",
-    "the campaign as one page, with plots",
+    "write the campaign as one page, with plots",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

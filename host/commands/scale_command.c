@@ -403,21 +403,22 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("NAME=VALUE", "a quantity, by name or symbol; without any, all ratios are listed"),
+    HELP_ITEM("NAME=VALUE",
+              "a quantity, by name or symbol; without any argument, all ratios are listed"),
     HELP_ITEM("SCENE",
-              "scene file, JSON: every key is scaled, defaults that scale are written out"),
-    HELP_ITEM("STUDY", "study file (it has landings): runway, aircraft, landings and what they "
-                       "apply, its scene inside"),
+              "scene file, JSON: every key is scaled, and defaults that scale are written out"),
+    HELP_ITEM("STUDY", "study file (with landings): runway, aircraft, landings, modifications and "
+                       "the scene inside are scaled"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
-                  "prototype (the default: what is given is the model's) or model"),
+                  "prototype (the default: the input is the model's) or model"),
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,
-                  "prototype length / model length; else {standard}"),
-    HELP_ITEM("--keep density", "the 1/7 model's rule: forces by n^3 (the default)"),
-    HELP_ITEM("--keep modulus", "the pilot model's rule: forces by n^2"),
-    OPTION_TEXT("-o", "F.json", output_path, "where to write the scene; else standard output"),
+                  "prototype length / model length; default {standard}"),
+    HELP_ITEM("--keep density", "the rule of the 1/7 model: forces scale by n^3 (the default)"),
+    HELP_ITEM("--keep modulus", "the rule of the pilot model: forces scale by n^2"),
+    OPTION_TEXT("-o", "F.json", output_path, "file for the scene; default: standard output"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a value may "
-              "have another of its kind: F=480N."),
+              "have another unit: F=480N."),
     HELP_EXAMPLE(
         "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json"),
     OPTION_CHOICE("--keep", "RULE", keep, "rule", "density|modulus", NULL),
@@ -428,7 +429,7 @@ const struct command command_scale = {
     scale_command,
     "[NAME=VALUE... | SCENE | STUDY] [--to model|prototype] [--n N] [--keep density|modulus] "
     "[-o F] [--force]",
-    "quantities, scenes and study files between model and prototype",
+    "convert quantities, scenes and study files between model and prototype",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "NAME=VALUE... or SCENE"},
 };

@@ -117,7 +117,8 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
 
 static void lost_answer(const struct preview *preview, struct answer *answer)
 {
-    const struct summary_link *can = &preview->link[LINK_CAN], *serial = &preview->link[LINK_SERIAL];
+    const struct summary_link *can = &preview->link[LINK_CAN],
+                              *serial = &preview->link[LINK_SERIAL];
     answer_words(answer, NULL, "frames|lost", "%lld%s", (long long)(can->lost + serial->lost),
                  can->silent || serial->silent ? ", more" : "");
     answer_count(answer, "lost", NULL, can->lost + serial->lost);
@@ -253,10 +254,10 @@ static void came_of_it_answer(struct store *store, size_t landings, struct answe
         return;
     if (landings > RECORD_MOST) {
         answer_none(answer, "record", NULL, NULL);
-        answer_sentence(answer, NULL,
-                        "more than %d landings: matrig report adds up their warnings and what came "
-                        "of them",
-                        RECORD_MOST);
+        answer_sentence(
+            answer, NULL,
+            "more than %d landings: matrig report sums up the outcomes of their warnings",
+            RECORD_MOST);
         return;
     }
     record_load(store, &record, fatal);
@@ -324,17 +325,15 @@ static int show_command(int argc, char **argv, const struct cli *cli)
 }
 
 static const struct command_part parts[] = {
+    HELP_ITEM("DB", "campaign database: one row per landing, with the numbers of its summary: time "
+                    "of arming, series, touchdown speed,\n"
+                    "stop station (+- is one standard error), first warning, frames lost, "
+                    "observations. A landing that was logged or\n"
+                    "imported twice is marked. The last lines count the outcomes of the warnings, "
+                    "by survey and by transducers"),
     HELP_ITEM(
-        "DB",
-        "campaign database: a row for each landing, in the numbers of its summary: when "
-        "it was armed, series, speed at\n"
-        "touchdown and where the gear stopped (+- is one standard error), first "
-        "warning, frames lost, what was said of it.\n"
-        "One that was logged or imported twice is told: the same landing as RUN N. Last, what "
-        "came of the warnings, by survey and\n"
-        "transducers"),
-    HELP_ITEM("RUN", "the summary of a landing as matrig log printed it, and what was said of it "
-                     "since"),
+        "RUN",
+        "the summary of a landing as matrig log printed it, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };
 
@@ -342,7 +341,7 @@ const struct command command_show = {
     "show",
     show_command,
     "DB [RUN]",
-    "what a campaign holds: its landings, and a landing's summary again",
+    "list the landings of a campaign; print a landing's summary again",
     COMMAND_PARTS(parts),
     {1, 2, "DB [RUN]"},
 };

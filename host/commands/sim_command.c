@@ -26,8 +26,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
 {
     command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, fatal);
     if (request->keys && argc > 2)
-        error_set(fatal, MR_USAGE,
-                  "nothing goes with --keys: the keys are those of any scene; give --keys alone");
+        error_set(fatal, MR_USAGE, "--keys lists the keys of every scene: give it alone");
     if (!request->keys && !request->scene_path)
         error_set(fatal, MR_USAGE,
                   "something is missing: matrig sim needs SCENE; see matrig sim --help");
@@ -159,24 +158,23 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM(
         "SCENE",
-        "scene file, JSON; a number may be text with its unit: \"ground_damping\": \"175 N s/m\""),
-    OPTION_FLAG("--keys", keys, "list the keys of scenes with default, unit and meaning"),
-    OPTION_TEXT(
-        "--solver", "S", options.solver,
-        "auto (the default) chooses and says why; event, implicit, cvode, "
-        "rk4, rkgs, hamming,\n"
-        "moreau for the planar models, event and staggered for the chain. Each answer is checked "
-        "by a\nsecond run"),
-    OPTION_NUMBER(
-        "--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
-        "tolerance of the solver; chain: the error estimate allowed, of the largest movement"),
-    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and staggered"),
+        "scene file, JSON; a number may be text with a unit: \"ground_damping\": \"175 N s/m\""),
+    OPTION_FLAG("--keys", keys, "list the keys of a scene with default, unit and meaning"),
+    OPTION_TEXT("--solver", "S", options.solver,
+                "auto (the default) chooses a solver and states the reason; event, implicit, "
+                "cvode, rk4, rkgs, hamming and\n"
+                "moreau for the planar models, event and staggered for the chain. A second run "
+                "checks each answer"),
+    OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
+                  "tolerance of the solver; for the chain, the largest error estimate as a share "
+                  "of the largest movement"),
+    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step of rk4 and staggered"),
     OPTION_TEXT("--csv", "F.csv", csv_path,
-                "write the history of the mats in u_mats (or all): displacements, heights of their "
-                "left ends"),
+                "write the history of the mats in u_mats (or all): displacement, and height of the "
+                "left end"),
     OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
-                  "stop after S seconds of computing, as Ctrl-C does; else never"),
-    HELP_NOTE("A run reports how far it is every 30 s. Ctrl-C ends a run and leaves what was "
+                  "stop after S seconds of computing, as Ctrl-C does; default: no limit"),
+    HELP_NOTE("A long run prints its progress every 30 s. Ctrl-C stops it and prints what was "
               "computed (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
 };

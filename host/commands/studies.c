@@ -90,9 +90,9 @@ static const struct command_part error_parts[] = {
     OPTION_TEXT("--plot", "F", plot,
                 "draw error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
     HELP_NOTE("\n"
-              "Each solver that the scene's model has runs over tolerances or steps, against a "
-              "reference that two different\n"
-              "methods agree on; when they do not, there is no table: exit 5."),
+              "Every solver of the scene's model runs at several tolerances or steps. The "
+              "reference is a solution on which two\n"
+              "different methods agree; without agreement there is no table (exit 5)."),
     HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
 };
 
@@ -100,7 +100,7 @@ const struct command command_error = {
     "error",
     study_start,
     "SCENE [--plot F]",
-    "every solver's error against its run time",
+    "error of every solver against its run time",
     COMMAND_PARTS(error_parts),
     {1, 1, "SCENE"},
 };
@@ -114,11 +114,10 @@ static const struct command_part study_parts[] = {
         "FILE",
         "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "that many seeds from the file's first one on, instead of the file's number"),
-    OPTION_CHOICE(
-        "--ground", "G", ground, "ground", "weightless|elastic",
-        "weightless: the gear has thrust and no weight. elastic: axle lines with weight on "
-        "ground that gives way (the file's key elastic). Else as the file says"),
+                 "number of seeds, from the file's first one on; default: the file's number"),
+    OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
+                  "weightless: the gear exerts thrust only. elastic: axle lines with weight on "
+                  "ground that deflects (key elastic). Default: as in the file"),
     OPTION_TEXT("--plot", "F", plot,
                 "draw movement and buckles along the runway (.svg, .png, .pdf)"),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
@@ -131,7 +130,7 @@ const struct command command_study = {
     "study",
     study_start,
     "FILE [--seeds N] [--ground weightless|elastic] [--plot F]",
-    "a series of landings on an ensemble of runways: which one survives",
+    "a series of landings on an ensemble of runways: when each one buckles",
     COMMAND_PARTS(study_parts),
     {1, 1, "FILE"},
 };
@@ -141,22 +140,21 @@ const struct command command_study = {
 
 #define VALUES struct sweep_request
 static const struct command_part sweep_parts[] = {
-    HELP_ITEM("FILE", "the sweep, JSON (host/sweep/README.md): base scene or study file, what is "
-                      "varied, which results are wanted.\n"
-                      "Alone: its cases, a line of JSON each"),
-    OPTION_TEXT(
-        "--cases", "N..M", cases,
-        "run cases N to M (or the last one), or N alone, one after the other; a result is a "
-        "line of JSON.\n"
-        "GNU parallel or a Slurm job array runs many: docs/howto/sweep-on-a-cluster.md"),
+    HELP_ITEM("FILE", "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs "
+                      "to vary, wanted results.\n"
+                      "Alone: list its cases, one line of JSON each"),
+    OPTION_TEXT("--cases", "N..M", cases,
+                "run cases N to M (or to the last one), or N alone, in sequence; each result is a "
+                "line of JSON.\n"
+                "For parallel runs use GNU parallel or a Slurm job array: "
+                "docs/howto/sweep-on-a-cluster.md"),
     OPTION_FLAG("--table", table,
-                "gather the results in the files after FILE: counts, reasons of failures, indices "
-                "of sensitivity, all cases.\n"
+                "collect the results in the files after FILE: counts, reasons of failures, "
+                "sensitivity indices, all cases.\n"
                 "Exit 1 when cases are missing"),
     OPTION_TEXT("-o", "F", output,
-                "write the results of --cases, or the cases of --table as CSV, to F"),
-    HELP_NOTE("A case that fails is a result: its line has the reason.\n"
-              ""),
+                "file for the results of --cases, or for the cases of --table as CSV"),
+    HELP_NOTE("A failed case is a result too: its line states the reason.\n"),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
                  "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),
 };
@@ -175,25 +173,25 @@ const struct command command_sweep = {
 
 #define VALUES struct fit_request
 static const struct command_part fit_parts[] = {
-    HELP_ITEM("DB [RUN...]",
-              "campaign database and landings in it; else all whose motion is known. Exit 1 when "
-              "the model cannot be the data's"),
-    OPTION_TEXT("--scene", "S", scene,
-                "scene file that gives the runway (model chain) and the priors' values; else the "
-                "model runway"),
+    HELP_ITEM("DB [RUN...]", "campaign database and landings; default: all whose motion is known. "
+                             "Exit 1 when the model cannot describe the data"),
+    OPTION_TEXT(
+        "--scene", "S", scene,
+        "scene file with the runway (model chain) and the prior values; default: the model runway"),
     OPTION_TEXT("--fit", "NAMES", fitted,
-                "of gap,grit,f,share,KL: these are fitted, the others stay as they are; else all"),
+                "parameters to fit, from gap,grit,f,share,KL; the others stay fixed. Default: all"),
     OPTION_TEXT("--prior", "NAME=V:E,...", prior,
-                "what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL "
-                "and an unsurveyed gap are\n"
-                "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the "
-                "survey's to 3 %"),
+                "prior value and standard error (lb, in, lb/ft). Defaults: grit, KL and an "
+                "unsurveyed gap from\n"
+                "the scene, known to 50 %; f to 20 %; share 1/12 to 15 %; a surveyed gap from the "
+                "survey to 3 %"),
     OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
-                 "simulated data sets a round, at least {low}; else {standard}"),
-    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
-                 "of what is drawn; else {standard}. The same seed gives the same answer"),
-    OPTION_TEXT("--plot", "F", plot, "a plot of the residuals, SVG, PNG or PDF (gnuplot)"),
-    OPTION_TEXT("-o", "F.json", out_scene, "the scene with the fitted values"),
+                 "simulated data sets per round, at least {low}; default {standard}"),
+    OPTION_WHOLE(
+        "--seed", "N", seed, 0.0, 1e9, 1.0,
+        "seed of all random draws; default {standard}. The same seed gives the same answer"),
+    OPTION_TEXT("--plot", "F", plot, "plot of the residuals, SVG, PNG or PDF (gnuplot)"),
+    OPTION_TEXT("-o", "F.json", out_scene, "scene with the fitted values"),
     OPTION_FORCE(force),
     HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
 };
@@ -203,7 +201,7 @@ const struct command command_fit = {
     study_start,
     "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] "
     "[--plot F] [-o F] [--force]",
-    "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
+    "fit gap, resistance, friction, thrust share and stiffness to landings, with errors",
     COMMAND_PARTS(fit_parts),
     {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},
 };

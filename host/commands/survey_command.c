@@ -592,7 +592,7 @@ static void read_back(struct loading *l)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
-              "the board told %u of %u segments of what it holds now: %s; load it again", l->tolds,
+              "the board reported %u of %u segments of its runway: %s; load it again", l->tolds,
               SURVEY_SPANS, dialogue_spec(l->dialogue));
 }
 
@@ -758,45 +758,43 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM(
-        "DB",
-        "campaign database, made when it does not exist. A survey that was not finished goes on"),
-    HELP_ITEM("(nothing else)", "readings from the keyboard, or a caliper that types like one: a "
-                                "number and Enter. Each is on disk before\n"
-                                "the next is asked for. Words: s skip, u undo, b back, "
-                                "n TEXT note, q quit, ? help"),
-    OPTION_CHOICE(
-        "--edges", "E", edges_text, "edges", "left|both|none|diagonal",
-        "stations of the left edge (the default), of both, or of none; diagonal, for mats laid "
-        "at 45 degrees: along and across at\n"
-        "all four lines, and seven 45 degree lines as well"),
-    OPTION_FLAG("--new", begin_new, "begin another survey, though one is not finished"),
+    HELP_ITEM("DB",
+              "campaign database; it is created if missing. An unfinished survey is continued"),
+    HELP_ITEM("(nothing else)",
+              "read from the keyboard, or from a caliper that acts as one: a number and Enter. "
+              "Each reading is on disk before\n"
+              "the next prompt. Words: s skip, u undo, b back, n TEXT note, q quit, ? help"),
+    OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
+                  "stations of the left edge (the default), of both edges, or of none; diagonal, "
+                  "for mats laid at 45 degrees:\n"
+                  "along and across at all four lines, and seven 45 degree lines"),
+    OPTION_FLAG("--new", begin_new, "begin another survey although one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
-                     "distance of gage points with all ten joints closed; else {standard}: what is "
-                     "beyond it is the opening of the joints"),
+                     "distance of the gage points with all ten joints closed; default {standard}. "
+                     "The excess is the opening of the joints"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
-                     "standard error of a reading; else {standard}"),
+                     "standard error of a reading; default {standard}"),
     OPTION_TEXT("--from", "CSV", from,
-                "readings of a sheet. What a person would be asked about is taken with --doubtful "
-                "only; exit 1 without"),
-    OPTION_TEXT(
-        "--sheet", "F.csv", sheet,
-        "write the sheet: all places in walking order, and the last readings (-: standard output)"),
-    OPTION_FLAG("--end", end, "end a partial survey as it is"),
+                "read a sheet. Readings that a person would have to confirm are refused, with exit "
+                "1; --doubtful accepts them"),
+    OPTION_TEXT("--sheet", "F.csv", sheet,
+                "write the sheet: all places in walking order, with the last readings (-: standard "
+                "output)"),
+    OPTION_FLAG("--end", end, "end a partial survey"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
-                 "survey N was a mistake: it stays in the campaign and counts no more; needs "
+                 "withdraw survey N: it stays in the campaign but no longer counts; needs "
                  "--reason. matrig landing DB lists it"),
     OPTION_FLAG("--show", show,
-                "what survey N (else the newest) says: opening and closing per ten mats, movement, "
+                "show survey N (default: the newest): opening and closing per ten mats, movement, "
                 "in-plane bow"),
     OPTION_TEXT("--load", "LINK", load,
-                "give the board the openings and read them back; serial, or CAN when it is can: "
-                "or with --can. Exit 1\n"
-                "when the board holds something else then"),
+                "send the openings to the board and read them back, over serial, or over CAN with "
+                "a can: link or --can.\n"
+                "Exit 1 when the board then holds other values"),
     OPTION_FORCE(force),
-    HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; "
-              "a station: 1 in) is asked for again.\n"
-              "With --si all lengths are millimetres. "),
+    HELP_NOTE("A reading that differs from the last one by more than ten joints allow (10 x 0.036 "
+              "in; a station: 1 in) is asked for\n"
+              "again. With --si all lengths are millimetres. "),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
@@ -813,8 +811,7 @@ const struct command command_survey = {
     "                         [--from CSV [--doubtful] | --end | --withdraw N --reason T | --sheet "
     "F "
     "[--force] | --show | --load LINK [--can]] [--survey N]",
-    "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the "
-    "board",
+    "caliper survey of the mat's gage points: gaps, movement, in-plane bow; openings for the board",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

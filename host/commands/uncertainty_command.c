@@ -150,7 +150,7 @@ static bool make_one(const struct request *r, const struct subject *s, unsigned 
 
 static void certificate_answer(struct answer *answer, const struct one *one)
 {
-    char text[CERTIFICATES_TEXT] = "none: its uncertainty is not in the sum";
+    char text[CERTIFICATES_TEXT] = "none: its uncertainty is not included";
     enum certificate_state state = CERTIFICATE_VALID;
     if (one->certificate) {
         state = certificates_state(one->certificate, &one->channel, (int64_t)time(NULL));
@@ -219,11 +219,11 @@ static void one_answer(struct answer *answer, const struct one *one)
 
 static void legend_answer(struct answer *answer)
 {
-    answer_sentence(answer, NULL,
-                    "The stated error is the standard error beside every reading: how well it "
-                    "repeats what the calibration said. Combined is the root sum square of all "
-                    "rows, with certificate, position and temperature; expanded is k times that, "
-                    "and holds with 95 %%.");
+    answer_sentence(
+        answer, NULL,
+        "The stated error is the standard error beside every reading: the repeatability of the "
+        "calibration. Combined is the root sum square of all rows, with certificate, position and "
+        "temperature; expanded is k times combined, a 95 %% interval.");
 }
 
 /* Sums alone for people; programs get the rows, too. */
@@ -313,19 +313,22 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database: its newest landing, each channel at its peak"),
-    HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: this one's whole budget; else the sums of all"),
+    HELP_ITEM("DB", "campaign database; default landing: the newest, each channel at its peak"),
+    HELP_ITEM(
+        "CHANNEL",
+        "d1 to d8, t1 to t14: the whole budget of this channel; default: the sums of all channels"),
     OPTION_RUN("--run", "RUN", run, "another landing"),
     OPTION_TEXT("--config", "F", config,
-                "a configuration in a landing's place, each channel at a third of its range"),
-    OPTION_TEXT("--at", "V", at, "at this reading, in or lb, or with its unit (5mm, 300N)"),
+                "use a configuration instead of a landing, each channel at a third of its range"),
+    OPTION_TEXT("--at", "V", at, "budget at this reading, in or lb, or with its unit (5mm, 300N)"),
     OPTION_NUMBER("--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
-                  "the temperature differs from that of the calibration by up to K; else "
-                  "{standard}"),
-    OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
-                  "since the zeros of the gages were taken, with --config; else {standard}"),
-    HELP_NOTE("The stated error (as beside every reading) and what it leaves out: certificate, "
-              "position, temperature. x, u(x) and c are in inches\nand pounds, also with --si. "),
+                  "largest difference from the temperature of the calibration; default {standard}"),
+    OPTION_NUMBER(
+        "--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
+        "time since the zeros of the gages were taken, with --config; default {standard}"),
+    HELP_NOTE("The budget adds certificate, position and temperature to the stated error beside "
+              "every reading. x, u(x) and c are in\n"
+              "inches and pounds, also with --si. "),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 
@@ -333,7 +336,7 @@ const struct command command_uncertainty = {
     "uncertainty",
     uncertainty_command,
     "DB [CHANNEL [--at V]] [--run RUN | --config F [--hours H]] [--kelvin K]",
-    "the uncertainty budget of each channel, with its certificate",
+    "uncertainty budget of each channel, with its certificate",
     COMMAND_PARTS(parts),
     {1, 2, "DB [CHANNEL]"},
 };

@@ -291,7 +291,7 @@ static enum mr_status put_channels(struct work *w, struct error *error)
     }
     if (unknown)
         cli_note(w->request->cli,
-                 "no error is told of %u channels: their standard errors will be of their noise "
+                 "%u channels have no stated error: their standard errors will be their noise "
                  "alone; see the mapping's error",
                  unknown);
     free(reading);

@@ -529,7 +529,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
     static const char *const comments[FRAME_KINDS] = {
         "frames of the board's CAN bus as received",
         "remote frames of the board's CAN bus: they ask for DLC bytes, and carry none",
-        "errors of the board's CAN bus, as the adapter told them"};
+        "errors of the board's CAN bus, as reported by the adapter"};
     const char *name = frame_names[kind];
     mdf4_table(file, name, comments[kind], FRAME_ROW, 0, 1);
     mdf4_channel(

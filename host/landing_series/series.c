@@ -445,7 +445,7 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
     json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);
     if (!elastic && !keys_failed(&r))
         error_set(error, MR_MALFORMED,
-                  "no elastic ground: %s: ground is elastic and nothing says what that is; give "
+                  "no elastic ground: %s: ground is elastic, but its stiffness is not given; give "
                   "elastic, an object of scene keys with gear_k_lb_ft",
                   file);
     if (elastic && !keys_failed(&r))

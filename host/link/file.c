@@ -127,8 +127,8 @@ static enum mr_status choose(const struct buses *buses, const char *named, const
     if (least > 0 && as_good > 1) {
         name_buses(buses, least, names, sizeof names);
         return error_set(error, MR_USAGE,
-                         "boards speak on %s: %s; which one? (file:PATH,interface=%s, or matrig "
-                         "import --interface %s)",
+                         "boards on several buses, %s: %s; which one? (file:PATH,interface=%s, or "
+                         "matrig import --interface %s)",
                          names, where, buses->bus[best].name, buses->bus[best].name);
     }
     memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE);

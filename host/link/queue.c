@@ -70,8 +70,7 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
     struct piece *piece = made ? new_piece() : NULL;
     if (!piece) {
         free(made);
-        return error_set(error, MR_FULL,
-                         "no memory for what comes over a link; close other programs");
+        return error_set(error, MR_FULL, "no memory for data from a link; close other programs");
     }
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->room, NULL);

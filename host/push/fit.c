@@ -705,8 +705,8 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
     w->gages = gages;
     if (!push_path_make(&w->path, series, gages.force_lb))
         error_set(error, MR_TOO_FEW,
-                  "no force to be told from none: %s: test %s under %.4g lb: the gage's error is "
-                  "%.3g lb; push harder, or say what the gage is good for (--force-error)",
+                  "no force above its error: %s: test %s under %.4g lb: the gage's error is %.3g "
+                  "lb; push harder, or give the gage's own error (--force-error)",
                   series->path, series->name, series->load_lb, gages.force_lb);
     else
         fit_series(w, expected_lb_in, stretch, fit);

@@ -12,10 +12,10 @@
 #define IN_PER_FT 12.0
 #define SPRUNG    1.0 /* a ground that springs back more than it went is no ground */
 
-/* "elastic", "rigid", "cannot tell". */
+/* "elastic", "rigid", "undecided". */
 static const char *push_law_name(enum push_law law)
 {
-    static const char *const names[] = {"cannot tell", "elastic", "rigid"};
+    static const char *const names[] = {"undecided", "elastic", "rigid"};
     return names[law];
 }
 
@@ -42,11 +42,12 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
                         times);
         break;
     default:
-        answer_sentence(answer, NULL,
-                        "Cannot tell elastic ground from Coulomb's rigid law: the readings are "
-                        "%s times as likely by %s, and %.0f times are asked for. Push harder "
-                        "(to 0.8 of what slides), or read finer. No gear_ key is written.",
-                        times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS);
+        answer_sentence(
+            answer, NULL,
+            "Elastic ground cannot be distinguished from Coulomb's rigid law: the readings are %s "
+            "times as likely by %s, and %.0f times are required. Push harder (to 0.8 of the "
+            "sliding force), or read more finely. No gear_ key is written.",
+            times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS);
     }
 }
 
@@ -56,7 +57,7 @@ static void add_untold(struct answer *answer, const char *name, const struct pus
 {
     if (!isnan(told->of.value))
         return;
-    answer_words(answer, NULL, name, "cannot tell: %s", told->reason);
+    answer_words(answer, NULL, name, "undecided: %s", told->reason);
     if (kept)
         answer_remark(answer, "; a scene keeps %s", kept);
 }
@@ -76,27 +77,28 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
         answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.of.low, 3);
     }
     answer_words(answer, NULL, "gear_damping",
-                 "cannot tell: readings at rest say nothing of it; a scene keeps 0.5 of critical");
+                 "undecided: readings at rest do not determine it; a scene keeps 0.5 of critical");
 }
 
 static void add_doubts(struct answer *answer, const struct push_ground *ground)
 {
     const struct push_interval *rho = &ground->unloading.of;
     if (ground->poor)
-        answer_sentence(answer, NULL,
-                        "Neither law fits well: readings scatter %.1f times as much as the gages "
-                        "are said to (by chance once in 1,000). The intervals are wider by that. "
-                        "Look at the curves: a bend, a drift or a rod that seats late is no noise.",
-                        ground->scatter);
+        answer_sentence(
+            answer, NULL,
+            "Neither law fits well: readings scatter %.1f times as much as their stated errors (by "
+            "chance once in 1,000). The intervals are wider by that factor. Check the curves: a "
+            "bend, a drift or a rod that seats late is not noise.",
+            ground->scatter);
     if (!isnan(rho->value) && rho->low > SPRUNG)
         answer_sentence(answer, NULL,
-                        "The mat came back farther than it went (%.2f, at least %.2f): was the "
-                        "dial's zero kept, did the load shift? gear_unloading is written as 1.",
+                        "The mat returned by more than it had moved (%.2f, at least %.2f): did the "
+                        "dial's zero or the load shift? gear_unloading is written as 1.",
                         rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->untold > 0)
         answer_sentence(answer, NULL,
-                        "%zu test%s did not move enough to tell a stiffness and took no part in "
-                        "it: stiff places are under-represented.",
+                        "%zu test%s moved too little for a stiffness and took no part in it: stiff "
+                        "places are under-represented.",
                         ground->untold, ground->untold == 1 ? "" : "s");
 }
 
@@ -314,7 +316,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
              p.count == 1 ? "" : "s",
              more >= 2      ? "with what places differ"
              : p.spread > 0 ? "which contradict each other"
-                            : "of these places alone: three tests or more tell how places differ");
+                            : "of these places only: three tests or more show how places differ");
     if (more >= 2)
         ground->spread = p.spread;
     if (!two) {
@@ -340,7 +342,7 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
     }
     if (p.count == 0) {
         untold(&ground->unloading, falling == 0 ? "no unloading: read on the way down, too"
-                                                : "the stiffness is not told either");
+                                                : "the stiffness is undecided too");
         return;
     }
     pool(&p);
@@ -432,7 +434,7 @@ enum mr_status push_ground_find(const struct push_readings *readings,
         return error->status;
     if (!isfinite(ground->log_odds))
         return error_set(error, MR_NUMERICS,
-                         "beyond all numbers: %s: no law comes near these readings; check their "
+                         "not a finite number: %s: no law is near these readings; check their "
                          "units and the gages' errors",
                          readings->series[0].path);
     find_stiffness(readings, setting, ground);

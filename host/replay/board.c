@@ -125,7 +125,7 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
                          WTERMSIG(status), board->program);
     if (WEXITSTATUS(status) != 0)
         return error_set(error, MR_IO,
-                         "the emulated board gave up with exit code %d: %s; it said: %s",
+                         "the emulated board failed with exit code %d: %s; its message: %s",
                          WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
     if (access(path_of(paths, CAN), R_OK) != 0 || access(path_of(paths, SERIAL), R_OK) != 0)
         return error_set(error, MR_IO,
@@ -217,7 +217,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_OK && count == 0)
         status = error_set(
             error, MR_TRUNCATED,
-            "the board told of no landing: %s; it is another firmware, or it was not armed",
+            "the board reported no landing: %s; it is another firmware, or it was not armed",
             board->elf);
     if (status != MR_OK) {
         store_close(store);

@@ -613,19 +613,18 @@ void diff_answer(const struct diff *diff, struct answer *answer)
     uncompared(answer, "after_record", diff->after_record, "not compared",
                " messages of blocks after the last record");
     uncompared(answer, "before_record", diff->before_record, "not compared",
-               " messages that rest on blocks before the record");
+               " messages that depend on blocks before the record");
     uncompared(answer, "circumstances", diff->circumstances, "not compared",
-               " messages about links, clock and chip, which no record foretells");
+               " messages about links, clock and chip, which no record determines");
     uncompared(answer, "not_recorded", diff->not_recorded, "not recorded",
                " messages of the replay: the log lost frames");
     answer_count(answer, "late_blocks", NULL, diff->late_blocks);
     if (diff->late_blocks)
-        answer_sentence(
-            answer, NULL,
-            "the bus was full in one of the two: what is told in turn (channels, joints "
-            "and their like) came up to %lld ms later there; its order is compared, its "
-            "times and the counts of frames are not",
-            (long long)diff->late_blocks);
+        answer_sentence(answer, NULL,
+                        "the bus was full in one of the two: messages sent in turn (channels, "
+                        "joints and the like) were up to %lld ms later there; their order is "
+                        "compared, their times and the counts of frames are not",
+                        (long long)diff->late_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
                  (long long)diff->differ, (long long)diff->fields, (long long)diff->messages);
     answer_count(answer, "differ", NULL, diff->differ);

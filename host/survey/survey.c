@@ -434,7 +434,7 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
             "no such place, '%s' %s %s: %s, line %zu; matrig survey DB --sheet lists them",
             text[KIND], text[LINE], text[PLACE], path, line);
     if (!isnan(sheet->value_in[at]))
-        return error_set(error, MR_MALFORMED, "%s %s %s stands twice: %s, line %zu; leave one out",
+        return error_set(error, MR_MALFORMED, "%s %s %s appears twice: %s, line %zu; leave one out",
                          text[KIND], text[LINE], text[PLACE], path, line);
     double value;
     struct quantity_wrong wrong = {"", ""};
@@ -744,7 +744,7 @@ static enum mr_status refuse_missing(struct store *store, int64_t id,
     const char *path = store_path(store);
     if (is)
         return error_set(error, MR_UNKNOWN,
-                         "no survey %lld: %s; it was withdrawn, matrig landing %s says why",
+                         "no survey %lld: %s; it was withdrawn, matrig landing %s gives the reason",
                          (long long)id, path, path);
     if (count == 0)
         return error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",

@@ -150,8 +150,8 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
         (range->whole && (range->from != floor(range->from) || range->to != floor(range->to))) ||
         (range->log && !(range->from > 0.0 && range->to > 0.0)))
         return error_set(error, MR_MALFORMED,
-                         "value out of range: %s goes from %g to %g; give two different ends (give "
-                         "whole ends of whole numbers; a log range lies above 0)",
+                         "value out of range: %s goes from %g to %g; give two different ends "
+                         "(whole ends for whole numbers; a log range above 0)",
                          where, range->from, range->to);
     return MR_OK;
 }
@@ -320,10 +320,10 @@ static enum mr_status check_key(const struct sweep *sweep, const char *where, co
     char first[JSONPATH_MAX];
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
     if (!sweep->study && !sim_key_find(first))
-        return error_set(
-            error, MR_MALFORMED,
-            "unknown key: %s: a scene has no \"%s\"; correct it, or say with \"set\" what it sets",
-            where, key);
+        return error_set(error, MR_MALFORMED,
+                         "unknown key: %s: a scene has no \"%s\"; correct it, or use \"set\" to "
+                         "name what it sets",
+                         where, key);
     return MR_OK;
 }
 

@@ -39,7 +39,7 @@ and_back() {
 }
 a_base_that_is_taken_is_refused() { # in one line, and the board keeps its own
     forget
-    with_base 0x190 && fails_with_set 1 "^matrig: another board speaks here: base 0x190 of file:$tmp/second.log; give this board another base\$" \
+    with_base 0x190 && fails_with_set 1 "^matrig: another board uses this base: base 0x190 of file:$tmp/second.log; give this board another base\$" \
         over_serial "$tmp/second.log" set "$tmp/base.cfg" && over_can '' get | grep -q '^site.revision = 0'
 }
 fails_with_set() { # CODE PATTERN COMMAND...: as fails_with, of a function

@@ -19,7 +19,7 @@ stopped_with() { # CODE PATTERN COMMAND...: as fails_with, with the line of stat
 wall_limit() { stopped_with 3 'wall-clock time ended the run at .*--wall-limit' $board --elf $elf --wall-limit 0.5; }
 blocked_file() { # a pipe that nobody reads: opening it blocks
     mkfifo "$tmp/pipe"
-    fails_with 3 'wall-clock time came while links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
+    fails_with 3 'wall-clock time was reached while links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
 }
 blocked_write() { # one that is open at the other end and never read: write() blocks for good
     rm -f "$tmp/pipe" && mkfifo "$tmp/pipe"

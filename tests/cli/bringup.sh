@@ -102,8 +102,8 @@ L
 missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not said ' "$tmp/out"; }
 unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: not known here' "$tmp/out"; }
 cut_and_damaged() {
-    sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'report has no end; [0-9]+ lines came; look at the cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 '96 lines of 97 came' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+    sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'report has no end after [0-9]+ lines; check cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 '96 lines of 97 received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         sed 's/^watchdog 5/watchdog 4/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the checksum is' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, this matrig has 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         fails_with 4 'no bring-up text' build/matrig board --serial file:README.md bringup &&
@@ -193,11 +193,11 @@ a_word_is_said_once() { # within the section a silence of 5 s
 broken_off_is_said() { # text, and then nothing
     printf 'matrig bring-up\n' >"$tmp/few.txt"
     few_words 16 16
-    fails_with 3 'said something \(16 bytes\), and no report: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
+    fails_with 3 'sent 16 bytes, but no report: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
     [ -n "${MATRIG_LONG:-}" ] || return 0 # half a minute of silence
     cp "$tmp/zg.txt" "$tmp/few.txt"
     few_words 100 300
-    fails_with 4 'report began and broke off after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
+    fails_with 4 'report began and stopped after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
 }
 unplugged() { # the device goes away when the word is said: it failed, and the usage is right
     python3 - "$sockets/port" <<'P' &
@@ -217,7 +217,7 @@ P
 }
 nobody_there() { # the firmware speaks at another rate
     timeout 600 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/s" --speed real --for 30 2>"$tmp/board.err" &
-    fails_with 3 'no bring-up image answers at 115200 baud \([0-9]+ bytes came\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
+    fails_with 3 'no bring-up image answers at 115200 baud \([0-9]+ bytes received\): unix:.*bring-up.md' build/matrig board --serial "unix:$sockets/s" bringup
     local status=$?
     kill %% 2>/dev/null
     return $status

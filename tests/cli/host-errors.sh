@@ -16,7 +16,7 @@ check "foreign serial bytes" fails_with 4 "foreign.bin" $matrig --quiet log --se
 printf '(1.0) can0 123#00\n(1.0) can0 124#00\n' >"$tmp/other.log"
 check "another bus" fails_with 4 "nothing of a matrig board.*other.log" $matrig --quiet log --can "file:$tmp/other.log" --db "$tmp/d.db"
 printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0700090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
-check "board of another layout" fails_with 4 "board speaks layout 7, this matrig layout 6: file:.*layout.log" \
+check "board of another layout" fails_with 4 "the board uses layout 7, this matrig layout 6: file:.*layout.log" \
     $matrig --quiet log --can "file:$tmp/layout.log" --db "$tmp/e.db"
 check "what came before the refusal is kept" test "$(sqlite3 "$tmp/e.db" 'select count(*) from frames')" = 2
 

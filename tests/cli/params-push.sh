@@ -52,17 +52,17 @@ check "N, kg, mm and another order" units
 # What cannot be told says why; the rest stands.
 told() { $m params --push "$@" >"$tmp/text"; cat "$tmp/text"; }
 no_unloading() { head -n 10 tests/push/one.csv >"$tmp/up.csv" && told "$tmp/up.csv" --mats 2 && grep -q '^gear_k_lb_ft ' "$tmp/text" &&
-    grep -q '^gear_unloading  *cannot tell: no unloading' "$tmp/text" && grep -q '^gear_axle_law  *cannot tell: one load alone' "$tmp/text"; }
+    grep -q '^gear_unloading  *undecided: no unloading' "$tmp/text" && grep -q '^gear_axle_law  *undecided: one load alone' "$tmp/text"; }
 check "no way down, one load" no_unloading
 still() { awk -F, -v OFS=, 'NR > 1 {$4 = 0.001} {print}' tests/push/one.csv >"$tmp/still.csv" && told "$tmp/still.csv" --mats 2 -o "$tmp/still.json" &&
-    grep -q "^gear_k_lb_ft  *cannot tell: .*at least [1-9]" "$tmp/text" && grep -q "^Coulomb's rigid law" "$tmp/text" && ! grep -q '"gear_' "$tmp/still.json"; }
+    grep -q "^gear_k_lb_ft  *undecided: .*at least [1-9]" "$tmp/text" && grep -q "^Coulomb's rigid law" "$tmp/text" && ! grep -q '"gear_' "$tmp/still.json"; }
 check "nothing moves: Coulomb's law, a bound, and no key for a scene" still
-weak() { awk -F, -v OFS=, 'NR > 1 {$3 = $3 / 12; $4 = 0} {print}' tests/push/one.csv >"$tmp/weak.csv" && told "$tmp/weak.csv" --mats 2 && grep -q '^Cannot tell elastic ground' "$tmp/text" &&
+weak() { awk -F, -v OFS=, 'NR > 1 {$3 = $3 / 12; $4 = 0} {print}' tests/push/one.csv >"$tmp/weak.csv" && told "$tmp/weak.csv" --mats 2 && grep -q '^Elastic ground cannot be distinguished' "$tmp/text" &&
     ! grep -q '^gear_k_lb_ft *[0-9]' "$tmp/text"; }
 check "too weak a push: cannot tell which law" weak
 bent() { awk -F, -v OFS=, 'NR > 1 {$4 = 4e-5 * $3 * $3} {print}' tests/push/one.csv >"$tmp/bent.csv" && told "$tmp/bent.csv" --mats 2 && grep -q '^Neither law fits well' "$tmp/text"; }
 check "a bend that neither law has" bent
-check "no axle of 50 lb was tested" eval 'told tests/push/one.csv --mats 2 --axle-load 50lb && grep -q "^gear_k_lb_ft *cannot tell: tested under 108 lb" "$tmp/text" && ! grep -q "^gear_k_lb_ft *[0-9]" "$tmp/text"'
+check "no axle of 50 lb was tested" eval 'told tests/push/one.csv --mats 2 --axle-load 50lb && grep -q "^gear_k_lb_ft *undecided: tested under 108 lb" "$tmp/text" && ! grep -q "^gear_k_lb_ft *[0-9]" "$tmp/text"'
 
 # Bad input: one line.
 bad() { printf "$1" >"$tmp/bad.csv" && fails_with "$2" "$3" $m params --push "$tmp/bad.csv" --mats 2; }
@@ -85,7 +85,7 @@ check "no load at first" bad "${head},0,0\n" 4 'reading missing: .*line 2: load'
 check "a load of 0" bad "${head}0,0,0\n" 4 'out of range: .*line 2: load 0'
 check "a displacement of 1e150" bad "${head}108,0,0\n108,5,1e150\n" 4 'out of range: .*line 3: displacement 1e150'
 check "too few readings" bad "${head}108,0,0\n108,5,0.004\n108,10,0.009\n" 5 'too few readings: .*bad.csv: test 1 under 108 lb has 3'
-check "no force" bad "${head}108,0,0\n108,1,0\n108,2,0\n108,1,0\n108,0,0\n" 5 'no force to be told from none'
+check "no force" bad "${head}108,0,0\n108,1,0\n108,2,0\n108,1,0\n108,0,0\n" 5 'no force above its error'
 check "does not write over the readings" fails_with 2 'one.csv' $m params --push tests/push/one.csv --mats 2 -o tests/push/one.csv --force
 
 # Both kinds of readings make one scene, and the scene runs.

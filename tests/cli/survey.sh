@@ -101,7 +101,7 @@ sheet_faults() {
     printf 'kind,line,place,reading_in\ngap,5,0,33.5\n' >"$tmp/bad.csv"
     fails_with 4 'no such place, .gap. 5 0: .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5\ngap,1,0,33.5\n' >"$tmp/bad.csv"
-    fails_with 4 'stands twice: .*line 3' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
+    fails_with 4 'appears twice: .*line 3' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5x\n' >"$tmp/bad.csv"
     fails_with 4 'not a reading, .33.5x.' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,where\n' >"$tmp/bad.csv"

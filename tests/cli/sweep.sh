@@ -196,7 +196,7 @@ bad "no JSON" 4 'sweep ends too early: .*bad.json line 1' '{"base":'
 bad "not a sweep" 4 'not a sweep' '[]'
 bad "a list has no index" 4 'sobol F is a list' "{$b, \"sobol\": {\"n\": 8, \"seed\": 1, \"keys\": {\"F\": [1, 2]}}, $o}"
 bad "two samples of one sweep" 4 'lhs and sobol' "{$b, \"sobol\": {}, \"lhs\": {}, $o}"
-bad "whole numbers from a half" 4 'give whole ends' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
+bad "whole numbers from a half" 4 'whole ends for whole numbers' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
 bad "an unknown key" 4 'unknown key: .*"varies"' "{$b, \"varies\": {}, $o}"
 bad "no base" 4 'something is missing: .*base' "{\"vary\": {\"F\": [1]}, $o}"
 bad "a base that is not there" 3 'cannot open base: .*nowhere.json' "{\"base\": \"nowhere.json\", \"vary\": {\"F\": [1]}, $o}"
@@ -206,7 +206,7 @@ bad "a key that scenes lack" 4 'unknown key: .*vary Thrust: a scene has no "Thru
 bad "a first case that is refused" 4 'first case: KL' "{$b, \"vary\": {\"KL\": [-5, 1]}, $o}"
 bad "an empty list" 4 'list of the wrong length: .*vary F' "{$b, \"vary\": {\"F\": []}, $o}"
 bad "a range without count" 4 'vary F; give "count"' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2}}, $o}"
-bad "a log range below 0" 4 'a log range lies above 0' "{$b, \"vary\": {\"F\": {\"from\": -1, \"to\": 2, \"count\": 3, \"scale\": \"log\"}}, $o}"
+bad "a log range below 0" 4 'a log range above 0' "{$b, \"vary\": {\"F\": {\"from\": -1, \"to\": 2, \"count\": 3, \"scale\": \"log\"}}, $o}"
 bad "too many cases" 4 'too many cases' "{$b, \"vary\": {\"F\": {\"from\": 1, \"to\": 2, \"count\": 9999}, \"KL\": {\"from\": 1, \"to\": 2, \"count\": 9999}}, $o}"
 bad "a dotted key that leads nowhere" 4 'no such place' "{$b, \"vary\": {\"path.7.1\": [5]}, $o}"
 bad "a search without a field" 4 'find: .*field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"

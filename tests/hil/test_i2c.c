@@ -413,7 +413,7 @@ TEST_IN(clocks_that_the_bus_does_not_allow_end_the_run, wake, put_away)
         uint32_t ccr;
         const char *why; /* NULL: they do not */
     } cases[] = {
-        {80, "rule REPEATED_START: a repeated start comes too early"},
+        {80, "rule REPEATED_START: a repeated start occurs too early"},
         {90, "SCL of 88.9 kHz"},
         {92, NULL},
         {100, NULL},

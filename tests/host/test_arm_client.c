@@ -79,7 +79,7 @@ static const struct {
      "again"},
     {0, stays, MR_TIMEOUT, "does not answer `arm`"},
     {0, takes_and_stays, MR_TIMEOUT,
-     "the board took `arm` and does not say it is armed: scripted;"},
+     "the board accepted `arm` but does not report the state armed: scripted;"},
     {2, refuses, MR_NOT_NOW, "with landing 7: wait for its end"},
     {0, waits, MR_WAIT, "its black box is ready in about 13 s"},
 };

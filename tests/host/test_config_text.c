@@ -161,7 +161,7 @@ TEST(a_reason_is_said_in_words)
                                       .field = MR_FIELD_gate_step_codes,
                                       .rule = MR_RULE_ALIKE,
                                       .other = 2},
-            "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be told apart; "
+            "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be distinguished; "
             "steps must be 6 codes or more apart");
     is_said((struct mr_config_reason){.group = 200, .index = 1, .field = 2, .rule = 77},
             "group 200, index 1, field 2: unknown rule");

@@ -159,10 +159,10 @@ static void bad_bin(void **state)
     make_content();
     /* cut off: the header knows how long it was */
     scratch_write("d.bin", content, sizeof content - 1);
-    refused("d.bin", MR_CRC, "its header says");
+    refused("d.bin", MR_CRC, "its header states");
     content[PROGRAM + 50] ^= 1;
     scratch_write("d.bin", content, sizeof content);
-    refused("d.bin", MR_CRC, "its header says");
+    refused("d.bin", MR_CRC, "its header states");
     make_content();
     content[0x20]++;
     scratch_write("d.bin", content, sizeof content);

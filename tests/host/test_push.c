@@ -293,7 +293,7 @@ TEST(refusals)
     series = exact_test(108.0, 1200.0, 2.0, true);
     series.path = "push.csv";
     assert_int_equal(push_fit(&series, two_mats.gages, 1000.0, 1.0, &fit, &error), MR_TOO_FEW);
-    assert_non_null(strstr(error.text, "no force to be told from none"));
+    assert_non_null(strstr(error.text, "no force above its error"));
 }
 
 /* Pushed the other way, with another zero of the dial: the same ground. */

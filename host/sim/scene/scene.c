@@ -934,7 +934,7 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     double end_s = sim_scene_end_s(scene);
     if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
         return error_set(error, MR_MALFORMED,
-                         "no end: %s: nothing says when the run ends; give tend", where);
+                         "no end: %s: the end of the run is not given; give tend", where);
     if (scene->path_count > 0 && scene->path[0].t_s > SIM_CLOCK_S && !(end_s > scene->path[0].t_s))
         return error_set(error, MR_MALFORMED,
                          "end before the start: %s: the run ends at %.12g s and the path begins at "

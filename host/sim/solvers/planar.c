@@ -333,8 +333,8 @@ static void linger(struct model *m, const struct sim_options *options,
     struct pass_request request = runs->request;
     if (!samples(request.kind))
         return;
-    sim_result_note(result, "switches are sampled, and no run of another method says where they "
-                            "are: two more runs are in the error estimate");
+    sim_result_note(result, "switches are sampled, and no run of another method locates them: two "
+                            "more runs are in the error estimate");
     for (int i = 0; i < MORE_RUNS; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= MORE_GRID;
@@ -702,7 +702,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
 /* Auto leaves a solver that has ended step_underflow. */
 static void note_left(struct sim_result *result, const char *left, const char *next)
 {
-    sim_result_note(result, "auto: %s came to %.*g s only, as %s; %s instead", left,
+    sim_result_note(result, "auto: %s reached %.*g s only, as %s; %s instead", left,
                     sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
                     result->why ? result->why : "it makes no progress", next);
     result->why = NULL;
@@ -756,7 +756,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.rhs = result->rhs;
         refused.passes = result->passes;
-        sim_result_note(&refused, "auto: others were given %g s; %s came to %.*g s in them",
+        sim_result_note(&refused, "auto: others had %g s; %s reached %.*g s in that time",
                         PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
                         result->start_s + result->t_s);
         sim_result_free(result);
@@ -835,7 +835,7 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
     }
     other.run_ms += result->run_ms;
     other.rhs += result->rhs;
-    sim_result_note(&other, "auto: staggered could not say beyond %.*g s",
+    sim_result_note(&other, "auto: staggered failed beyond %.*g s",
                     sim_time_digits(result->start_s, 6), result->start_s + result->t_s);
     sim_result_free(result);
     *result = other;
