@@ -1,4 +1,4 @@
-/* Bands: what the gages of each tension band say of it in one landing, and which of its known
+/* Bands: figures of each tension band in one landing, from its gages, and which of its known
  * failures they show.
  *
  * Input is the tension of every gage each MR_BANDS_STEP_BLOCKS blocks (means of four: the message
@@ -16,15 +16,15 @@
  * springs K at the anchors. Fixed ends ask that the changes of length cancel (C.5),
  *     sum of dT_j L_j / AE + (dT_first + dT_last) / K = 0,
  * wherever the mats push. A connection that takes the force R from the mats is a step of it, dT_n +
- * R - dT_(n-1) = 0 (before C.6): R (1 - a ...) more behind (C.7), less ahead (C.6). So, each
- * "recognised as", never proven (docs/howto/bands.md): slack, loose, slip, pull-out (of a rivet),
- * step, unequal, overload.
+ * R - dT_(n-1) = 0 (before C.6): R (1 - a ...) more behind (C.7), less ahead (C.6). The findings,
+ * each "recognised as" and never proven (docs/howto/bands.md): slack, loose, slip, pull-out (of a
+ * rivet), step, unequal, overload.
  *
  * A change counts as sudden when it happens within two steps of 4 ms and is three times what the
- * two steps before and after it brought: what the gear does, 1.5 lb in 8 ms at most in tests/runs,
- * does not. While a gage of the band is slack none is named: C.5 holds for a band in tension.
- * tests/common/test_bands.c has the rates at which damage to a chain of segments, rivets and
- * friction is named right, or only as a step.
+ * two steps before and after it brought: the gear's own effect, at most 1.5 lb in 8 ms in
+ * tests/runs, does not qualify. While a gage of the band is slack none is named: C.5 holds for a
+ * band in tension. tests/common/test_bands.c has the rates at which damage to a chain of segments,
+ * rivets and friction is named correctly, or only as a step.
  *
  * Single precision, no library calls, no heap, no globals. About 250 instructions a block on the
  * board. */

@@ -1,9 +1,9 @@
-/* The block record: one millisecond of acquisition as integers. What replay rests on.
+/* The block record: one millisecond of acquisition as integers, the basis of replay.
  *
  * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8
  * transducers while the excitation reverses from scan to scan, so each transducer has one sum per
  * polarity (4 codes each); converter 1 scans 16 channels (14 gages, staircase, reference; 8 codes
- * each). Everything the board says is a function of these records, the edges and the commands: any
+ * each). All output of the board is a function of these records, the edges and the commands: any
  * codes with equal sums and counts replay bit for bit. A landing's record begins four blocks before
  * the one in which it was armed, as far back as the first means reach.
  *
@@ -98,15 +98,15 @@ enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t
 
 /* ---- time ---- */
 
-/* Board time in 64 bits: every moment the board tells of is ticks of its one clock (TIM2, 84 MHz)
- * since the scans began.
+/* Board time in 64 bits: every time in the board's messages is in ticks of its one clock (TIM2, 84
+ * MHz) since the scans began.
  *
  * Samples: block b begins, with its first trigger, at 84000 b ticks, which is 1000 b microseconds.
- * Edges, film frames, camera pulses and sync frames are told as TIM2 captured them, modulo 2^32,
- * which comes round every 51.1 s. The block that a capture is told with says which round it was:
- * block indices count milliseconds for 49 days, and the tick at which block 0 began, the origin, is
- * the same for all of them. So no gap of blocks, however long, makes a capture ambiguous, as long
- * as the block it is told with is less than 25.5 s from it. Exact integers; pure. */
+ * Edges, film frames, camera pulses and sync frames are sent as TIM2 captured them, modulo 2^32,
+ * which wraps every 51.1 s. The block that a capture is sent with identifies the wrap: block
+ * indices count milliseconds for 49 days, and the tick at which block 0 began, the origin, is the
+ * same for all of them. So no gap of blocks, however long, makes a capture ambiguous, as long as
+ * the block it is sent with is less than 25.5 s from it. Exact integers; pure. */
 
 #define MR_TICKS_PER_US 84
 

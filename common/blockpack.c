@@ -43,7 +43,7 @@ enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
 enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
 #define OTHER(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
 #define OTHER_BITS  5u
-#define ESCAPE      8u   /* zeroes that say: 16 bits follow */
+#define ESCAPE      8u   /* zeroes that announce 16 bits */
 #define MEAN_START  128u /* a mean of 8: the sum of 8 codes with 2 LSB of noise differs by that */
 
 /* The sums that are there, one after the other: `four` of 4 codes each, then the rest, of 8. */

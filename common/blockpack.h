@@ -13,10 +13,10 @@
  *        4  padding to the next byte
  *        5  absent channels (mask of 24 bits), right behind a key
  *     3  end: nothing follows in this page
- * Tags 0, 1 and wide say a block whose index is one more than the last and whose tick is
- * MR_TICKS_PER_BLOCK later; a key says index and tick of the block that follows it, and forgets all
- * that came before. Saturation holds until the next one. The sums of channels that are absent are
- * left out of blocks of every kind.
+ * Tags 0, 1 and wide hold a block whose index is one more than the last and whose tick is
+ * MR_TICKS_PER_BLOCK later; a key holds index and tick of the block that follows it, and resets the
+ * prediction. Saturation holds until the next one. The sums of channels that are absent are left
+ * out of blocks of every kind.
  *
  * Golomb-Rice: a difference d becomes z = 2 d, or -2 d - 1 when negative; q = z >> k as q zeroes
  * and a one, then the k low bits of z. Eight zeroes instead: z follows in 16 bits. k =
@@ -46,7 +46,7 @@ struct mr_pack {
     uint32_t index; /* of the block to come */
     uint32_t tick;
     uint32_t absent;
-    /* of the block before, those that are there one after the other */
+    /* sums of the previous block; only those present, one after the other */
     uint16_t value[MR_PACK_SUMS];
     uint32_t mean16[MR_PACK_SUMS]; /* 16 times the running mean */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];

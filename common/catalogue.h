@@ -1,10 +1,10 @@
 /* The message catalogue in C: a struct, a put and a get for each message of catalogue.def, and
  * tables that describe them.
  *
- * Real fields are floats in the field's unit, NaN where the wire says missing. A put writes exactly
- * the message's length (at most MR_MESSAGE_MAX bytes) and returns it. A get returns MR_OK, or
- * MR_TRUNCATED / MR_TOO_LONG when `length` is not the message's own; it never reads beyond
- * `length`. Pure functions, no state. */
+ * Real fields are floats in the field's unit, NaN where the wire has the code for missing. A put
+ * writes exactly the message's length (at most MR_MESSAGE_MAX bytes) and returns it. A get returns
+ * MR_OK, or MR_TRUNCATED / MR_TOO_LONG when `length` is not the message's own; it never reads
+ * beyond `length`. Pure functions, no state. */
 #ifndef MATRIG_COMMON_CATALOGUE_H
 #define MATRIG_COMMON_CATALOGUE_H
 

@@ -48,9 +48,9 @@
 #define MR_COMMON_MODE_HIGH 2458.0f /* beyond these (a fifth off) it is open or shorted */
 /* half difference of the polarities: less is no signal, but pick-up */
 #define MR_FLOATING_CODES   20.0f
-/* Amplitude below this is none; told only of a transducer whose zero is at least MR_ZERO_OFF_CODES
- * off mid-scale. Six standard deviations of a block's mean at 2 LSB of noise (2 / sqrt(8) =
- * 0.71). */
+/* An amplitude below this counts as none; reported only for a transducer whose zero is at least
+ * MR_ZERO_OFF_CODES off mid-scale. Six standard deviations of a block's mean at 2 LSB of noise (2 /
+ * sqrt(8) = 0.71). */
 #define MR_UNEXCITED_CODES  4.0f
 #define MR_ZERO_OFF_CODES   20.0f
 
@@ -81,8 +81,8 @@ float mr_channels_ratio(const struct mr_channel_config *reference, const struct 
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,
                                   const struct mr_block *block, unsigned channel, float ratio);
 
-/* What is true where the straight line says `straight`, in or lb. Fewer than two points: the
- * same. */
+/* The true value, in or lb, for `straight`, the value by the straight line. Fewer than two points:
+ * `straight` itself. */
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
 /* The channel measures inches or pounds. */

@@ -37,9 +37,9 @@ static void plough(const float *slack_in, float *remaining_in, float from_ft, fl
     }
 }
 
-/* Closes joints by what the transducers say, interval by interval. The wheel's own displacement is
+/* Closes joints by the transducers' readings, interval by interval. The wheel's own displacement is
  * not measured; behind the wheel the mat keeps what it had when the wheel passed, so the last
- * station passed stands for it. */
+ * station passed represents it. */
 static void close_by_movement(const struct mr_closure_input *input, float *remaining_in)
 {
     unsigned from = MR_TRANSDUCERS;

@@ -6,7 +6,7 @@
  * and b (upfield, downfield) the joints have closed by u_a - u_b. A braking gear closes joints like
  * a plough, starting at the wheel: the closure of an interval is therefore given to its segments
  * from the upfield end on (from the wheel, when the wheel is inside), each up to its slack. Outside
- * the transducers only the survey speaks.
+ * the transducers only the survey is known.
  *
  * Buckling starts inside a zone of 50 to 60 compressed mats (report 6.1.4): a run of
  * MR_CLOSURE_WARNING_MATS is warned of. Single precision, no library calls but a square root: host

@@ -406,7 +406,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     return MR_OK;
 }
 
-/* Even braking that is not quite: its residuals say how far. */
+/* Braking that is not quite even: the residuals give the extra error. */
 static void widen(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double factor = sqrt(fit->chi_square / (double)fit->freedom) * mr_gates_student(fit->freedom);
@@ -745,7 +745,7 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
     return fit->speed_ft_s > 0.0 && fit->deceleration_ft_s2 > 0.0 ? MR_OK : MR_NUMERICS;
 }
 
-/* An unknown that was measured beforehand. */
+/* An unknown with a prior measurement. */
 static void known_before(double value, double error, double now, unsigned unknown,
                          struct mr_braking *fit, double matrix[N][N], double right[N])
 {
@@ -806,7 +806,7 @@ static bool go_round(const struct mr_gate *gates, size_t count, double position_
     *status = factor(matrix, N) ? MR_OK : MR_NUMERICS;
     if (*status != MR_OK)
         return false;
-    /* after so many rounds: gates that contradict each other, and chi-square says so */
+    /* after so many rounds the gates contradict each other, and chi-square shows it */
     if (fit->near || fit->rounds == ROUNDS) {
         invert(matrix, N, 1.0, fit->covariance);
         return false;

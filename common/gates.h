@@ -74,7 +74,7 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
 enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
                             struct mr_motion_estimate *motion);
 
-/* Motion at a time. Outside the gates it extrapolates, and the errors say so by growing. */
+/* Motion at a time. Outside the gates it extrapolates, and the errors grow accordingly. */
 void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion);
 
 /* Motion when the fit is at `station_ft`, searched among the gates and one mean interval and a half
@@ -130,14 +130,14 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
  * there a deceleration that rises to a within 2 d as 3 u^2 - 2 u^3 and then stays: s seconds after
  * touchdown, the rise being over, the gear is a ((s - d)^2 + k d^2) / 2 behind one that rolls on.
  * Unknown are T, v, a, the delay d and the shape k (1/3 for a straight rise, 1/7 for a quintic
- * one). A landing with few gates cannot tell d and k from the rest, so both are also taken as
- * measured beforehand, with the standard errors below: our choice for disk brakes on the rig; the
- * report does not say. Gauss-Newton least squares with independent errors of position of standard
- * deviation `position_error_ft`, which is known: it is never estimated here, so intervals are
- * normal, 1.96 standard errors for 95 %.
+ * one). A landing with few gates cannot separate d and k from the rest, so both also have prior
+ * values, with the standard errors below: our choice for disk brakes on the rig; the report gives
+ * none. Gauss-Newton least squares with independent errors of position of standard deviation
+ * `position_error_ft`, which is known: it is never estimated here, so intervals are normal, 1.96
+ * standard errors for 95 %.
  *
- * Whether the model holds is asked by chi-square (1 in 1000 of the landings that are as it says
- * fail). A gate that alone makes it fail by more than MR_GATE_ALIEN standard errors can be left
+ * Chi-square tests whether the model holds (1 in 1000 of the landings for which it does fail the
+ * test). A gate that alone makes it fail by more than MR_GATE_ALIEN standard errors can be left
  * out, the worst first.
  *
  * Pure, no heap, double precision with + - * / and square roots only: host and board agree to the
@@ -178,10 +178,10 @@ struct mr_braking {
 enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft,
                               double position_error_ft, uint32_t left_out, struct mr_braking *fit);
 
-/* Leave out the worst gate, the one that chi-square would lose most without, and fit again: at most
- * a fifth of the gates, and two degrees of freedom must be left to tell which it was. MR_OK;
- * MR_LIMIT: none contradicts the others that much, or no more can be left out; else as
- * mr_braking_fit. `fit` is kept when MR_LIMIT. */
+/* Leave out the worst gate, the one whose removal lowers chi-square most, and fit again: at most a
+ * fifth of the gates, and two degrees of freedom must remain to identify it. MR_OK; MR_LIMIT: none
+ * contradicts the others that much, or no more can be left out; else as mr_braking_fit. `fit` is
+ * kept when MR_LIMIT. */
 enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
                                     double position_error_ft, struct mr_braking *fit);
 
@@ -251,7 +251,7 @@ struct mr_final_fit {
 
 void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count,
                         double touchdown_ft, double position_error_ft);
-/* False: it is over, `status` and `summary` say how. */
+/* False: finished; `status` and `summary` hold the result. */
 bool mr_final_fit_step(struct mr_final_fit *work);
 
 #endif

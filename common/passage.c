@@ -3,7 +3,7 @@
 #include <string.h>
 
 #define UNCLEAR_BLOCKS    3000u /* 5 ft at 2 ft/s take 2.5 s */
-#define REVERSE_MOST_FT_S 20.0  /* nobody pushes faster: then a switch was late */
+#define REVERSE_MOST_FT_S 20.0  /* nobody pushes faster: a switch was late */
 #define FASTER            1.25  /* than it came in, no gear gets, nor */
 #define FASTER_FT_S       3.0   /* by more than this besides */
 

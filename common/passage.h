@@ -39,10 +39,10 @@ struct mr_passage_edge {
     uint32_t block;
     double station_ft;
     uint8_t position;
-    uint8_t number; /* of the edge, as its message says */
+    uint8_t number; /* of the edge, as in its message */
 };
 
-/* Something to tell of a switch. */
+/* An event of a switch, to be reported. */
 struct mr_passage_note {
     uint8_t number; /* of the edge; 0: none */
     uint8_t position;
@@ -86,8 +86,8 @@ struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
                                        const struct mr_passage_edge *edge, double speed_ft_s,
                                        const float *stations_ft, unsigned switches);
 
-/* Each block: when nothing has followed for long, what was held is given up. True: that happened;
- * notes tell. */
+/* Each block: gives up the edges held when nothing has followed for long. True: this happened; the
+ * notes report it. */
 bool mr_passage_block(struct mr_passage *passage, uint32_t block);
 
 /* Something may be coming that is not known yet, or is being pushed: no time for warnings or

@@ -15,7 +15,7 @@
 #define DRAWN_AHEAD_FT  60.0f /* stations so far ahead of the wheel are drawn, */
 /* and so far behind it: the mat practically ceases to move as the gear passes (2.7.2) */
 #define DRAWN_BEHIND_FT 5.0f
-/* ahead of the wheel: what moves there tells of the resistance */
+/* ahead of the wheel: movement there shows the resistance */
 #define TELLING_FT      40.0f
 #define SCALE_PER_LB_IN 0.02f
 #define SCALE_LEAST     0.3f
@@ -45,7 +45,7 @@
 #define FOLLOW_BLOCKS   4u
 #define FOLLOW_VISITS   3u /* what a group costs then, in joints looked at */
 
-/* What is said. */
+/* --- result --- */
 #define AT_WHEEL_FT 1.0f
 #define NEAR_FT     9.5f /* an end so far beyond a transducer is better known */
 #define LAST_FT     6.0f /* and an end so near to the runway's */
@@ -166,7 +166,7 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
             rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
             continue;
         }
-        if (p->landings == 0) { /* somebody has landed before: as few are open as can be */
+        if (p->landings == 0) { /* earlier landings of unknown effect: as few are open as can be */
             for (unsigned j = 0; j < count; j++)
                 p->gap_ft[first + j] = 0.0f;
             off_ft = sum_in[s] / IN_PER_FT;
@@ -187,7 +187,7 @@ void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
     }
 }
 
-/* What transducers and survey say without the model. */
+/* The result by transducers and survey, without the model. */
 void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone,
                                  float *left_in)
 {
@@ -524,7 +524,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     forget_looks(p);
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
-    /* the last landing's tells nothing of this one's */
+    /* the last landing's does not apply to this one */
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2;
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -555,7 +555,7 @@ static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float 
     return p->doubt[i] != MR_PREDICTOR_TRUSTED;
 }
 
-/* One transducer: its spring's force, and what it tells of the resistance. */
+/* One transducer: the force of its spring, and its evidence on the resistance. */
 static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float reading_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
@@ -712,7 +712,7 @@ void mr_predictor_hurry(struct mr_predictor *p)
     p->look_updates = 0;
 }
 
-/* What the springs have done since the last look tells of the resistance against closing. */
+/* Adapts the resistance against closing to the springs' work since the last look. */
 static void learn(struct mr_predictor *p)
 {
     /* beyond a half either way is no matter of one look */
@@ -772,7 +772,7 @@ void mr_predictor_fold(struct mr_predictor *p)
     scan_all(p);
 }
 
-/* --- what is said --- */
+/* --- result --- */
 
 /* Where the wheel is when its place is under it, not behind where it is now. */
 static float place_ft(const struct mr_predictor *p, unsigned place, float group_ft)

@@ -1,18 +1,18 @@
-/* The onboard predictor: the chain of mats (common/matchain.h) driven by what the switches say of
- * the gear, corrected by what the transducers say of the mats, and what follows from it for the
- * wheel: where joints are closed, how well that is known, how close the compression ahead of the
- * wheel is to the one that an irregularity does not bear.
+/* The onboard predictor: the chain of mats (common/matchain.h) driven by the gear's motion from the
+ * switches and corrected by the transducers. Its results for the wheel: where joints are closed,
+ * how well that is known, and how close the compression ahead of the wheel is to the critical
+ * compression of an irregularity.
  *
  * Correction. At each transducer's mat a spring of limited force draws the model's mat to the
  * reading, so that the joints on either side answer by their own laws; and the resistance against
- * closing, of which nobody knows the size on a runway, is scaled down while the springs draw
- * forward, up while they hold back. Joints have closing resistances and gaps of their own that are
- * not known either: the model gives them evenly spread ones (by the golden ratio), so that any ten
- * in a row are a fair sample.
+ * closing, whose size on a runway is unknown, is scaled down while the springs draw forward, up
+ * while they hold back. Joints have closing resistances and gaps of their own that are not known
+ * either: the model gives them evenly spread ones (by the golden ratio), so that any ten in a row
+ * are a fair sample.
  *
  * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the
- * level is chosen by counting mat updates, never by time: a replay says the same. No heap, single
- * precision, square root the only library call.
+ * level is chosen by counting mat updates, never by time, so a replay gives the same results. No
+ * heap, single precision, square root the only library call.
  *
  * Levels of groups: two or four mats move as one; of the joints in a group the weakest closes first
  * (its resistance is that of the weakest still open, followed every 4 blocks), and the openings of
@@ -51,7 +51,7 @@ struct mr_predictor_config {
     float grit_lb; /* mean closing resistance of a joint; to begin with */
     /* thrust of the lead axle on the strip at 1 g of deceleration: weight / axles */
     float thrust_lb_per_g;
-    float deceleration_ft_s2; /* assumed until the switches tell */
+    float deceleration_ft_s2; /* assumed until the switches give one */
     float bump_ft;            /* irregularity assumed: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
     /* budget: mean over any second; over a look up to half as much again */
@@ -147,7 +147,7 @@ struct mr_predictor_state {
     uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
 };
 
-/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense, or is in another
+/* A runway without measurements. MR_OK; MR_USAGE: a parameter that makes no sense, or is in another
  * unit, as far as that shows (inches for feet, a weight in kilograms beside a mass in slugs, lb/in
  * for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
 enum mr_status mr_predictor_start(struct mr_predictor *predictor,
@@ -166,16 +166,16 @@ void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 void mr_predictor_surveyed(struct mr_predictor *predictor, const float *sum_in);
 /* A landing begins: displacements count from here. */
 void mr_predictor_arm(struct mr_predictor *predictor);
-/* Inputs are not trusted: a wheel or a speed that no gear has counts as not known, a deceleration
- * as the last one, a reading as missing. A chain that runs away is begun again from what is
- * measured, and said so (MR_PREDICTOR_FELL_BACK). */
+/* Inputs are not trusted: an impossible wheel position or speed counts as not known, a deceleration
+ * as the last one, a reading as missing. A chain that diverges is restarted from the measurements
+ * and flagged (MR_PREDICTOR_FELL_BACK). */
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* Blocks wait for it: on at the next cheaper level from here, as when the budget is exceeded. */
 void mr_predictor_hurry(struct mr_predictor *predictor);
-/* What is to be said now. Cheap but for the level MR_PREDICTOR_KINEMATIC, where it sums up all
- * joints: may be asked in every block. */
+/* The result of now. Cheap except at the level MR_PREDICTOR_KINEMATIC, where it sums up all joints:
+ * may be asked in every block. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
-/* What transducers and survey say without the model: the closed zone ahead, and in `left_in`
+/* The result by transducers and survey, without the model: the closed zone ahead, and in `left_in`
  * (MR_SEGMENTS) the sums of openings that are left, NaN: not known. */
 void mr_predictor_find_kinematic(const struct mr_predictor *predictor, struct mr_closure_zone *zone,
                                  float *left_in);

@@ -16,10 +16,10 @@ struct mr_quantity_info {
     const char *name;            /* "temperature" */
     const char *key, *error_key; /* "temperature_c", "temperature_error_c" */
     const char *words, *unit;    /* "mat temperature", in UTF-8 */
-    /* there may be no reading; NULL: its mean over a landing is not told */
+    /* why there may be no reading; NULL: its mean over a landing is not sent */
     const char *why;
     int decimals;
-    uint16_t id; /* of the message that tells it */
+    uint16_t id; /* of the message that carries it */
 };
 
 /* `quantity` below MR_QUANTITIES. Static storage. */
@@ -29,7 +29,7 @@ const struct mr_quantity_info *mr_quantity_at(unsigned quantity);
 struct mr_quantity_value {
     double value, error;
 };
-/* Puts what a message says in its place among all of them, of which there are MR_QUANTITIES. */
+/* Puts the values of a message in their places among all MR_QUANTITIES. */
 void mr_quantity_take(struct mr_quantity_value *values, const struct mr_message *message);
 
 #endif

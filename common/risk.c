@@ -6,7 +6,7 @@
 #define G_FT_S2             32.174f
 #define BLOCK_S             1e-3f
 #define ZONE_MATS           50.0f
-#define MOST_ZONES          3.0f /* longer zones say no more */
+#define MOST_ZONES          3.0f /* longer zones add nothing */
 #define OVER_MATS           40.0f
 #define OVER_BY_MATS        20.0f
 #define STEP_S              0.05f
@@ -282,7 +282,7 @@ void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *p,
     scan_on(risk, p);
 }
 
-/* --- what is said --- */
+/* --- result --- */
 
 float mr_risk_logistic(float x)
 {
@@ -321,7 +321,7 @@ static float up_to_one(unsigned mats)
     return x < 1.0f ? x : 1.0f;
 }
 
-/* Mean opening of the joints from the wheel to where it stops, inches; of those that are known. */
+/* Mean opening, inches, of the joints from the wheel to its stop; only those that are known. */
 static float open_in(const struct mr_risk_state *risk, float wheel_ft, const float *left_in)
 {
     float sum_in = 0.0f;

@@ -1,16 +1,16 @@
-/* Risk of a landing: the probability that the wheel will come to a zone of 50 compressed mats
- * (MR_PREDICTOR_WARNING_MATS) before it stops, from what the board has - the predictor's zones,
- * what transducers and survey say without it, braking now and to come, way left, friction told -
- * and, where the host has given them before the landing, from how it is meant to be braked (the
- * plan) and from what an ensemble of runways says of that (the chart, host/advise).
+/* Risk of a landing: the probability that the wheel will reach a zone of 50 compressed mats
+ * (MR_PREDICTOR_WARNING_MATS) before it stops. Inputs are the predictor's zones, the transducers
+ * and survey without it, braking now and to come, distance left and configured friction; and, where
+ * the host has sent them before the landing, the planned braking (the plan) and the prediction of
+ * an ensemble of runways (the chart, host/advise).
  *
  * It is a logistic rule, a set of weights for each kind of knowledge (risk_weights.def), fitted on
  * series of landings that are not scored (tests/score/README.md, "Risk during the landing").
  *
  * The plan. While the speed lost since touchdown is 0.6 to 1.6 times what the plan would have lost,
- * braking to come is the plan's times that ratio; when it is not for 0.3 s the plan counts as left
- * for the rest of the landing, and the chart with it. A chart speaks of the runway of one landing:
- * it counts as long as the runway has had as many landings as when it was made.
+ * braking to come is the plan's times that ratio; when it is not for 0.3 s, plan and chart are
+ * dropped for the rest of the landing. A chart is made for the runway of one landing: it applies as
+ * long as the runway has had as many landings as when it was made.
  *
  * A function of the predictor and of its inputs alone: board and host agree on every bit. No heap,
  * single precision, no library call. Feet, pounds, seconds. */
@@ -102,7 +102,7 @@ struct mr_risk_state {
 
 /* One statement. */
 struct mr_risk_said {
-    float risk;     /* NaN: nobody knows: no motion and no plan */
+    float risk;     /* NaN: unknown, without motion and plan */
     unsigned basis; /* bits of enum mr_risk_basis */
     enum mr_risk_reason reason;
     /* until the wheel is at the zone's start, and where failure is expected; NaN: no zone is
@@ -119,7 +119,7 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
 /* Each block, after mr_predictor_block with the same input. */
 void mr_risk_block(struct mr_risk_state *risk, const struct mr_predictor *predictor,
                    const struct mr_predictor_input *input);
-/* What is to be said now; `zone`: mr_predictor_zone of now. */
+/* The risk now; `zone`: mr_predictor_zone of now. */
 void mr_risk_say(struct mr_risk_state *risk, const struct mr_predictor *predictor,
                  const struct mr_predictor_zone *zone, struct mr_risk_said *said);
 

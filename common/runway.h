@@ -1,6 +1,5 @@
-/* What the predictor knows of the runway (struct mr_predictor_state) and what it is started with
- * (struct mr_predictor_config), in the forms in which they are stored, told and given: board and
- * host agree on every bit.
+/* The predictor's runway (struct mr_predictor_state) and its parameters (struct
+ * mr_predictor_config), as stored, sent and set: board and host agree on every bit.
  *
  * Stored form, MR_RUNWAY_IMAGE bytes, little-endian:
  *
@@ -25,12 +24,12 @@
 
 /* Writes MR_RUNWAY_IMAGE bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
-/* MR_OK; MR_MALFORMED: no such image; MR_CRC: damaged. Whether the state fits a runway,
- * mr_predictor_load says. */
+/* MR_OK; MR_MALFORMED: no such image; MR_CRC: damaged. mr_predictor_load checks whether the state
+ * fits a runway. */
 enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
                               const uint8_t image[MR_RUNWAY_IMAGE]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
-/* Messages that tell the joints of a state, and the n-th of them, n from 0. */
+/* Messages that carry the joints of a state, and the n-th of them, n from 0. */
 unsigned mr_runway_messages(const struct mr_predictor_state *state);
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n);
 /* Joints beyond the last are left out. */
@@ -44,7 +43,7 @@ void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int
 int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index);
 bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
 
-/* Parameters as the message predict_item tells them, then a station for each transducer. */
+/* Parameters as in the message predict_item, then a station for each transducer. */
 /* clang-format off */
 #define MR_PREDICT_ITEM_TABLE(X)                           \
     X(chain.mats, "mats", "mats")                          \

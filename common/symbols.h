@@ -1,6 +1,6 @@
 /* Names of a firmware image's functions, from the symbol table of its ELF file (32 bits,
  * little-endian: Tool Interface Standard, Executable and Linking Format 1.2, book I, "Symbol
- * Table"). Pure: over bytes that somebody else has read. */
+ * Table"). Pure: works on bytes that the caller has read. */
 #ifndef MATRIG_COMMON_SYMBOLS_H
 #define MATRIG_COMMON_SYMBOLS_H
 

@@ -1,5 +1,5 @@
-/* The version of matrig, of all its parts: a board tells the three numbers in the message hello,
- * its image carries them (common/image.h), programs and packages bear them. */
+/* The version of all parts of matrig. The board sends the three numbers in the message hello, its
+ * image carries them (common/image.h), and programs and packages have them. */
 #ifndef MATRIG_COMMON_VERSION_H
 #define MATRIG_COMMON_VERSION_H
 

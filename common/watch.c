@@ -61,7 +61,7 @@ void mr_watch_end(struct mr_watch *watch)
     for (unsigned c = 0; c < MR_WATCHED; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
         if (channel->told == MR_INVALID_RATE || channel->told == MR_INVALID_STUCK)
-            channel->told = MR_VALID; /* not judged between landings: nothing to tell */
+            channel->told = MR_VALID; /* not judged between landings: nothing to report */
     }
 }
 
@@ -172,7 +172,7 @@ static void look_at_noise(struct mr_watch_channel *channel, const struct mr_chan
     channel->stuck = true;
 }
 
-/* ---- what is told ---- */
+/* ---- reports ---- */
 
 static void follow_validity(struct mr_watch *watch, unsigned c, uint8_t validity, uint32_t index)
 {

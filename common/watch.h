@@ -1,4 +1,4 @@
-/* Watch over the channels while a landing is recorded: what one block alone cannot tell.
+/* Watch over the channels while a landing is recorded: faults that one block alone cannot show.
  *
  * Noise. Second differences of three readings in a row: a movement that is smooth over 2 ms drops
  * out, white noise of standard deviation s gives 6 s^2 (von Neumann, Ann. Math. Stat. 12, 1941, for
@@ -22,8 +22,8 @@
  * change at all, MR_STUCK_CONSTANT_BLOCKS in a row, although they did at rest after arming (a real
  * converter's noise does not end). A channel without noise is healthy when it is quiet.
  *
- * Changes of a channel's validity are told when MR_WATCH_SETTLE readings in a row agree (a RATE at
- * once), MR_WATCH_SETTLE_VALID when it is to be valid again, and at most every
+ * Changes of a channel's validity are reported when MR_WATCH_SETTLE readings in a row agree (a RATE
+ * at once), MR_WATCH_SETTLE_VALID when it is to be valid again, and at most every
  * MR_WATCH_PAUSE_BLOCKS per channel: no flood, however a contact flutters.
  *
  * No clock, no heap; O(1) per reading, single precision: a function of the blocks since
@@ -62,7 +62,7 @@ struct mr_watch_channel {
     uint32_t good_block;
     float anchor, anchor_up, anchor_down;
     uint32_t anchor_block;
-    uint32_t told_block;  /* of the last change told */
+    uint32_t told_block;  /* of the last reported change */
     uint32_t since_block; /* the run below began */
     uint16_t invalid;     /* readings that were not valid; stays at 65535 */
     uint16_t noise_count; /* second differences in the mean; stays at MR_WATCH_NOISE_COUNT */
@@ -70,7 +70,7 @@ struct mr_watch_channel {
     uint8_t up, down;     /* neighbours; MR_WATCH_NOBODY: none */
     /* the nearest that were valid when the anchor was dropped; likewise */
     uint8_t anchor_up_is, anchor_down_is;
-    uint8_t told, seen, run; /* validity told; of the newest reading; readings in a row like it */
+    uint8_t told, seen, run; /* reported; of the newest reading; readings in a row like it */
     bool stuck, ever_told;
 };
 
@@ -78,7 +78,7 @@ struct mr_watch {
     /* from mr_watch_begin to mr_watch_end: between landings only the wiring is looked at */
     bool recording;
     uint32_t begin_block;
-    uint32_t changed; /* bit c: channel c has a change to tell */
+    uint32_t changed; /* bit c: channel c has a change to report */
     struct mr_watch_channel channel[MR_WATCHED];
 };
 
@@ -92,11 +92,11 @@ struct mr_watch_news {
 void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *config, uint32_t index);
 void mr_watch_end(struct mr_watch *watch);
 
-/* The next reading of channel `c`, 0..MR_WATCHED-1, of block `index`; says RATE and STUCK in it,
- * value NaN. Channels of a block in rising order. */
+/* The next reading of channel `c`, 0..MR_WATCHED-1, of block `index`; sets RATE or STUCK in it,
+ * with value NaN. Channels of a block in rising order. */
 void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
                       uint32_t index, struct mr_reading *reading);
-/* Take a change that is to be told; false: none. Clears its bit. */
+/* Take a change to be reported; false: none. Clears its bit. */
 bool mr_watch_take(struct mr_watch *watch, unsigned c, uint32_t index, struct mr_watch_news *news);
 
 /* Standard deviation of one reading, in or lb; NaN before three readings in a row. */

@@ -1,4 +1,4 @@
-/* Search of the chain (common/matchain.h) for what the predictor says: the longest compression zone
+/* Search of the chain (common/matchain.h) for the predictor's results: the longest compression zone
  * (closed joints in a row) ahead of the wheel, the largest compression there, and the longest zone
  * that the wheel would push together from any place on its way. A search is spread over blocks:
  * mr_zonescan_go visits so many joints and goes on from there at the next call, so that no block
@@ -9,8 +9,8 @@
  * resistance it overcomes; the further the place, the more of them, so that one sweep serves all
  * places: the joint that ends the zone of one place is where the next one's search goes on.
  *
- * Joints and places are of groups, as in the chain. The chain moves while the search goes on: what
- * is found is of the blocks it took. */
+ * Joints and places are of groups, as in the chain. The chain moves during the search: the result
+ * belongs to the blocks that it took. */
 #ifndef MATRIG_COMMON_ZONESCAN_H
 #define MATRIG_COMMON_ZONESCAN_H
 

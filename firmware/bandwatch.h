@@ -1,5 +1,5 @@
-/* The bands on the board: feeds common/bands.h with each message's tensions and tells what it
- * found. */
+/* The bands on the board: feeds common/bands.h with each message's tensions and reports its
+ * findings. */
 #ifndef MATRIG_FIRMWARE_BANDWATCH_H
 #define MATRIG_FIRMWARE_BANDWATCH_H
 
@@ -18,11 +18,12 @@ struct bandwatch {
 };
 
 void bandwatch_arm(struct bandwatch *watch);
-/* Means of the four blocks up to `block`; while nothing is recorded, only their state is told. */
+/* Means of the four blocks up to `block`; while nothing is recorded, only their state is
+ * reported. */
 void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry,
                         const struct landing *landing, const float tension_lb[MR_GAGES],
                         const struct mr_block *block);
-/* The landing ends: tells the figures of each band. Nothing unless it was armed. */
+/* The landing ends: reports the figures of each band, if it was armed. */
 void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry);
 
 #endif

@@ -2,7 +2,7 @@
  * supply.
  *
  * Blocks and messages are packed (common/blockpack.h) into pages (common/boxpage.h) in a ring in
- * RAM. From arming until the first edge the ring rolls: it holds what came before, 0.4 s of blocks
+ * RAM. From arming until the first edge the ring rolls: it holds the time before, 0.4 s of blocks
  * that do not pack at all, 1.2 s of quiet ones. From the first edge on pages go to the memory as
  * they fill, behind a start page and the configuration as it was when armed.
  *
@@ -12,13 +12,13 @@
  * does not pack takes 466 bits, so 10 s of them and configuration take 151 sectors, and the box's
  * 4064 hold 25 of those and the reserve for the 26th. Twenty-two seconds (landing.h) of real blocks
  * take 120 sectors, of such that do not pack 329: the last 2.8 s of those would not fit beyond the
- * reserve, and would be told as lost.
+ * reserve, and would be reported as lost.
  *
  * Every page is read back after it was programmed; one that does not hold goes once more into the
  * next sector, and the rest of its own is left. A sector that does not erase is not used until the
- * next start. Nothing is ever appended to a sector that was there before a start: what the power
- * tore is behind us. At start the first pages of all sectors are read: 0.1 s of an erased memory,
- * below 1 s of a full one.
+ * next start. Nothing is ever appended to a sector written before a start, so pages torn by a power
+ * cut are never touched again. At start the first pages of all sectors are read: 0.1 s of an erased
+ * memory, below 1 s of a full one.
  *
  * Pure but for the calls of board.h. Not reentrant; everything is called from the main loop. */
 #ifndef MATRIG_FIRMWARE_BLACKBOX_H

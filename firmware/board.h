@@ -100,7 +100,7 @@ bool board_can_send(const struct board_can_frame *frame);
 unsigned board_can_waiting(void);
 bool board_can_receive(struct board_can_frame *frame);
 /* TIM2 when the last sync frame had left, end of frame acknowledged, if that was the one whose
- * message says `block`; false: it has not left. Late by what delays the interrupt: below 30 us. */
+ * message has `block`; false: it has not left. Late by what delays the interrupt: below 30 us. */
 bool board_can_sync_tick(uint32_t block, uint32_t *tick);
 /* Drop what waits, the controller's mailboxes included; a frame on the wire ends first: `pending`
  * says when all are gone. */
@@ -123,7 +123,8 @@ void board_watchdog_feed(void);
 
 /* The maintenance jumper is fitted. */
 bool board_jumper(void);
-/* The boot ROM listens at the serial link's pins: else nobody could call the board back from it. */
+/* The boot ROM listens at the serial link's pins; otherwise the board could not be recovered from
+ * it. */
 bool board_rom_hears(void);
 /* Restart into the chip's boot ROM. Does not return on the board. */
 void board_enter_rom(void);
@@ -143,7 +144,7 @@ void board_upkeep(void);
 void board_upkeep_restart(void);
 void board_upkeep_state(struct board_upkeep *upkeep);
 /* Is flash, read now, the image that was built: vectors, header and program? Some 5 ms. False: it
- * has no header that says. */
+ * has no header with a CRC. */
 bool board_image_check(bool *good);
 
 /* Sleep until the next interrupt. Returns true when a supervision tick (10 ms) has passed since the
@@ -200,7 +201,7 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
 #define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
 
 enum nor_status {
-    NOR_IDLE, /* the last operation is over; whether it did what it should, only reading tells */
+    NOR_IDLE, /* the last operation is over; only reading back shows whether it succeeded */
     NOR_BUSY,
     NOR_FAILED,  /* the last operation did not end in its time; the next may be tried */
     NOR_MISSING, /* no chip, or not the one expected: stays so */
@@ -236,8 +237,8 @@ enum i2c_status {
 void i2c_start(void);
 void i2c_stop(void);
 /* Write `out_length` bytes (1 to 4) to a device, then, behind a repeated start, read `in_length` (0
- * or 2). Begun when i2c_poll did not say busy; the buffers stay the driver's until it says
- * something else again. */
+ * or 2). Begun when i2c_poll did not say busy; the buffers stay the driver's until it no longer
+ * says busy. */
 void i2c_begin(uint8_t address, const uint8_t *out, size_t out_length, uint8_t *in,
                size_t in_length);
 enum i2c_status i2c_poll(void);

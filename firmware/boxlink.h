@@ -1,4 +1,4 @@
-/* The black box and the links: its commands, and what it says. */
+/* The black box and the links: its commands and messages. */
 #ifndef MATRIG_FIRMWARE_BOXLINK_H
 #define MATRIG_FIRMWARE_BOXLINK_H
 
@@ -18,7 +18,7 @@ enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct t
 void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
                  const float *slack_in);
 void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry);
-/* What a block brings: the block itself, the landing's beginning and end, and what is to be said or
+/* The work of a block: the block itself, the landing's beginning and end, messages and pages to be
  * read out. */
 void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                    const struct landing *landing, const struct mr_block *block, bool was_armed);

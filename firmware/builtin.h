@@ -1,8 +1,8 @@
-/* What is built in: the rig that a new board measures with, until somebody gives it a
- * configuration. One constant or list for each thing that another rig has otherwise. The lists call
- * X once for each sensor that is fitted.
+/* The built-in configuration: the rig of a new board, until it receives a configuration. One
+ * constant or list for each property in which rigs differ. The lists call X once for each sensor
+ * that is fitted.
  *
- * Images of other rigs, for tests, are this one with some of it defined anew: tests/variant. */
+ * Test images of other rigs redefine some of these: tests/variant. */
 #ifndef MATRIG_FIRMWARE_BUILTIN_H
 #define MATRIG_FIRMWARE_BUILTIN_H
 

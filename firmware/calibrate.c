@@ -208,8 +208,8 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* Noise of a mean over 256 blocks against one over 512. What the calibration says of the gain's
- * error does not excuse it: the shunt is there to tell. */
+/* Noise of a mean over 256 blocks against one over 512. The stated error of the gain is not an
+ * excuse: the shunt exists to check it. */
 static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];

@@ -1,19 +1,19 @@
-/* Zero and shunt calibration by command, while idle or done: means of blocks, judged before
- * anything is made of them.
+/* Zero and shunt calibration by command, while idle or done: means of blocks, checked before they
+ * are used.
  *
  * zero: CALIBRATE_BLOCKS blocks of the channels asked for. Taken only if all of them are valid,
  * none moves (standard deviation, and first half against second half: 0.004 in, 0.75 lb) and no
  * gage is more than 30 lb from its configured zero - a band under tension is not at zero. Each is
- * told (zero_result), and when taken the configuration is told again.
+ * reported (zero_result), and when taken the configuration is sent again.
  *
  * shunt: CALIBRATE_BLOCKS at rest, relay on, CALIBRATE_SETTLE_BLOCKS for relay and amplifiers,
  * CALIBRATE_BLOCKS, relay off, settling, CALIBRATE_BLOCKS at rest: 0.9 s. The span of each gage
- * that has a shunt is told with what it should be and its change since the calibration before
+ * that has a shunt is reported with its nominal value and its change since the calibration before
  * (shunt, shunt_result, shunt_check). Whatever happens meanwhile, the relay is off at the end.
  *
  * The answer to the command comes when it is over: MR_OK; MR_LIMIT: a channel was not good, as
- * told; MR_TIMEOUT: the scans stopped. At once: MR_NOT_NOW: from arming to the end of a landing, or
- * another one is going on; MR_USAGE. */
+ * reported; MR_TIMEOUT: the scans stopped. At once: MR_NOT_NOW: from arming to the end of a
+ * landing, or another one is going on; MR_USAGE. */
 #ifndef MATRIG_FIRMWARE_CALIBRATE_H
 #define MATRIG_FIRMWARE_CALIBRATE_H
 
@@ -42,7 +42,7 @@ struct calibrate {
     uint32_t moved;                                               /* bit per gage */
     uint16_t number;                                      /* of shunt calibrations since reset */
     float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES]; /* NaN: none */
-    unsigned telling;                                     /* gages still to be told */
+    unsigned telling;                                     /* gages still to be reported */
     bool failed;
 };
 

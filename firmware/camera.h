@@ -1,9 +1,8 @@
-/* The film camera: a trigger pulse, and the pulses that it gives back for each frame, told with
- * their time.
+/* The film camera: a trigger pulse, and the camera's pulse for each frame, sent with its time.
  *
  * The trigger is a pulse of 10 ms: when a landing is armed, or when the gear is to be at
  * site.camera_station_ft by the motion estimated last (once a landing), and by command. Frame
- * pulses are told while a landing is recorded, numbered from arming on. A camera gives 64 to 200 of
+ * pulses are sent while a landing is recorded, numbered from arming on. A camera gives 64 to 200 of
  * them a second; one less than a millisecond after the one before is refused and counted. At 200 a
  * second they take 2.4 % of the CAN bus, 1.8 % of serial and 2.1 kB/s of the black box. With
  * site.camera 0 nothing is captured, triggered or sent. */

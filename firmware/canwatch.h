@@ -1,13 +1,12 @@
-/* Watches the CAN link every 10 ms: what state it is in, and what happens to frames while nothing
- * passes.
+/* Watches the CAN link every 10 ms: its state, and the handling of frames while the bus is blocked.
  *
- * Nothing passes when a frame waits and none has gone out for 20 ms. A cable that is unplugged is
- * told apart from other troubles by its error: nobody acknowledges, TEC stands at 128, and bus-off
- * never comes (ISO 11898-1, fault confinement, exception 1). Frames wait for 100 ms: a connector
- * that bounces loses nothing. After that they would be stale, for serial and the black box have
- * them: what waits is dropped and counted, what is new too, and one frame, the alarm, is left to
- * the controller, which repeats it until somebody acknowledges it. When it has passed frames are
- * taken again, and the first says how long the outage was.
+ * Nothing passes when a frame waits and none has gone out for 20 ms. An unplugged cable is
+ * recognised by its error: no node acknowledges, TEC stands at 128, and bus-off never comes (ISO
+ * 11898-1, fault confinement, exception 1). Frames wait for 100 ms: a connector that bounces loses
+ * nothing. After that they would be stale, and serial and the black box have them: waiting and new
+ * frames are dropped and counted, and one frame, the alarm, is left to the controller, which
+ * repeats it until a node acknowledges it. Then frames are accepted again, and the first one
+ * reports the length of the outage.
  *
  * Bus-off is left ten times a second at most: a board that is broken, or on a shorted bus, then
  * disturbs it for a hundredth of the time. Pure but for the calls of board.h. */
@@ -39,7 +38,7 @@ struct canwatch {
     struct mr_can_drops drops;
 };
 
-/* What the caller is to tell of a tick. */
+/* The report of a tick. */
 struct canwatch_news {
     bool changed; /* the state: on serial at once */
     bool probe;   /* the alarm is to be left to the controller now */

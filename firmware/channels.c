@@ -95,7 +95,7 @@ void channels_tell(struct channels *channels, struct telemetry *telemetry,
 /* ---- zero ---- */
 
 static uint32_t measured; /* bit per channel */
-static uint32_t changed;  /* likewise, and nobody has asked yet */
+static uint32_t changed;  /* likewise, not yet asked for */
 static float configured_code[MR_CHANNELS], configured_error[MR_CHANNELS];
 
 void zero_start(void)

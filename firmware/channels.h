@@ -1,5 +1,5 @@
-/* The channels on the board: reads them, watches them while a landing is recorded, tells what
- * changed and how good they are. */
+/* The channels on the board: reads them, watches them while a landing is recorded, reports changes
+ * and quality. */
 #ifndef MATRIG_FIRMWARE_CHANNELS_H
 #define MATRIG_FIRMWARE_CHANNELS_H
 
@@ -35,14 +35,14 @@ void channels_tell(struct channels *channels, struct telemetry *telemetry,
 
 /* ---- zero ---- */
 
-/* Zeros that were measured, and those of the configuration that they stand in for.
+/* Measured zeros, and the configured ones that they replace.
  *
- * A measured zero is in force at once: it is config.channel[].zero_code, so that whatever reads a
- * channel uses it, and the message channel_zero tells it, with `measured`, to the host and into
+ * A measured zero is in force at once: it is config.channel[].zero_code, so that every reader of a
+ * channel uses it, and the message channel_zero, with `measured`, sends it to the host and into
  * every record. Its standard error is in force with it: config.channel[].zero_error becomes
  * ZERO_ERROR_LB or ZERO_ERROR_IN, unless the configured one is less already. It is volatile: the
- * configured one is kept here, comes back with reset, and is what a stored
- * configuration must hold. */
+ * configured one is kept here, comes back with reset, and is what a stored configuration must
+ * hold. */
 
 /* What a zero measured over 256 blocks leaves: noise, and the mat or band that was not quite at
  * rest. Drawn boards (tests/electronics) leave 0.03 lb and 0.0003 in of it; what the converter's
@@ -59,8 +59,8 @@ bool zero_is_measured(unsigned channel);
 /* Bit per channel: measured since the last call. Its readings of before are of another zero. */
 uint32_t zero_take_changed(void);
 float zero_configured(unsigned channel);
-/* Swap: the configured zeros and their errors in force, and back again, doing it twice. For whoever
- * tells the configuration. */
+/* Swap the configured zeros and their errors in, and at the second call out again; used when the
+ * configuration is sent. */
 void zero_exchange(void);
 
 #endif

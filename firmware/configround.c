@@ -55,7 +55,8 @@ void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct
          .wheel = config.site[0].wheel);
 }
 
-/* Said in a burst, so that who knew it as fitted hears of it; neither repeated nor stored. */
+/* Sent in a burst, so that a host that knew it as fitted learns of it; neither repeated nor
+ * stored. */
 static bool is_not_fitted(unsigned item)
 {
     if (item < FIRST_SWITCH)

@@ -45,7 +45,7 @@ uint32_t health_faults(void)
 struct health_counter health_take(enum mr_fault_code fault)
 {
     volatile struct health_counter *counter = &counters[fault];
-    /* Clear first: a fault counted by an interrupt in between is then told again rather than
+    /* Clear first: a fault counted by an interrupt in between is then reported again rather than
      * lost. */
     uint8_t changed = counter->changed;
     counter->changed = 0;
@@ -99,7 +99,7 @@ void tasks_start(void)
     tasks_begin(MR_TASK_LOOP);
 }
 
-/* The first of those that are late, in the order of the table. */
+/* The first of the late tasks, in the order of the table. */
 static unsigned first_late(void)
 {
     unsigned found = 0;

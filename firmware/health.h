@@ -1,4 +1,4 @@
-/* Fault counters. Drivers and application count here; telemetry tells. May be called from
+/* Fault counters. Drivers and application count here; telemetry reports. May be called from
  * interrupts. */
 #ifndef MATRIG_FIRMWARE_HEALTH_H
 #define MATRIG_FIRMWARE_HEALTH_H
@@ -15,7 +15,7 @@ struct health_counter {
     uint32_t block; /* of the last one */
 };
 
-/* Count one fault. `detail` as the fault table says, else 0. */
+/* Count one fault. `detail` as in the fault table, else 0. */
 void health_count(enum mr_fault_code fault, uint8_t detail);
 /* The block that faults counted from now on belong to. */
 void health_set_block(uint32_t block);
@@ -35,7 +35,7 @@ struct health_counter health_take(enum mr_fault_code fault);
 
 #define TASKS_GOOD_TICKS 1000u /* 10 s without a late task: restarts before are no row any more */
 
-/* A part begins: should nothing ever be heard again, it was this one. */
+/* A task begins: if the board then hangs, this task is named. */
 void tasks_begin(enum mr_task task);
 /* It has done what was to do. */
 void tasks_done(enum mr_task task);

@@ -41,7 +41,7 @@ struct selftest {
 struct healthlink {
     struct selftest test;
     struct board_restart restart;
-    unsigned crash_next;     /* word to be told; MR_CRASH_ITEMS: none */
+    unsigned crash_next;     /* word to be sent; MR_CRASH_ITEMS: none */
     unsigned ticks;          /* of background tests */
     unsigned ticks_to_reset; /* 0: not asked for */
 };

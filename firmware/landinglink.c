@@ -163,8 +163,8 @@ static void send_faults(struct telemetry *telemetry, bool all)
     }
 }
 
-/* By these counts the host knows which messages it lost, not only how many frames. Always as many,
- * whatever was said: each link has its own, as they stand before either is told. */
+/* These counts show the host which messages it lost, not only how many frames. All are sent,
+ * whatever was sent before: each link has its own, as they are before either is sent. */
 static void send_count(struct telemetry *telemetry)
 {
     unsigned place = telemetry->count_place;

@@ -1,4 +1,4 @@
-/* What the board says of a landing as it happens: block records, means, state, motion, results. */
+/* The board's messages during a landing: block records, means, state, motion, results. */
 #ifndef MATRIG_FIRMWARE_LANDINGLINK_H
 #define MATRIG_FIRMWARE_LANDINGLINK_H
 
@@ -27,10 +27,10 @@ void landinglink_news(struct telemetry *telemetry, const struct landing *landing
 
 /* ---- live ---- */
 
-/* Live on command: while idle, for whoever looks the rig over, edges are told as they come and a
- * block record goes out on serial each 20 blocks (schedule.def). Nothing is recorded, no state
+/* Live mode, by command: while idle, for an inspection of the rig, edges are sent as they occur and
+ * a block record goes out on serial each 20 blocks (schedule.def). Nothing is recorded, no state
  * changes: a rig walked along by hand makes no landing. Ends by itself, with arming, or with 0
- * seconds, so that a host that went away leaves no chatter behind. */
+ * seconds, so that a host that disconnected leaves no traffic behind. */
 
 #define LIVE_MOST_S 60
 
@@ -42,13 +42,13 @@ struct live {
  * seconds. */
 enum mr_status live_begin(struct live *live, struct landing *landing,
                           const struct mr_command *command, uint32_t index);
-/* Each block, before its edges are told. */
+/* Each block, before its edges are sent. */
 void live_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
                 const struct mr_block *block);
 
 /* ---- regular ---- */
 
-/* What the board says of itself by the schedule (schedule.def): clock, health, links, faults,
+/* The board's regular messages by the schedule (schedule.def): clock, health, links, faults,
  * counts, hello, state. */
 
 /* The regular messages of one block, then what is due of the configuration (configround.h). Also

@@ -9,7 +9,7 @@
 
 #define TOLD UINT32_MAX
 
-/* What is told of the runway, and its number. */
+/* The reported runway, and its number. */
 static void refresh(struct predict *p)
 {
     mr_predictor_save(&p->predictor, &p->state);
@@ -46,7 +46,7 @@ void predict_configure(struct predict *p, const float *slack_in)
     refresh(p);
 }
 
-/* --- what is said --- */
+/* --- messages --- */
 
 static void say_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
@@ -147,7 +147,7 @@ static float risk_item(const struct predict *p, unsigned n)
     return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;
 }
 
-/* What is missing is told of the first two alone: there is no chart. False: nothing is. */
+/* A missing chart is reported for the first two rows only. False: nothing is missing. */
 static bool say_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
                           unsigned n)
 {
@@ -190,7 +190,8 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
 {
     if (p->status != MR_OK)
         return;
-    /* Armed with what is told: openings to 0.01 mil. It was saved from this runway, so it fits. */
+    /* Armed with the reported values: openings to 0.01 mil. They were saved from this runway, so
+     * they fit. */
     refresh(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
     mr_predictor_surveyed(&p->predictor, slack_in);
@@ -302,7 +303,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
     bool folded = p->status == MR_OK && p->predictor.armed && moved;
     if (p->status != MR_OK || !p->predictor.armed)
         return false;
-    if (p->warning) { /* a warning ends with the landing, and that is told */
+    if (p->warning) { /* a warning ends with the landing, and its end is reported */
         p->zone = (struct mr_predictor_zone){.level = p->zone.level,
                                              .critical_lb = p->zone.critical_lb,
                                              .lead_s = MR_NAN,

@@ -1,19 +1,17 @@
-/* The predictor (common/predictor.h) on the board: armed with the landing, given each block after
- * its readings, told and warned by while a landing is recorded, folded when it is done. What it
- * knows of the runway lives on from landing to landing (firmware/runwaystore.h keeps it through
- * resets).
+/* The predictor (common/predictor.h) on the board: armed with the landing, run on each block after
+ * its readings, reported and used for warnings while a landing is recorded, folded when it is done.
+ * Its runway persists from landing to landing (firmware/runwaystore.h keeps it through resets).
  *
- * Everything it says follows from blocks, edges, commands, the parameters and the runway it was
- * armed with: these two are told when armed, on both links and in the black box. One thing more is
- * an input: when PREDICT_BACKLOG_BLOCKS wait as its turn comes, it goes on at the next cheaper
- * level, and the message backlog says so; a replay gives that by the command backlog.
+ * Its output follows from blocks, edges, commands, the parameters and the runway it was armed with;
+ * the last two are sent when armed, on both links and to the black box. There is one more input:
+ * when PREDICT_BACKLOG_BLOCKS are waiting at its turn, it continues at the next cheaper level and
+ * sends the message backlog; a replay repeats that by the command backlog.
  *
- * Chart and plan (common/risk.h) are given for one landing, by commands: they are in force for the
- * next one armed, and forgotten when it is over. When the lamp warns by the risk is
- * common/risk.h's.
+ * Chart and plan (common/risk.h) are set for one landing, by commands: they apply to the next one
+ * armed and are dropped when it is over. When the lamp warns by the risk is common/risk.h's.
  *
- * It runs last of what a block brings: nothing waits for it but the next block, and those are taken
- * by interrupts. */
+ * It runs last in the work of a block: only the next block waits for it, and interrupts collect
+ * those. */
 #ifndef MATRIG_FIRMWARE_PREDICT_H
 #define MATRIG_FIRMWARE_PREDICT_H
 
@@ -35,7 +33,7 @@ struct predict {
     struct predict_motion motion;
     bool warning;        /* the lamp's */
     uint32_t doubts;     /* as told */
-    uint32_t updates;    /* of the landing, when last told */
+    uint32_t updates;    /* in the landing, when last reported */
     uint32_t told_block; /* of the message trust */
     bool hurried;
     uint32_t hurried_block;
@@ -49,7 +47,7 @@ struct predict {
     unsigned telling_risk; /* next of its items; UINT32_MAX: none */
     float lamp_limit;      /* of the risk; NaN: the lamp follows the verdict */
 
-    /* the one a landing was armed with, to be told; or kept: runwaystore.h */
+    /* the one a landing was armed with, to be sent; or kept: runwaystore.h */
     struct mr_predictor_state state;
     unsigned telling;                /* next of its messages; UINT32_MAX: none */
     struct mr_predictor_state given; /* by commands, to be taken */
@@ -66,7 +64,7 @@ struct predict {
 void predict_start(struct predict *predict);
 /* The configuration is another one, or known now. The runway stays what it was, also while no
  * predictor is configured, if it has as many mats and no joint is wider than the slack; else it is
- * one that nobody has measured, but for the survey. */
+ * an unmeasured runway, apart from the survey. */
 void predict_configure(struct predict *predict, const float *slack_in);
 /* A landing is armed; its record begins with block `index`. `slack_in`: the survey, MR_SEGMENTS;
  * NaN: not surveyed since a landing. */
@@ -82,16 +80,16 @@ enum mr_status predict_load(struct predict *predict, enum mr_runway_source sourc
 const struct mr_predictor_state *predict_state(struct predict *predict);
 /* `crc`: of the one that is kept. */
 void predict_kept(struct predict *predict, uint32_t crc);
-/* `copy`: the two in the memory, as the message runway_store tells them. Each second, and when
- * something changed. */
+/* `copy`: the two in the memory, as in the message runway_store. Each second, and when something
+ * changed. */
 void predict_regular(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy,
                      uint32_t index);
-/* Each block: while recorded all of it, else what is to be told. */
+/* Each block: all of it while recording, else only what is to be sent. */
 void predict_block(struct predict *predict, struct telemetry *telemetry,
                    const struct landing *landing, const struct predict_block *block);
-/* The landing is over, or being disarmed. When a gear rolled, or two transducers moved and no
- * switch said anything, the joints are others now; else it was armed for nothing. True: the survey,
- * if any, is used up. */
+/* The landing is over, or being disarmed. When a gear rolled, or two transducers moved without any
+ * switch, the joints have changed; otherwise the runway is as before. True: the survey, if any, is
+ * used up. */
 bool predict_end(struct predict *predict, struct telemetry *telemetry,
                  const struct landing *landing, uint32_t index);
 void predict_survey(struct predict *predict, const float *slack_in, uint32_t index);

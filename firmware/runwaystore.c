@@ -151,7 +151,7 @@ bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const 
     if (status == NOR_MISSING)
         runwaystore_follow(store, false);
     else if (store->step == STEP_ERASE || store->step == STEP_PROGRAM)
-        next_page(store); /* whether it did what it should, reading tells */
+        next_page(store); /* reading back shows whether it succeeded */
     else if (store->step != STEP_NONE)
         take_page(store, predict, slack_in);
     return false;

@@ -1,14 +1,12 @@
-/* The predictor's runway in two sectors of the black box's memory, so that it survives a reset: a
- * runway remembers its landings.
+/* The predictor's runway in two sectors of the black box's memory, so that it survives a reset.
  *
  * A runway that has changed (a landing, a survey, the host's) is written half a second later, when
- * nothing is armed and the black box does not have the memory: the copy that does
- * not hold the newest is erased and written, its first page last, and read back. Whenever the power
- * goes, one copy is whole, and the CRC over all of it (common/runway.h) lets no mixture of two
- * pass. At start the newer whole copy is loaded, before anything can be armed; a copy that holds
- * something but no whole runway is told (runway_store), and when that leaves none, it is a fault
- * too, NOR_FAILED with RUNWAYSTORE_DETAIL: the runway then is one that nobody has measured. Without
- * the memory it is that after each reset.
+ * nothing is armed and the black box does not have the memory: the copy that does not hold the
+ * newest is erased and written, its first page last, and read back. Whenever the power goes, one
+ * copy is whole, and the CRC over all of it (common/runway.h) lets no mixture of two pass. At start
+ * the newer whole copy is loaded, before anything can be armed; a damaged copy is reported
+ * (runway_store), and when none is left it is a fault too, NOR_FAILED with RUNWAYSTORE_DETAIL, and
+ * the runway is an unmeasured one. Without the memory it is unmeasured after each reset.
  *
  * Pure but for the calls of board.h. */
 #ifndef MATRIG_FIRMWARE_RUNWAYSTORE_H
@@ -25,7 +23,7 @@
 
 struct runwaystore {
     bool missing, loaded;        /* no memory, or none configured; what there was to load is */
-    uint8_t copy[RUNWAY_COPIES]; /* as the message runway_store tells */
+    uint8_t copy[RUNWAY_COPIES]; /* as in the message runway_store */
     uint32_t sequence[RUNWAY_COPIES];
     unsigned step, at, tries; /* what is going on, and with which copy */
     unsigned page;

@@ -42,7 +42,7 @@ struct telemetry {
 
     unsigned refusals;           /* of telemetry_may_burst, since nothing waited */
     uint32_t said[2][MR_PLACES]; /* by link, CAN and serial: times a message was meant for it */
-    unsigned count_place;        /* whose count is told next */
+    unsigned count_place;        /* whose count is sent next */
 
     struct {
         unsigned item;    /* next to go out */
@@ -51,7 +51,7 @@ struct telemetry {
     struct blackbox *box; /* keeps what a landing's record needs */
 };
 
-enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* places in `said` */
+enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* places in `said`, one for each link */
 
 /* `box` is kept. */
 void telemetry_start(struct telemetry *telemetry, struct blackbox *box);
@@ -60,9 +60,9 @@ void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
 /* On CAN, whatever its state. */
 bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
                      size_t length);
-/* Now what is told in a row may go on: not while more frames than these wait for the bus, which
- * another board may fill; readings need the rest of the queue. A bus that stays full is not waited
- * for: after so many refusals, a second or so, serial must have it, whatever CAN drops. */
+/* Messages sent in turn pause while more frames than these wait for the bus, which another board
+ * may fill; readings need the rest of the queue. A bus that stays full does not hold them: after so
+ * many refusals, about a second, serial must have them, whatever CAN drops. */
 #define TELEMETRY_BURST_WAITING 64u
 #define TELEMETRY_REFUSALS_MOST 1500u
 bool telemetry_may_burst(struct telemetry *telemetry);
@@ -87,16 +87,16 @@ bool telemetry_has_box(const struct telemetry *telemetry);
 
 /* ---- timesync ---- */
 
-/* Time sync over CAN, in two steps: once a second a sync frame, and 10 ms later what the board's
- * clock was when that frame had left. However long the frame waited for the bus, whoever noted when
- * it came has a pair of times. */
+/* Time sync over CAN, in two steps: once a second a sync frame, and 10 ms later the board's time at
+ * which that frame had left. However long the frame waited for the bus, a receiver that noted its
+ * arrival has a pair of times. */
 
 struct timesync {
     bool due;       /* sync_at is still to follow */
     uint32_t block; /* of the sync frame */
 };
 
-/* Each block, before anything else is said of it: the queue is as empty as it gets. */
+/* Each block, before any other message of the block: the queue is at its shortest. */
 void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
                     uint32_t tick);
 

@@ -28,11 +28,11 @@ struct thermometer {
     uint8_t out[3], in[2];
     float temperature_c; /* of this second; NaN: none */
     float error_c;       /* its standard error; NaN likewise */
-    float last_c;        /* of the newest reading told, or NaN: of this second or the last */
+    float last_c;        /* of the newest reading sent, or NaN: of this second or the last */
 };
 
 void thermometer_start(struct thermometer *thermometer);
-/* A block. Returns true once a second, when the reading is to be told. */
+/* A block. Returns true once a second, when the reading is to be sent. */
 bool thermometer_block(struct thermometer *thermometer, uint32_t index, bool fitted);
 /* Degrees of the temperature register, the upper byte first: 12 bits, two's complement,
  * left-justified, 0.0625 C each. */

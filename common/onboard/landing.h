@@ -4,15 +4,15 @@
  *     at rest)
  *          -> done (mat at rest) -> idle (command)
  *
- * The gear counts as at rest half a second after the time at which the last estimate says it stops,
- * or three seconds after the last gate; a gate while settling returns to landing. Settling lasts
- * two seconds: the mat practically ceases to move as the gear passes (report 2.7.2). No landing
- * lasts longer than LANDING_LIMIT_BLOCKS and settling. The model pushed back, at any time, is
- * counted and told, and changes no state (common/passage.h).
+ * The gear counts as at rest half a second after the estimated stop, or three seconds after the
+ * last gate; a gate while settling returns to landing. Settling lasts two seconds: the mat
+ * practically ceases to move as the gear passes (report 2.7.2). No landing lasts longer than
+ * LANDING_LIMIT_BLOCKS and settling. A model pushed back, at any time, is counted and reported, and
+ * changes no state (common/passage.h).
  *
- * Edges are told while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at
- * most: a contact that chatters does not fill the links. While live they are told too; there a
- * pause of a second is enough.
+ * Edges are reported while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at
+ * most: a contact that chatters does not fill the links. While live they are reported too, with
+ * pauses of a second.
  *
  * Pure: configuration, blocks and edges in, state out. The board runs it, and the host runs it
  * again over a record. */
@@ -33,7 +33,7 @@
  * processor was. */
 #define LANDING_EDGE_TICKS        75600u
 #define LANDING_EDGES             96u
-#define LANDING_EVENTS            80u /* told of one block; the queues of the links hold them */
+#define LANDING_EVENTS            80u /* reported for a block; the links hold them */
 #define LANDING_LIMIT_BLOCKS      20000u
 #define LANDING_SETTLE_BLOCKS     2000u
 #define LANDING_LIVE_PAUSE_BLOCKS 1000u
@@ -64,13 +64,13 @@ struct landing {
 
     struct mr_switches switches;
     struct mr_passage passage;
-    unsigned edges;        /* since arming; not more than 255 are told apart */
+    unsigned edges;        /* since arming; counts to 255 */
     unsigned edges_in_row; /* without a pause */
-    bool live; /* edges are told while idle too (firmware/landinglink.h); arming ends it */
+    bool live; /* edges are also reported while idle (firmware/landinglink.h); arming ends this */
     uint32_t edge_block; /* of the last one */
     uint32_t opened;     /* by gates: bit p-1 */
 
-    struct mr_edge edge[MR_SWITCHES_WAITING]; /* to be told of this block */
+    struct mr_edge edge[MR_SWITCHES_WAITING]; /* to be reported with this block */
     struct mr_switch_event event[LANDING_EVENTS];
     struct landing_news news;
 

@@ -68,7 +68,7 @@ void predict_feed(struct predict_motion *motion, const struct landing *landing, 
         input->displacement_in[i] = block->displacement_in[i] - block->baseline_in[i];
 }
 
-/* --- what is said --- */
+/* --- messages --- */
 
 static uint16_t at_most_u16(uint32_t value)
 {

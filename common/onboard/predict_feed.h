@@ -1,6 +1,5 @@
-/* What goes into the predictor and what comes out as messages, each block: the part that the host
- * runs too, to say whether a board said what follows from its record
- * (tests/again). Pure. */
+/* Input and messages of the predictor, each block. The host runs this part too, to check that a
+ * board's messages follow from its record (tests/again). Pure. */
 #ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 #define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 
@@ -22,7 +21,7 @@ struct predict_motion {
     uint32_t tick;       /* of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
     float stop_s; /* from the gate until it stops; a large number: it does not */
-    bool braking; /* gates enough beyond touchdown to tell the deceleration */
+    bool braking; /* enough gates beyond touchdown for a deceleration */
 };
 
 /* What a block brings for it. */
@@ -33,8 +32,8 @@ struct predict_block {
     unsigned waiting;             /* blocks that wait behind this one */
 };
 
-/* Transducers, as bits, whose zero stays what it was though nothing seems to roll: they have moved,
- * and no switch has said a word since arming. */
+/* Transducers, as bits, whose zero is kept although nothing seems to roll: they have moved, and no
+ * switch has opened since arming. */
 uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing);
 
 /* What the predictor is given of a block. `touchdown_ft`: station where the runway begins, of the

@@ -1,10 +1,9 @@
-/* The bring-up image: a small program that says on the serial port what a new board is and does,
+/* The bring-up image: a small program that reports on the serial port the state of a new board,
  * with the firmware's own drivers. At power on, and whenever `report` is typed, a whole report;
  * then commands. Two of its parts end in a reset, after which it goes on where it was.
- * docs/howto/bring-up.md tells how it is used, docs/reference/bring-up.md what each line means.
+ * docs/howto/bring-up.md shows its use, docs/reference/bring-up.md the meaning of each line.
  *
- * None of it waits without a bound, all feeds the watchdog; what is not there is said: the value
- * `none`. */
+ * Every wait is bounded and feeds the watchdog; an absent part has the value `none`. */
 #include <string.h>
 
 #include "common/catalogue.h"
@@ -21,8 +20,8 @@ extern uint32_t stack_bottom[];
 
 /* ---- chip ---- */
 
-/* Who the chip is (RM0090 38.6.1, 39), which image it runs, why it started; its option bytes
- * (3.6.1). The F407 does not tell its package: it stands on it. */
+/* Identity of the chip (RM0090 38.6.1, 39), its image, cause of the start, option bytes (3.6.1).
+ * The F407 cannot report its package, which is printed on it. */
 /* Half-words beside their complements. */
 #define OPTIONS_LOW      (*(reg32 *)0x1fffc000u)
 #define OPTIONS_HIGH     (*(reg32 *)0x1fffc008u)
@@ -156,7 +155,7 @@ static bool take_newest_block(struct mr_block *block)
 }
 
 /* TIM2 minus TIM4 within a scan: TIM2 is read between two looks at TIM4. It wraps after 51 s, and
- * that is no whole number of scans: its ticks since the start are told by a block. */
+ * that is no whole number of scans: a block gives its ticks since the start. */
 static void say_timers(void)
 {
     struct mr_block block;
@@ -724,8 +723,8 @@ static void set_brown_out(void)
 
 /* ---- falls ---- */
 
-/* What ends in a reset: a stack that overflows, and a watchdog that nobody feeds. What it was like
- * is known afterwards from the note of the fault (fault.c), and from a count that RAM keeps. */
+/* Tests that end in a reset: a stack overflow, and a watchdog that is not fed. Their results are
+ * known afterwards from the note of the fault (fault.c), and from a count that RAM keeps. */
 #define CAUSE_SOFTWARE 4u
 #define CAUSE_WATCHDOG 8u
 #define STARVED_S      4u
@@ -846,7 +845,7 @@ static void go_on_with_watchdog(void)
     say_flush();
     keep_stage(STAGE_WATCHDOG);
     starve_watchdog();
-    say_watchdog(); /* it let us live: that is said */
+    say_watchdog(); /* the watchdog did not act: report that */
     end_report();
 }
 
@@ -878,7 +877,7 @@ static void go_on(enum stage stage)
     }
 }
 
-/* Where the ROM does not listen at this port nobody would find it there. */
+/* Where the ROM does not listen at this port it could not be reached. */
 static void enter_rom(void)
 {
     if (!BOARD_ROM_HEARS_SERIAL) {

@@ -22,13 +22,13 @@ void say_begin(const char *section);
 void say_end(void);
 
 void say_number(const char *name, int32_t value, const char *unit);
-/* A thousandth is the least digit: 2013 is said as 2.013. */
+/* A thousandth is the least digit: 2013 is printed as 2.013. */
 void say_milli(const char *name, int32_t thousandths, const char *unit);
 void say_hex(const char *name, uint32_t value, const char *unit);
 void say_word(const char *name, const char *word, const char *unit);
-/* The same with a name of two parts; an upper-case one is said in lower case. */
+/* The same with a name of two parts; upper case is printed in lower case. */
 void say_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit);
-/* `name` cannot be told: there is none, or it did not answer. */
+/* `name` has no value: the part is absent, or did not answer. */
 void say_none(const char *name, const char *unit);
 
 /* A line for people, outside sections. */

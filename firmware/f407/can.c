@@ -27,7 +27,7 @@ static volatile uint16_t base; /* of the identifiers on the bus */
 static volatile uint32_t passed, aborted;
 static uint32_t cleared; /* frames that waited, and were dropped */
 
-/* The sync frame: what it says, the mailbox it is in (3: none), when it left. */
+/* The sync frame: its block, its mailbox (3: none), and when it left. */
 static volatile uint32_t sync_block, sync_tick;
 static volatile unsigned sync_mailbox = 3;
 static volatile bool sync_left;

@@ -31,7 +31,7 @@ void capture_forget_old(void);
 void can_start(void);
 /* nor.c: SPI2 and the black box's memory, which is missing until then. */
 void nor_start(void);
-/* For so long nobody could look at what it does: that is not its time. Interrupts masked. */
+/* The operation could not be polled for this long: its time-out is extended. Interrupts masked. */
 void nor_excuse(uint32_t ticks);
 /* Manufacturer, type, capacity: 0x00ef4018; only while nor_poll says idle. */
 uint32_t nor_jedec(void);
@@ -52,9 +52,9 @@ void watchdog_patience(uint32_t counts);
  * anything else. */
 void rom_if_asked(void);
 /* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as
- * in the message hello. True: too many in a row, the board only speaks. */
+ * in the message hello. True: too many in a row, the board only communicates. */
 bool fault_recall(uint8_t cause);
-/* The crystal has started and stopped again, twice since anybody asked for a restart. */
+/* The crystal has started and stopped again, twice since the last requested restart. */
 bool fault_crystal_stops(void);
 void fault_set_image_crc(uint32_t crc);
 /* memory.c: paint the stack and test the buffers of DMA. Before anything is in them. */

@@ -1,6 +1,6 @@
-/* A processor fault stores what it was and resets; the next start counts it and tells it. Restarts
- * that nobody asked for are counted through resets: after QUIET_RESTARTS in a row the board starts
- * without what it measures with, and only speaks. PM0214 2.3.7 (frames), 2.4.4 (faults). */
+/* A processor fault stores its registers and resets; the next start counts and reports it.
+ * Unrequested restarts are counted through resets: after QUIET_RESTARTS in a row the board starts
+ * without its measuring parts, and only communicates. PM0214 2.3.7 (frames), 2.4.4 (faults). */
 #include <string.h>
 
 #include "common/fault.h"

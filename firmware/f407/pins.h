@@ -43,7 +43,7 @@ static inline bool pin_read(enum pin_signal signal)
 
 /* Clocks of ports and peripherals; functions, pulls and first levels of all pins. */
 void pins_start(void);
-/* The thermometer's two: nobody's (inputs), I2C1's, or open-drain outputs that clock a stuck
+/* The thermometer's two pins: unused (inputs), I2C1's, or open-drain outputs that clock a stuck
  * bus. */
 enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
 void pins_i2c(enum pins_i2c way);

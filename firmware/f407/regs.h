@@ -346,8 +346,8 @@ static inline void irq_end(void)
     __asm volatile("dsb" ::: "memory");
 }
 
-/* Between memory and what tells an interrupt or DMA of it: neither the compiler nor the bus moves
- * loads and stores past it. */
+/* Between a store and the register write that hands it to an interrupt or DMA: neither the compiler
+ * nor the bus moves loads and stores past it. */
 static inline void memory_fence(void)
 {
     __asm volatile("dmb" ::: "memory");

@@ -10,12 +10,12 @@
  * 84000 n of TIM2: edges and samples share one clock without any software in between. Blocks are 8
  * scans, an even number, so every block begins with the excitation forward (PD12 high, PD13 low).
  *
- * Which block has ended is told by TIM2 alone: whatever kept an interrupt from coming, no block
- * takes the place of another, and those that nobody looked at are missing. A debugger that halts
- * the core halts both timers (board.c).
+ * TIM2 alone determines which block has ended: whatever delayed an interrupt, no block takes the
+ * place of another, and blocks not read in time are missing. A debugger that halts the core halts
+ * both timers (board.c).
  *
  * Channels that are not fitted are not in the sequences. The converter with the longer sequence
- * tells when a block is there; with as many in both it is ADC1, for the stream of ADC3 has the
+ * signals the end of a block; with equal lengths it is ADC1, because the stream of ADC3 has the
  * lower number and is served first. */
 #include "common/block.h"
 #include "firmware/f407/drivers.h"
@@ -168,8 +168,8 @@ static void check_polarity(void)
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
-/* How many blocks have ended since the last one that was seen to. The end of one is told by its
- * flag: while its last conversion lasts it counts already, though that is still to come. */
+/* Blocks that have ended since the last one handled. The flag marks the end of one: during its last
+ * conversion it already counts, although that is not complete. */
 static uint32_t blocks_ended(void)
 {
     int32_t since =

@@ -23,8 +23,7 @@ void dma2_stream7_irq(void);
 typedef void (*handler)(void);
 #define VECTORS (16u + 82u)
 
-/* An interrupt that nobody asked for is a fault too: every entry first, then those that have a
- * handler. */
+/* An unexpected interrupt is a fault too: every entry first, then those that have a handler. */
 #pragma GCC diagnostic ignored "-Woverride-init"
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;

@@ -1,5 +1,5 @@
 /* The C library's functions that the image uses; the compiler calls the first four by itself. No
- * loop here may be made a call of itself: module.mk says so to the compiler. */
+ * loop here may become a call of itself: module.mk has the compiler flag. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -84,7 +84,8 @@ char *strncpy(char *restrict to, const char *restrict from, size_t length)
 #define BIAS          1023
 #define INFINITE      (UINT64_C(0x7ff) << FRACTION_BITS)
 
-/* Digit by digit: 53 bits of the root and one more, which with what is left says how to round. */
+/* Digit by digit: 53 bits of the root and one more, which together with the remainder determines
+ * the rounding. */
 double sqrt(double x)
 {
     union {

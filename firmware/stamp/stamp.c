@@ -1,5 +1,5 @@
 /* Completes the header of a linked image (common/image.h): CRCs and commit. usage: stamp ELF
- * COMMIT, where COMMIT is as `git describe --always --dirty` tells it with 12 digits, or
+ * COMMIT, where COMMIT is the output of `git describe --always --dirty` with 12 digits, or
  * "unknown" */
 #include <elf.h>
 #include <stdio.h>

@@ -32,7 +32,7 @@ static void wire_core(struct hil_board *board)
     hil_clock_start(&core->state.clock, 16000000);
 }
 
-/* In the order in which those who listen to pins are told: rig, chip, camera. */
+/* Order of notification of pin changes: rig, chip, camera. */
 static void wire_pins(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
@@ -162,7 +162,7 @@ static enum mr_status which_head(const uint8_t *flash, const struct hil_board_ty
 {
     struct mr_image image;
     enum mr_status status = mr_image_get(&image, flash);
-    if (status != MR_OK && status != MR_CRC) /* damaged, it says so all the same */
+    if (status != MR_OK && status != MR_CRC) /* damaged, but its header is readable */
         return MR_OK;
     const struct hil_board_type *found = hil_board_type_of(image.board);
     if (!found) {
@@ -270,7 +270,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->options = *options;
     if (options->board_drawn)
         hil_electronics_identity(options->board_seed, board->options.uid);
-    board->options.log = NULL; /* an empty board has nothing to tell, nor core.trace */
+    board->options.log = NULL; /* an empty board writes no log and no trace */
     wire(board);
     for (unsigned i = 0; i < 2; i++)
         board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
@@ -316,8 +316,8 @@ static enum mr_status restart(struct hil_board *board)
     return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 
-/* Is what is in flash, which came from this file, for this board? MR_VERSION: no; the reason says
- * what it is for. */
+/* Is the content of flash, from this file, for this board? MR_VERSION: no; the reason names the
+ * board. */
 static enum mr_status check_fits(struct hil_board *board, const char *path)
 {
     const struct hil_board_type *type = board->options.type, *wanted = type;
@@ -355,7 +355,7 @@ static const char *function_at(void *who, uint32_t pc)
     return symbol ? symbol->name : NULL;
 }
 
-/* Where the names of functions come from, for what is told of rules; the path is copied. */
+/* The ELF with the functions' names, for reports of rules; the path is copied. */
 static void name_functions(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);

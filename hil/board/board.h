@@ -7,17 +7,16 @@
  *     hil_board_run_until(board, 10 * HIL_SECOND_PS);
  *
  * Time. Virtual time counts HCLK cycles; an instruction takes one (or options.cpi), exception entry
- * 12, return 10.
- * That is an approximation (wait states, flash cache misses, divides and multiple loads are not
- * modelled; silicon differs by up to a factor of two in CPU time), so figures from here are
- * instruction counts, not cycle counts. Peripherals are exact in their own clocks. Events and
- * interrupts are seen at the next basic block of the firmware, a handful of instructions late at
- * most.
+ * 12, return 10. That is an approximation (wait states, flash cache misses, divides and multiple
+ * loads are not modelled; hardware differs by up to a factor of two in CPU time), so figures from
+ * here are instruction counts, not cycle counts. Peripherals are exact in their own clocks. Events
+ * and interrupts are seen at the next basic block of the firmware, a handful of instructions late
+ * at most.
  *
  * Errors. Functions that can fail return an enum mr_status and leave one line in
  * hil_board_reason(). After a failed hil_board_run_until the board stays where it is: MR_UNMODELLED
  * (an access or a setting that the emulator does not model; with address, size and PC) or MR_HALTED
- * (lockup, or something that silicon would not survive).
+ * (lockup, or something that hardware would not survive).
  *
  * Two boards share nothing; one board belongs to one thread. Same ELF, options, run file and
  * injected input: same bytes. */
@@ -120,13 +119,13 @@ enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, v
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes,
                               size_t n);
 
-/* Which board an image is for, by what is in a file; one that has no header or cannot be read
- * leaves `type` as it is, for whoever loads it says why. Either may be NULL; the ELF has
- * precedence. MR_VERSION: for a board that is not modelled; `error` says which. */
+/* Board type of an image, from the content of a file; a file without header, or unreadable, leaves
+ * `type` unchanged, and its loader reports why. Either may be NULL; the ELF has precedence.
+ * MR_VERSION: for a board that is not modelled; `error` says which. */
 enum mr_status hil_which_files(const char *elf, const char *flash,
                                const struct hil_board_type **type, char *error, size_t size);
 
-/* What the flash and the NOR of a board hold, as files, so that it outlasts the program.
+/* Flash and NOR contents of a board as files, so that they outlast the program.
  *
  * A flash file is the 1 MiB from 0x08000000, shorter ones are erased above; when the option bytes
  * are not factory new, their 16 bytes (as at 0x1FFFC000) follow. A NOR file is 16 MiB, likewise.
@@ -148,7 +147,7 @@ bool hil_is_precious(const char *path);
 
 /* Reset the chip now, as a debugger asks. */
 void hil_board_reset(struct hil_board *board);
-/* Draw or take the electronics that the options say, and give the converters theirs. */
+/* Draw or compute the electronics of the options, and give the converters theirs. */
 void hil_board_fit_electronics(struct hil_board *board);
 
 #endif
