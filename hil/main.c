@@ -540,7 +540,7 @@ struct session {
 /* 1: by a signal, HIL_WALL_STOP: the wall-clock limit. */
 static volatile int stop_asked;
 
-/* Says why, if there is something to say. */
+/* Prints the reason, if there is one. */
 static enum mr_status told(enum mr_status status, const char *why)
 {
     if (status != MR_OK)
@@ -571,7 +571,7 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
     return status == MR_CLOSED ? MR_OK : told(status, error);
 }
 
-/* At full speed the board waits for whoever opens the other end of its pty: next, but not before it
+/* At full speed the board waits for the next program that opens the other end of its pty, once it
  * has had the time to start, or to restart after the last one. */
 static bool host_is_there(struct session *session, uint64_t t_ps)
 {
@@ -899,7 +899,7 @@ static enum mr_status run(struct session *session)
     return status == MR_OK ? saved : status;
 }
 
-/* The files that say what is played, and which board it is. */
+/* The files that select the run and the board. */
 static enum mr_status read_files(struct session *session, struct arguments *a)
 {
     char error[512];
@@ -924,8 +924,8 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
     return status;
 }
 
-/* A stream that the caller closed must not become the number of an output file: what is said would
- * go there. */
+/* A stream that the caller closed must not become the number of an output file: messages would go
+ * there. */
 static void hold_standard_streams(void)
 {
     for (int fd = 0; fd < 3; fd++) {

@@ -88,7 +88,7 @@ static void on_end(void *device, uint64_t at)
     settle(dev, hil_clock_ps(&dev->core->state.clock, at));
 }
 
-/* Is this program or erase one of those that the script wants to fail? */
+/* Does the fault script want this program or erase to fail? */
 static bool is_ordered_to_fail(struct hil_w25q_device *dev, bool program)
 {
     struct hil_nor_orders *orders = dev->orders;
@@ -159,7 +159,7 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
     }
 }
 
-/* Is the command heard in the chip's present state? */
+/* Is the command accepted in the chip's present state? */
 static bool hears(const struct hil_w25q *w)
 {
     if (w->dead)

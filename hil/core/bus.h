@@ -1,7 +1,7 @@
 /* The bus: which peripheral answers at an address, whether its clock is on, and refusals.
  *
  * An access that nothing here models stops the run; it never reads as 0. Registers are read at any
- * size and written as words; only where silicon has byte lanes or a one-byte register (GPIO,
+ * size and written as words; only where hardware has byte lanes or a one-byte register (GPIO,
  * USART_DR, NVIC) are smaller writes modelled. */
 #ifndef MATRIG_HIL_BUS_H
 #define MATRIG_HIL_BUS_H

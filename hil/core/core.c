@@ -353,7 +353,7 @@ bool hil_condition_holds(uint32_t xpsr, unsigned condition)
     return condition >= 14 || holds[condition / 2] != (condition & 1u);
 }
 
-/* Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole words: the base tells. */
+/* Encodings: ARMv7-M A5.2 and A5.3. Offsets are whole words, so the base decides. */
 bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc)
 {
     const uint8_t *code = hil_memory_at(core, pc, 4, false);

@@ -1,12 +1,12 @@
 /* The processor with its memories, its bus, its interrupt controller and its clock: all that every
  * peripheral knows.
  *
- * `struct hil_core_state` holds no pointers: with the memories and the core's registers
- * (cpu.h) it is the whole of the processor, and a copy of it is a snapshot. What the core is
- * connected to is beside it.
+ * `struct hil_core_state` holds no pointers: with the memories and the core's registers (cpu.h) it
+ * is the whole of the processor, and a copy of it is a snapshot. What the core is connected to is
+ * beside it.
  *
  * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes
- * them. What the core has to tell them goes over wires that they connect and by the calls below. */
+ * them. The core reports to them over wires that they connect and by the calls below. */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
@@ -206,7 +206,7 @@ struct hil_core {
     struct hil_core_state state;
     struct hil_memory *memory; /* page-aligned: the core runs directly on it */
     struct uc_struct *uc;
-    FILE *trace;          /* NULL, or where exceptions and unusual events are told */
+    FILE *trace;          /* NULL, or the file for exceptions and unusual events */
     bool watch_alignment; /* hil_options.watch_alignment */
     uint32_t cycle_parts; /* of a cycle, HIL_CYCLE_PARTS, for each instruction: hil_options.cpi */
 
@@ -231,7 +231,7 @@ uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
 /* HCLK of a clock that starts. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
-/* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told:
+/* HCLK becomes hclk_hz at the present cycle. Parts that wait for a physical time must be notified:
  * hil_hclk_change does both. */
 void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
 
@@ -333,7 +333,7 @@ struct hil_register {
     uint32_t action;  /* bits whose writing does something or clears a flag */
     uint32_t status;  /* bits that hardware sets; what is written there does not matter */
     uint32_t partly;  /* bits of which some values, or in some states, are modelled: see `what` */
-    uint32_t refused; /* bits that silicon has and the board does not model */
+    uint32_t refused; /* bits that hardware has and the board does not model */
     const char *what; /* about partly and refused */
 };
 
@@ -348,7 +348,7 @@ const struct hil_register_set *hil_registers_of(uint32_t base);
 const struct hil_register_set *hil_registers_all(size_t *count);
 /* NULL: not modelled. */
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset);
-/* Why silicon would not do what this write asks, as text in static storage; NULL: it may go on. */
+/* Why hardware would ignore this write, as text in static storage; NULL: the write is allowed. */
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);
 /* What `count` registers from `offset` on are after a reset; where there is none: 0. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
@@ -357,8 +357,8 @@ void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t 
  *
  * Everything else of the emulator happens at the start of a basic block. Here an access has the
  * time of its own instruction: the start of its block plus one cycle (hil_options.cpi) for every
- * instruction before it. An instruction of silicon takes one cycle or more (an IT instruction or a
- * NOP can take none), so the time between two accesses is a lower bound of that on silicon. */
+ * instruction before it. On hardware an instruction takes one cycle or more (an IT instruction or a
+ * NOP can take none), so the time between two accesses is a lower bound of the real one. */
 
 /* Must the multiple, double or exclusive transfer at `pc` fault for its address, as the registers
  * are now? One with a general base register. */
@@ -368,8 +368,8 @@ bool hil_condition_holds(uint32_t xpsr, unsigned condition);
 /* How many instructions begin from `from` to before `to`. */
 unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to);
 
-/* PC of the instruction that makes the bus access in progress; where the core stands, when somebody
- * else makes it. */
+/* PC of the instruction that makes the bus access in progress; for accesses from outside the core,
+ * its present PC. */
 uint32_t hil_access_pc(const struct hil_core *core);
 
 /* Of the access in progress, from a peripheral that is read or written. Zero when no instruction of
@@ -378,14 +378,14 @@ struct hil_moment hil_stamp(const struct hil_core *core);
 /* Of what happens without the core, at a cycle. */
 struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);
 
-/* Refusals: an access that nothing models ends the run, and says which. */
+/* Refusals: an access that is not modelled ends the run with a message. */
 
 /* Called by a peripheral that is asked for something it does not model, with what it is: "TIM4:
  * centre-aligned mode". Returns 0, so that a read can return it; the run stops. */
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
 /* The same for a register that is not modelled. */
 uint32_t hil_bus_no_register(struct hil_core *core);
-/* The run stops at the access in progress: `why`, what it is, and `what` (NULL: no more to say). */
+/* The run stops at the access in progress: `why`, the access, and `what` (NULL: nothing to add). */
 void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
 
 /* Event queue: one fixed slot per source, so that the whole queue is a few words without pointers.
@@ -394,7 +394,7 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
  * or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
  * converted again whenever HCLK changes. */
 
-/* An empty queue, nobody at any address of the bus. */
+/* An empty queue, and no peripheral on the bus. */
 void hil_core_create(struct hil_core *core);
 void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
                     void (*handler)(void *device, uint64_t at), void *device);

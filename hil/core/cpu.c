@@ -62,7 +62,7 @@ static void guard_flash(struct hil_core *core, bool guarded)
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, !guarded);
 }
 
-/* Make address 0 what the state says. */
+/* Map flash or ROM at address 0, as the state requires. */
 void hil_map_follow_boot_pin(struct hil_core *core)
 {
     if (core->engine.rom_at_zero == core->state.bank.boot_rom)
@@ -166,7 +166,7 @@ static void map_create(struct hil_core *core)
 
 /* --- blocks --- */
 
-/* Why Unicorn came back, told by its hooks. */
+/* Why Unicorn returned, set by its hooks. */
 enum {
     CAME_BACK_PLAIN,
     CAME_BACK_RETURN,

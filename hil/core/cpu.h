@@ -45,7 +45,7 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
 
 /* ---- address space ---- */
 
-/* Make address 0 what the state says: flash, or after BOOT0 the ROM. */
+/* Map at address 0 what the state requires: flash, or after BOOT0 the ROM. */
 void hil_map_follow_boot_pin(struct hil_core *core);
 
 /* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the

@@ -11,11 +11,11 @@
 
 struct hil_memory;
 
-/* Copy the load segments to their physical addresses, without the file's own headers, if a segment
- * begins with them, and what lies with them below a memory. On failure `error` says what is wrong,
- * and memory is as before. MR_IO: cannot be read; MR_TOO_LONG; MR_TRUNCATED; MR_MALFORMED: no ELF,
- * or not an executable; MR_VERSION: for another machine, or a segment outside flash (0x08000000, 1
- * MiB), SRAM (0x20000000, 128 KiB) and CCM (0x10000000, 64 KiB). */
+/* Copy the load segments to their physical addresses, without the file's own headers when a segment
+ * begins with them, and without the bytes beside them below a memory. On failure `error` describes
+ * the fault, and memory is unchanged. MR_IO: cannot be read; MR_TOO_LONG; MR_TRUNCATED;
+ * MR_MALFORMED: no ELF, or not an executable; MR_VERSION: for another machine, or a segment outside
+ * flash (0x08000000, 1 MiB), SRAM (0x20000000, 128 KiB) and CCM (0x10000000, 64 KiB). */
 enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *error, size_t size);
 
 /* Address of a function (without its Thumb bit) or variable of that image. MR_UNKNOWN: it has no

@@ -19,8 +19,8 @@ struct hil_file_place {
 __attribute__((format(printf, 3, 4))) enum mr_status hil_file_refuse(
     const struct hil_file_place *at, enum mr_status status, const char *format, ...);
 
-/* A whole file, with a 0 behind it; the caller frees it, also after a failure. MR_IO: `advice` says
- * what to do; MR_TOO_LONG: more than `most` bytes. */
+/* A whole file, with a 0 behind it; the caller frees it, also after a failure. MR_IO: the message
+ * ends in `advice`; MR_TOO_LONG: more than `most` bytes. */
 enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const char *advice,
                              char **bytes, size_t *size);
 

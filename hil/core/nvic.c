@@ -331,9 +331,9 @@ static void move_registers(struct hil_core *core, struct frame *frame, bool fp, 
 }
 
 /* There is no memory for the frame. A handler of bus faults or hard faults runs all the same, and
- * finds nothing on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1); another exception gives way to
- * the bus fault that this is, or to a hard fault where that is disabled or not above it. 0: the run
- * has ended. */
+ * finds nothing on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1); another exception is replaced by
+ * this bus fault, or by a hard fault where bus faults are disabled or not above it. 0: the run has
+ * ended. */
 static unsigned instead_of(struct hil_core *core, unsigned exception, uint32_t frame_at,
                            uint32_t pc)
 {
@@ -837,7 +837,7 @@ static void dwt_write(struct hil_core *core, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     if (!(scb->demcr & DEMCR_TRCENA))
-        return; /* as silicon: the unit is off */
+        return; /* as hardware: the unit is off */
     /* all but CYCCNTENA, and SYNCTAP/CYCTAP, which only matter to trace */
     if (value & 0x3ffffffeu & ~0x1e00u)
         hil_bus_refuse(core, "DWT functions other than the cycle counter");

@@ -49,8 +49,8 @@ void hil_irq_line(struct hil_core *core, unsigned irq, bool level);
 void hil_nvic_line(struct hil_core *core, unsigned exception, bool level);
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 
-/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when somebody looks; only
- * its zero is an event. */
+/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when it is read; only its
+ * zero is an event. */
 void hil_systick_create(struct hil_core *core);
 void hil_systick_reset(struct hil_core *core);
 
@@ -96,7 +96,7 @@ void hil_exception_seen(struct hil_core *core);
 /* The core branched to EXC_RETURN. */
 void hil_exception_return(struct hil_core *core, uint32_t exc_return);
 /* A synchronous fault of the instruction at `pc`: escalates to HardFault, and to a halt, as the
- * architecture says. `address`: what it accessed, for BFAR. */
+ * architecture defines. `address`: what it accessed, for BFAR. */
 void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address);
 /* SVC: pc is the instruction after it. */
 void hil_exception_svc(struct hil_core *core, uint32_t pc);

@@ -8,11 +8,11 @@
 
 /* ---- call ---- */
 
-/* A wire from one part to another: who is told, and by which call. The part at the near end knows
- * nothing of the far end, so that a peripheral does not know the board it sits on. */
+/* A wire from one part to another: the receiver and its call. The sender knows nothing of the
+ * receiver, so that a peripheral does not know its board. */
 
 struct hil_call {
-    void (*call)(void *who); /* NULL: nobody is there */
+    void (*call)(void *who); /* NULL: not connected */
     void *who;
 };
 
@@ -127,7 +127,7 @@ struct hil_counters {
     /* time with PD12 high and PD13 low; no direct component: plus equals minus */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
-    uint64_t faults_injected;    /* lines told of hil/rig/faults.h */
+    uint64_t faults_injected;    /* lines reported by hil/rig/faults.h */
     uint64_t flash_refused;      /* stores and operations that set an error flag, wrong keys */
     uint64_t flash_stall_cycles; /* HCLK cycles for which the core waited for flash */
     uint64_t power_cuts;

@@ -1,10 +1,10 @@
-/* What Unicorn 2.0.1 (Debian 12) has inside and its interface does not give.
+/* Internals of Unicorn 2.0.1 (Debian 12) that its interface does not offer.
  *
  * Half of the time of a run. It sends every store to RAM through its slow path, to look for
  * translated code that the store changes; it never notices that a page has none, as QEMU does, and
- * later versions do (its pull requests 1838, 2031). Here pages of RAM are told to be free of code
+ * later versions do (its pull requests 1838, 2031). Here pages of RAM are marked free of code
  * (`tlb_set_dirty`) when they come into its translation buffer, until the board first runs code
- * from RAM; from then on every store of that board is looked at again. And the locks around that
+ * from RAM; from then on every store of that board is checked again. And the locks around that
  * look, which build a tree for each store and lock nothing in a single thread, are left out, as in
  * the next version.
  *
@@ -16,10 +16,10 @@
  *
  * The end of a block. After a store that faults it runs the block to its end, with all that the
  * instructions behind the store do; after a load it leaves (`cpu_loop_exit`). Here it leaves after
- * every access that somebody abandons.
+ * every abandoned access.
  *
  * The functions have the names of exported ones of the library, whose own uses of them come here
- * first. A version without them is served no worse: then nobody calls these, and an access has no
+ * first. A version without them works as before: these are then never called, and an access has no
  * place. */
 #include <dlfcn.h>
 #include <stddef.h>

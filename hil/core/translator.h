@@ -1,5 +1,5 @@
 /* Unicorn's translator from inside: faster stores to RAM, and the instruction of a translated block
- * that makes the access in progress. translator.c says how. */
+ * that makes the access in progress. See translator.c. */
 #ifndef MATRIG_HIL_TRANSLATOR_H
 #define MATRIG_HIL_TRANSLATOR_H
 
@@ -35,7 +35,7 @@ bool hil_translator_place(const struct hil_translator *translator, uint32_t addr
 /* Makes the core an access now that translated code can be left at? */
 bool hil_translator_can_leave(const struct hil_translator *translator);
 /* Leave it, before the access or, for one that was abandoned, behind it: the processor stands at
- * the instruction that makes it, and Unicorn comes back if it was told to stop. */
+ * the instruction that makes it, and Unicorn returns if a stop was requested. */
 __attribute__((noreturn)) void hil_translator_leave(const struct hil_translator *translator);
 
 #endif

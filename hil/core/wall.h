@@ -26,8 +26,8 @@ void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile in
 void hil_pace_done(struct hil_pace *pace, uint64_t t_ps);
 
 /* After limit_s of wall clock set *stop to HIL_WALL_STOP; if the process is still there
- * HIL_WALL_GRACE_S later (it waits for something that does not come, or virtual time stands still),
- * say so and exit with 3. 0: none. */
+ * HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time stands still),
+ * print a message and exit with 3. 0: none. */
 #define HIL_WALL_STOP    2
 #define HIL_WALL_GRACE_S 5
 void hil_wall_limit(double limit_s, volatile int *stop);

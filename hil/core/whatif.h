@@ -9,12 +9,12 @@
  * an exception or faults: what is decided later is not seen, nor what is stored in memory and
  * overwritten before. In the copy the register that is read keeps its value and every other read of
  * a peripheral gives 0, so what is followed may be a way that the program would not take. Stores to
- * the stack do not count by themselves (compilers save registers that nobody reads again); what is
- * made of them does. A load inside an IT block is followed as if the block ended behind it.
+ * the stack do not count by themselves (compilers save registers that are never read again); what
+ * is made of them does. A load inside an IT block is followed as if the block ended behind it.
  *
  * A load is tried HIL_WHATIF_TIMES times with the same bits in question and the same LR, since the
- * code changed or the chip was reset. If none of these mattered, later ones are taken not to: a
- * program that drops what it reads at first and decides by it afterwards goes on unseen. */
+ * code changed or the chip was reset. If none of these mattered, later ones are assumed not to: a
+ * program that ignores the value at first and decides by it later is not caught. */
 #ifndef MATRIG_HIL_WHATIF_H
 #define MATRIG_HIL_WHATIF_H
 

@@ -60,7 +60,7 @@ static void go_on(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
-    if (d->hold == HIL_HOLD_BKPT) /* the instruction has said what it has to say */
+    if (d->hold == HIL_HOLD_BKPT) /* the firmware's own BKPT needs no message */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
     d->hold = HIL_HOLD_NONE;
     d->watch_hit = false;

@@ -82,7 +82,7 @@ static char *to_hex(char *text, const void *bytes, size_t n)
     return text;
 }
 
-/* End the connection; whoever `lost` names is told. */
+/* End the connection and notify `lost`. */
 static void lose(struct hil_gdb_line *line)
 {
     if (line->fd >= 0)
@@ -158,8 +158,9 @@ static void drop(struct hil_gdb_line *line, size_t n)
 }
 
 /* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none.
- * *interrupt: Ctrl-C came instead. A packet whose sender cannot be told that it came is none: the
- * connection is lost, and the board detached. But for kill: gdb goes as soon as it has sent it. */
+ * *interrupt: Ctrl-C came instead. A packet that cannot be acknowledged counts as none: the
+ * connection is lost, and the board detached. The exception is kill: gdb disconnects as soon as it
+ * has sent it. */
 static int take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
@@ -486,7 +487,7 @@ static void attach(struct hil_gdb *gdb)
     hil_debug_attach(gdb->board, &gdb->debug);
 }
 
-/* Why the board is held or has stopped, as far as a stop reply does not say it. */
+/* Why the board is held or has stopped, beyond the stop reply. */
 static void explain(struct hil_gdb *gdb, enum mr_status status)
 {
     char text[512];

@@ -31,7 +31,7 @@ struct hil_gdb_line {
 struct hil_gdb {
     int listener; /* -1: none */
     struct hil_gdb_line line;
-    char place[160]; /* where it listens, to tell */
+    char place[160]; /* where it listens, for the message */
     char path[108];  /* of the socket; empty: a port */
     struct hil_board *board;
     struct hil_debug debug;

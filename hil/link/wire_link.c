@@ -23,13 +23,13 @@
 #define CLOSE_MS     500
 #define POLL_MS      100
 #define PTY_POLL_MS  2       /* nothing wakes us when a host opens it */
-#define PTY_BAUD     115200u /* until a host says otherwise */
+#define PTY_BAUD     115200u /* until a host sets another rate */
 
 /* ---- a pseudo-terminal: a host program opens its name as it would a serial port, and the rate it
  * sets is the rate at which its end of the line runs. Linux drops the parity setting of
  * pseudo-terminals (drivers/tty/pty.c clears PARENB and forces eight bits), so it cannot be read
- * from here, and a program that insists on parity must be told to do without:
- * `stm32flash -m 8n1`. ---- */
+ * from here, and a program that insists on parity needs the option for none: `stm32flash -m 8n1`.
+ * ---- */
 
 static bool set_raw(int fd, uint32_t baud)
 {
@@ -42,7 +42,7 @@ static bool set_raw(int fd, uint32_t baud)
     return ioctl(fd, TCSETS2, &t) == 0;
 }
 
-/* Only after its first close does an unused pseudo-terminal say that nobody is there. */
+/* An unused pseudo-terminal reports a missing host only after its first close. */
 static bool open_once(int fd)
 {
     int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -102,7 +102,7 @@ static const char *noun(const struct hil_link *link)
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
-/* A connection of the wrong type reaches nobody, and the refusal tells whether anybody is there. */
+/* A connection of the wrong type disturbs no listener, and the error shows whether there is one. */
 static bool is_live(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);

@@ -29,7 +29,7 @@ struct hil_link {
     bool drops;              /* when full, drop instead of growing */
     bool hung_up;            /* the host closed its end, for good or (pty) for now */
     bool moved;              /* pty: something went over it since the last look */
-    uint32_t baud;           /* pty: as last told to the board */
+    uint32_t baud;           /* pty: as last reported to the board */
     uint64_t dropped;        /* frames (CAN) or bytes (serial) */
     uint8_t partial[16];     /* a frame that came in part */
     size_t partial_size;
@@ -40,7 +40,8 @@ struct hil_link {
  * MR_IO. */
 enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error,
                                  size_t size);
-/* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */
+/* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` has the
+ * reason. */
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text,
                              char *error, size_t size);
 /* Wait until a host has connected, or has the pty open; at once for links without one. MR_TIMEOUT,
@@ -56,8 +57,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
                               char *error, size_t size);
 /* Give the board what the host has sent. */
 void hil_link_receive(struct hil_link *link, struct hil_board *board);
-/* Finish: tell the host that nothing more comes, take in what it still sends for a moment, close,
- * remove the socket. */
+/* Finish: signal the end to the host, read for a moment what it still sends, close, remove the
+ * socket. */
 void hil_link_close(struct hil_link *link);
 
 #endif

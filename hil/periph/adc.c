@@ -274,7 +274,7 @@ static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned
                          input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }
 
-/* The sequence as the registers say. False: it cannot be. */
+/* The sequence of the registers. False: not a possible one. */
 static bool plan(struct hil_adc_device *dev, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};

@@ -3,10 +3,10 @@
  *
  * A sequence takes its real time. Each channel is sampled at the end of its own sampling window and
  * its code delivered 12 ADC clocks later; codes are worked out in bulk at the end of the sequence,
- * or earlier when DMA raises a flag inside it or somebody looks.
+ * or earlier when DMA raises a flag inside it or a register is read.
  *
- * Codes are relative to VDDA (VREF+ is tied to it). A converter is ideal but for its noise unless
- * it is given errors (hil/periph/adc.h). */
+ * Codes are relative to VDDA (VREF+ is tied to it). A converter is ideal apart from its noise
+ * unless it is given errors (hil/periph/adc.h). */
 #ifndef MATRIG_HIL_ADC_H
 #define MATRIG_HIL_ADC_H
 

@@ -187,7 +187,7 @@ static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
     return false;
 }
 
-/* The bus is free: let whoever wins start a frame. */
+/* The bus is free: the winner of the arbitration starts a frame. */
 static void try_start(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;

@@ -8,9 +8,9 @@
 
 enum hil_can_bus {
     HIL_CAN_CONNECTED, /* the other side acknowledges */
-    HIL_CAN_UNPLUGGED, /* nobody acknowledges */
+    HIL_CAN_UNPLUGGED, /* no node acknowledges */
     HIL_CAN_SHORTED,   /* wires touching: every bit reads back recessive */
-    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, nobody leaves initialisation */
+    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, and no node leaves initialisation */
 };
 
 struct hil_can_frame {

@@ -169,7 +169,7 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
     struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
     if (!hil_dma_until_flag(dev, &r))
-        return; /* nobody serves it: the flag stays and the next capture is an overrun */
+        return; /* without service the flag stays and the next capture is an overrun */
     uint32_t value = hil_bus_read(dev->core, s->par, item_bytes(s));
     uint8_t *memory = next_items(dev, &r, 1);
     if (!memory)
@@ -211,8 +211,7 @@ void hil_dma_reset(void *device, unsigned unit)
     }
 }
 
-/* What the emulator knows of the streams' data is as of the last event; bring it up to now before
- * anybody looks. */
+/* The streams' data are known as of the last event; bring them up to now before a read. */
 static void catch_up(struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
@@ -237,7 +236,7 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
-    if (flags(dma, stream) || s->ndtr == 0) { /* as silicon: it does not start (10.3.17) */
+    if (flags(dma, stream) || s->ndtr == 0) { /* as hardware: it does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
                   (unsigned)flags(dma, stream), (unsigned)s->ndtr);
         return;

@@ -2,8 +2,8 @@
  *
  * Peripherals that have data or room call hil_dma_write_items / hil_dma_read_items with as many
  * items as moved at that moment; half-transfer and transfer-complete flags rise then. A peripheral
- * that moves several items in one event must not step over a flag: hil_dma_until_flag says how many
- * items there are to the next. CCM is out of reach: transfer error. */
+ * that moves several items in one event must not step over a flag: hil_dma_until_flag returns the
+ * number of items to the next. CCM is out of reach: transfer error. */
 #ifndef MATRIG_HIL_DMA_H
 #define MATRIG_HIL_DMA_H
 

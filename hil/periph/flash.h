@@ -1,21 +1,20 @@
 /* Flash memory and its interface (RM0090 3): 1 MiB in one bank of twelve sectors (4 x 16, 1 x 64, 7
  * x 128 KiB), option bytes, one-time area.
  *
- * Programming only turns ones into zeroes, in the width that PSIZE says; it and erasing take the
- * time of the data sheet (DS8626, flash memory programming, 2.7 to 3.6 V). Until an operation ends
- * the bank cannot be read: code in flash stands still while virtual time, peripherals and
- * interrupts go on, code in RAM runs on and sees BSY, and a DMA controller that wants data from
- * flash waits with all its streams. On silicon a loop that sits in the instruction cache also runs
- * on; here it stands still.
+ * Programming only turns ones into zeroes, in the width of PSIZE; it and erasing take the time of
+ * the data sheet (DS8626, flash memory programming, 2.7 to 3.6 V). Until an operation ends the bank
+ * cannot be read: code in flash stands still while virtual time, peripherals and interrupts go on,
+ * code in RAM runs on and sees BSY, and a DMA controller that wants data from flash waits with all
+ * its streams. On hardware a loop in the instruction cache also runs on; here it stands still.
  *
  * Flash and option bytes keep their content through resets and power cuts. An operation that a
- * reset or a power cut ends early leaves cells half changed (below); option bytes cut
- * off read as erased: protection level 1, nothing write-protected (RM0090 3.7.1).
+ * reset or a power cut ends early leaves cells half changed (below); option bytes cut off read as
+ * erased: protection level 1, nothing write-protected (RM0090 3.7.1).
  *
  * Refused or not modelled: x64 (needs a supply on VPP that the board does not have), write
  * protection and the hardware watchdog by option bytes, programming the one-time area, stop-mode
- * options (there is no stop mode). The block on flash that silicon has at level 1 for code in RAM
- * after booting from system memory is not modelled: the boot ROM itself refuses. */
+ * options (there is no stop mode). The hardware's block on flash at level 1 for code in RAM after
+ * booting from system memory is not modelled: the boot ROM itself refuses. */
 #ifndef MATRIG_HIL_FLASH_H
 #define MATRIG_HIL_FLASH_H
 

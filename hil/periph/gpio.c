@@ -158,8 +158,8 @@ uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
     return value;
 }
 
-/* A pin that is given a use must be one that the package has; what the chip itself has without it
- * works on silicon, and reaches nothing. */
+/* A pin that is given a use must exist on the package; a pin of the chip alone works on hardware,
+ * but is not connected. */
 static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
 {
     for (unsigned pin = 0; pin < 16; pin++) {

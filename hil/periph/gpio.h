@@ -1,10 +1,10 @@
-/* GPIO ports A to I (RM0090 8): mode, output, input, alternate functions, and the level that a pin
- * has in the end.
+/* GPIO ports A to I (RM0090 8): mode, output, input, alternate functions, and the resulting level
+ * of a pin.
  *
- * A pin's level: in output mode what ODR and OTYPER say; in alternate mode what the peripheral
- * drives; otherwise what is connected from outside; otherwise a resistor outside, then the pull
- * inside. What none of these holds floats: it reads as low here, and what is decided by it breaks a
- * rule (rules.def, FLOATING). */
+ * A pin's level: in output mode by ODR and OTYPER; in alternate mode by the peripheral; otherwise
+ * by the outside connection; otherwise by a resistor outside, then by the internal pull. A pin held
+ * by none of these floats: it reads as low here, and a decision that depends on it breaks a rule
+ * (rules.def, FLOATING). */
 #ifndef MATRIG_HIL_GPIO_H
 #define MATRIG_HIL_GPIO_H
 
@@ -52,16 +52,16 @@ struct hil_gpio_device {
     HIL_NEIGHBOURS;
     struct hil_gpio *state;
     const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
-    /* NULL: nothing, or what hil_gpio_drive says */
+    /* NULL: unconnected, or driven by hil_gpio_drive */
     const struct hil_pin *outside[HIL_GPIO_PORTS][16];
-    /* of ports B, D and E; told in this order */
+    /* of ports B, D and E; called in this order */
     struct hil_pin_listener listener[HIL_PIN_LISTENERS];
     unsigned listeners;
     struct hil_pin_listener timer_listener; /* of the pins that TIM4 can drive */
     uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS]; /* by resistors outside */
-    /* The core reads IDR, and nothing holds these pins; NULL: nobody looks. */
+    /* The core reads IDR while these pins float; NULL: no listener. */
     void (*floats)(void *who, unsigned port, uint32_t value, uint32_t pins);
-    /* the core has stored to a port; NULL: nobody looks */
+    /* the core has stored to a port; NULL: no listener */
     void (*stored)(void *who, unsigned port);
     void *stored_who, *floats_who;
 };
@@ -85,8 +85,8 @@ void hil_gpio_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, boo
 /* A driver outside changes its level. */
 void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
                     uint64_t at);
-/* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): tell those who
- * watch. */
+/* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): notify the
+ * listeners. */
 void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at);
 /* The same of the pins that TIM4 can drive. */
 void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at);

@@ -68,7 +68,7 @@ static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t
     i2c->phase = phase;
     i2c->begin_cycle = at;
     i2c->end_cycle = periods ? at + periods * period_cycles(dev) : HIL_NEVER;
-    if (periods == BYTE_PERIODS) { /* somebody holds the clock */
+    if (periods == BYTE_PERIODS) { /* the clock is held low */
         double stretch_s = (double)dev->slave.hold->stretch_ps * 1e-12;
         i2c->end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
         dev->slave.hold->stretch_ps = 0;
@@ -342,7 +342,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
                 enter(dev, HIL_I2C_SENT, 0, 0);
                 take_request(dev, now);
             } else {
-                i2c->acknowledge = true; /* POS: what ACK says is for the byte after this one */
+                i2c->acknowledge = true; /* POS: ACK applies to the byte after this one */
                 begin_byte(dev, HIL_I2C_RECEIVING, now);
             }
             hil_event_set_cycle(dev->core, HIL_EVENT_I2C, dev->state->end_cycle);

@@ -2,14 +2,14 @@
  * behind it and a pull-up on each line.
  *
  * Bytes take nine periods of SCL: 2 CCR of PCLK1 in standard mode, 3 CCR or 25 CCR in fast mode.
- * The master holds SCL low while SB, ADDR or BTF wait for the program, as silicon does. BUSY is set
- * by a line that is low and cleared by a stop condition, a software reset or a reset of the
+ * The master holds SCL low while SB, ADDR or BTF wait for the program, as hardware does. BUSY is
+ * set by a line that is low and cleared by a stop condition, a software reset or a reset of the
  * peripheral: not by a line that merely comes back while SCL is low. While the pins are not I2C1's
- * it sees nothing. A byte at a time: the acknowledge that ends a byte is what ACK says then (POS:
- * what it said when the byte before ended); a line that is held low loses the arbitration of the
+ * it sees nothing. A byte at a time: the acknowledge that ends a byte follows ACK at that time
+ * (POS: ACK at the end of the byte before); a line that is held low loses the arbitration of the
  * first 1 sent. What the program does to the pins as outputs is seen by the chip behind them as
  * clocks, starts and stops, not as bytes. Refused beside registers.def: 10-bit addresses, and
- * settings that change where silicon would not take them. FLTR is not in this chip. */
+ * changes of settings that hardware would ignore. FLTR is not in this chip. */
 #ifndef MATRIG_HIL_I2C_H
 #define MATRIG_HIL_I2C_H
 

@@ -60,8 +60,8 @@ struct hil_mcu {
     struct hil_pin line_in;
 };
 
-/* Join the parts. `mcu` is zero and outlived by the others. Pins are told after those that listened
- * before. */
+/* Join the parts. `mcu` is zero and outlived by the others. Its pin listeners are called after the
+ * earlier ones. */
 void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
                     struct hil_mcu_state *state);
 /* What a reset line of the chip reaches, the core apart. `csr_flags` are the flags that RCC_CSR

@@ -11,9 +11,9 @@
 #include "hil/periph/canbits.h"
 #include "hil/periph/wire.h"
 
-/* The boards that can be emulated: chip, package, supply, and what is wired to which pin. Read out
- * of data sheets and manuals apart from firmware/boards/, so that a wrong belief has two
- * authors. */
+/* The boards that can be emulated: chip, package, supply, and what is wired to which pin. Taken
+ * from data sheets and manuals independently of firmware/boards/, so that an error must be made
+ * twice to go unnoticed. */
 
 #define HIL_BOARD_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
 #define HIL_BOARD_PORTS    9u
@@ -110,8 +110,8 @@ struct hil_options {
     /* fault on multiple and double transfers that are not aligned to words; two to three times
      * slower, since every instruction is looked at */
     bool watch_alignment;
-    FILE *trace; /* NULL, or where exceptions and unusual events are told */
-    /* NULL, or where injected faults are told, a line each (hil/rig/faults.h) */
+    FILE *trace; /* NULL, or the file for exceptions and unusual events */
+    /* NULL, or the file for injected faults, one line each (hil/rig/faults.h) */
     FILE *log;
 };
 

@@ -114,8 +114,8 @@ static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     return (uint32_t)(vco / p);
 }
 
-/* Frequency of HCLK, true and nominal (without the error of the HSI), as CR, PLLCFGR and CFGR.SWS
- * say. */
+/* Frequency of HCLK, true and nominal (without the error of the HSI), by CR, PLLCFGR and
+ * CFGR.SWS. */
 static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
 {
     struct hil_rcc *rcc = dev->state;

@@ -1,7 +1,7 @@
 /* Reset and clock control with power control (RM0090 7, 5.4); the flash interface is in
  * hil/periph/flash.h.
  *
- * Oscillators take their time: HSE 2 ms, PLL 200 us, LSI 40 us. Settings that silicon would not
+ * Oscillators take their time: HSE 2 ms, PLL 200 us, LSI 40 us. Settings that hardware would not
  * survive (PLL out of range, bus too fast, too few flash wait states, voltage scale too low) halt
  * the run with a message. */
 #ifndef MATRIG_HIL_RCC_H

@@ -1,17 +1,17 @@
-/* Rules of time and electricity: what the chips around the microcontroller demand, held against
- * what the firmware does to their pins, while it runs.
+/* Timing and electrical rules: the requirements of the chips around the microcontroller, checked
+ * against the firmware's use of their pins while it runs.
  *
- * The rules are rows of rules.def, each with its number and who says so. Stores to a port have the
+ * The rules are rows of rules.def, each with its limit and its source. Stores to a port have the
  * time of their own instruction (hil/core/core.h); an edge is not over when its store is: a level
  * is reached only after the slew that OSPEEDR allows, and the far chip sees its end as early as the
  * next store. So a level lasts from store to store less the slew of its own edge.
  *
- * A rule that is broken stops the run (MR_HALTED) with what was measured, both instructions and the
- * source of the number; or is only counted. What was measured of each rule is in its tally. Nothing
- * here changes what the board does otherwise.
+ * A broken rule stops the run (MR_HALTED) with the measured value, both instructions and the source
+ * of the limit; or it is only counted. The tally of a rule has its measurements. Rules do not
+ * change the board's behaviour otherwise.
  *
- * Pins are kept here as the firmware stores to them (output, open drain). What a peripheral does to
- * its pins, it says itself (spi.c, hil/chips/w25q.c). */
+ * Pins are kept here as the firmware stores to them (output, open drain). A peripheral reports its
+ * own use of pins (spi.c, hil/chips/w25q.c). */
 #ifndef MATRIG_HIL_RULES_H
 #define MATRIG_HIL_RULES_H
 
@@ -48,7 +48,7 @@ struct hil_tally {
 
 struct hil_rules_edges {
     bool high;
-    struct hil_moment rose, fell; /* ps 0: not since the reset, or by nobody known */
+    struct hil_moment rose, fell; /* ps 0: not since the reset, or of unknown origin */
 };
 
 /* Without pointers: a copy is a snapshot. */
@@ -75,7 +75,7 @@ void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t pins
 /* The same of a word that a peripheral received from a pin. */
 void hil_rules_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,
                        uint32_t bits);
-/* A reset moved the pins: nobody begins or ends anything with it. */
+/* A reset moved the pins: this begins or ends nothing. */
 void hil_rules_reset(struct hil_rules_device *dev);
 static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rules_device *dev,
                                                             enum hil_rules_pin pin)
@@ -88,7 +88,7 @@ bool hil_rules_hold(const struct hil_rules_device *dev);
  * nothing is judged by them. */
 void hil_rules_judge(struct hil_rules_device *dev, enum hil_rule rule, struct hil_moment from,
                      struct hil_moment to);
-/* The same, of a time in nanoseconds; `least_ns` 0: what the row says. */
+/* The same, of a time in nanoseconds; `least_ns` 0: the limit of the row. */
 void hil_rules_measure(struct hil_rules_device *dev, enum hil_rule rule, double ns, double least_ns,
                        uint32_t pc);
 /* A FAULT rule: kept, or broken with a few words about it. */

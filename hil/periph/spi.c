@@ -155,8 +155,8 @@ static void judge_deselect(struct hil_spi_device *dev)
         hil_rules_judge(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
 
-/* The next event is the end of the byte after which anybody can notice something: a flag of a
- * stream, an interrupt. */
+/* The next event is the end of the byte after which something becomes visible: a flag of a stream,
+ * an interrupt. */
 static void schedule(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
@@ -280,7 +280,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     switch (offset) {
     case CR1: cr1_write(dev, value); break;
     case SR: /* nothing in it can be written here; CRCERR is never set */ break;
-    case DR: /* a byte not yet gone is overwritten, as on silicon */
+    case DR: /* a byte not yet sent is overwritten, as on hardware */
         spi->held = (uint8_t)value;
         spi->holding = true;
         break;

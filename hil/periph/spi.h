@@ -41,7 +41,7 @@ struct hil_spi_device {
     struct hil_spi_slave slave;
 };
 
-/* Of SCK, as CR1 says now. */
+/* Of SCK, by the present CR1. */
 double hil_spi_period_ns(const struct hil_spi_device *dev);
 
 /* For the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */

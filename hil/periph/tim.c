@@ -386,7 +386,7 @@ static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channe
     refresh_references(dev, unit, hil_now(dev->core));
 }
 
-/* A capture takes the edges of its pin as they come: somebody has to hold it. */
+/* A capture needs an input that is held. */
 static void hold_inputs(struct hil_tim_device *dev)
 {
     static const struct {

@@ -2,7 +2,7 @@
  * output compare with all eight modes, capture of TIM2's channels 1 and 2 from their own pins with
  * filter and prescaler, trigger mode from another timer. The rest is refused.
  *
- * The counter is computed when somebody looks; compare matches, updates and captures are events.
+ * The counter is computed when it is read; compare matches, updates and captures are events.
  * Trigger and synchronisation delays of one or two timer clocks are not modelled; the input
  * filter's is. */
 #ifndef MATRIG_HIL_TIM_H

@@ -108,9 +108,9 @@ static uint64_t frame_bits(const struct hil_usart_device *dev)
     return bits_with(parity(dev->state));
 }
 
-/* Does the other end speak as is programmed: the parity, and a rate near enough (2 %: a receiver
- * takes 3.3 %, RM0090 table 142, and the other end's own error and that of its divider are in
- * it)? */
+/* Does the other end use the programmed settings: the parity, and a rate near enough (2 %: a
+ * receiver tolerates 3.3 %, RM0090 table 142, which includes the other end's own error and that of
+ * its divider)? */
 static bool line_fits(const struct hil_usart_device *dev)
 {
     uint64_t bit = bit_cycles(dev);

@@ -1,6 +1,6 @@
-/* What a peripheral is wired to: its neighbours within the chip, and what lies between a link's
- * pins and its other end. That takes what is sent, and says what befalls each frame or byte on the
- * way. The peripheral asks; who answers is the rig (hil/rig/faults.h). */
+/* What a peripheral is wired to: its neighbours within the chip, and the line between a link's pins
+ * and its other end. The line accepts frames and bytes and decides their faults. The peripheral
+ * asks; the rig answers (hil/rig/faults.h). */
 #ifndef MATRIG_HIL_WIRE_H
 #define MATRIG_HIL_WIRE_H
 
@@ -45,8 +45,8 @@ enum hil_line_fault {
 
 struct hil_wire {
     void *who;
-    /* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the
-     * unit. */
+    /* Does the next unit on this line have this fault? Counts it down and reports it; `what` names
+     * the unit. */
     bool (*suffers)(void *who, enum hil_line line, enum hil_line_fault kind, const char *what,
                     uint32_t number);
     /* Time by which the last unit that suffered HIL_DELAY is to be late. */

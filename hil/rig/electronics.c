@@ -10,7 +10,7 @@
 #define S_PER_H              3600.0
 #define TWO_PI               6.28318530717958647693
 #define CODES                4096.0
-/* Of the sensors themselves, most: what firmware/config.c's data sheets say. */
+/* Largest errors of the sensors themselves: from the data sheets in firmware/config.c. */
 #define CELL_GAIN_REL        0.005 /* electrolytic transducer, 0.5 % */
 #define CELL_ZERO_IN         0.010 /* its zero is set by hand */
 #define GAGE_FACTOR_REL      0.005

@@ -60,7 +60,8 @@ struct hil_electronics {
 /* Values of figures.def. */
 void hil_figures_reference(struct hil_figures *figures);
 
-/* Of the board that the options say: ideal, or drawn from `figures`, the reference's where NULL. */
+/* The electronics of the board in the options: ideal, or drawn from `figures` (NULL: the reference
+ * design's). */
 void hil_electronics_make(struct hil_electronics *electronics, const struct hil_options *options,
                           const struct hil_figures *figures);
 

@@ -26,8 +26,8 @@
 /* ---- the two links ---- */
 
 /* Reports a fault that fired, or a frame or byte that suffered one: a line with its virtual time to
- * the log and to the trace, and a count. `log` NULL: nobody reads it. `file_line` of the fault file
- * that ordered it; 0: none. */
+ * the log and to the trace, and a count. `log` NULL: not written. `file_line`: its line in the
+ * fault file; 0: none. */
 __attribute__((format(printf, 4, 5))) static void fault_tell(struct hil_core *core, FILE *log,
                                                              unsigned file_line, const char *format,
                                                              ...)
@@ -146,7 +146,7 @@ static void give_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
-    memcpy(lines->bytes + lines->bytes_count, bytes, n); /* behind those that are late */
+    memcpy(lines->bytes + lines->bytes_count, bytes, n); /* after the late ones */
     lines->bytes_count += (uint32_t)n;
 }
 

@@ -1,8 +1,8 @@
 /* Faults on order: when something happens (trigger), what goes wrong (action). As text
  * (hil/README.md, "Faults") and as calls.
  *
- * Each fault, in the words of its line, and each frame or byte that suffers one is told in one line
- * to hil_options.log with its time. */
+ * Each fault, in the words of its line, and each affected frame or byte is reported in one line to
+ * hil_options.log with its time. */
 #ifndef MATRIG_HIL_FAULTS_H
 #define MATRIG_HIL_FAULTS_H
 
@@ -167,7 +167,7 @@ struct hil_fault_script {
 };
 
 /* Read a fault file. `elf` names the image whose symbols PLACE may use, or NULL. On failure `error`
- * says file, line, what is wrong and what is right. MR_IO; MR_MALFORMED; MR_VERSION; MR_UNKNOWN: no
+ * has file, line, the fault and the correct form. MR_IO; MR_MALFORMED; MR_VERSION; MR_UNKNOWN: no
  * such symbol; MR_FULL: too many lines. */
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
                                char *error, size_t size);
@@ -198,8 +198,7 @@ struct hil_faults_device {
 /* Nothing is ordered. */
 void hil_faults_create(struct hil_faults_device *dev);
 /* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: no such memory, or a
- * moment that has passed; MR_UNKNOWN: no gear passes that station. The core's `reason` says
- * which. */
+ * moment that has passed; MR_UNKNOWN: no gear passes that station. The core's `reason` names it. */
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
 /* All of a script, and its seed. */
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev,

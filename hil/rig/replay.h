@@ -77,8 +77,8 @@ double hil_replay_duration_s(const struct hil_replay *replay);
 /* ---- replayfile ---- */
 
 /* The replay file: a recorded landing as the board saw it, as text, read once. Its lines:
- * hil/README.md, "Replay file". Blocks count from the moment the board's scans begin, as the
- * records say; before the first record its codes hold, after the last one its. */
+ * hil/README.md, "Replay file". Blocks count from the start of the board's scans, as in the
+ * records; before the first record its codes hold, after the last one the last one's. */
 
 struct hil_replay_command {
     uint32_t block;
@@ -100,7 +100,7 @@ struct hil_replay {
     uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */
 };
 
-/* Read a file. On failure nothing is kept and `error` (size bytes) says what is wrong, with file
+/* Read a file. On failure nothing is kept and `error` (size bytes) describes the fault, with file
  * and line. MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a whole
  * replay file of version 1, or a record whose sums no codes can have. */
 enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char *error,

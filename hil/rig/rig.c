@@ -393,7 +393,7 @@ void hil_rig_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
     look_at_lamp(dev, hil_now(dev->core));
 }
 
-/* Low while the lamp draws current, as far as its amplifier can tell, and a little later. */
+/* Low while the lamp draws current, by its amplifier's threshold, and a little later. */
 static bool lamp_sense(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_rig_device *dev = device;

@@ -1,7 +1,6 @@
-/* The rig: physical truth of a run into what the board's pins see.
+/* The rig: turns the physical truth of a run into the signals on the board's pins.
  *
- * On which pin each of these is says the board's type (hil/periph/options.h); the pins named
- * here are those of zg.
+ * The board's type (hil/periph/options.h) assigns the pins; those named here are zg's.
  *
  * R is the 2.500 V reference: it supplies the transducers' drive and excites the bridges. VDDA
  * supplies the staircase and scales every code. Edges and excitation are times.
@@ -15,13 +14,13 @@
  * 40 while PE1 is high (its relay puts a resistor across an arm of every bridge), else 0. Reference
  * on PC5: R. Transducers 1..8 on PF3..PF10, excited by PD12 and PD13:
  *     V = (1.65 + a * (0.050 + 0.5 * displacement_in)) * R / 2.5,
- * where a is +1 while PD12 is high and PD13 low, -1 reversed, 0
- * while equal, and follows a change exponentially with 4 us. An electrolytic transducer wants no
- * direct component: the time at each polarity is counted. All voltages are clipped to 0..VDDA by
- * the converter. Pins that nothing is connected to float at 0 V.
+ * where a is +1 while PD12 is high and PD13 low, -1 reversed, 0 while equal, and follows a change
+ * exponentially with 4 us. An electrolytic transducer wants no direct component: the time at each
+ * polarity is counted. All voltages are clipped to 0..VDDA by the converter. Pins that nothing is
+ * connected to float at 0 V.
  *
- * Of a drawn board gains, zeros, steps and times are its own (hil/rig/electronics.h). The filter of
- * a gage is a delay by its time constant: truth is slow against it. */
+ * A drawn board has its own gains, zeros, steps and times (hil/rig/electronics.h). The filter of a
+ * gage is a delay by its time constant: truth is slow against it. */
 #ifndef MATRIG_HIL_RIG_H
 #define MATRIG_HIL_RIG_H
 
@@ -82,7 +81,7 @@ struct hil_rig {
     bool lamp_on;           /* what the lamp's read-back follows */
     uint64_t lamp_since_ps;
     uint8_t order[24];     /* switches (0..23) in the order in which they open */
-    uint8_t order_count;   /* of those that open at all */
+    uint8_t order_count;   /* number of switches that open at all */
     uint8_t opened;        /* so many have */
     uint64_t pulse_end_ps; /* HIL_NEVER: the one-shot is low */
     uint8_t lamp;          /* enum hil_lamp */

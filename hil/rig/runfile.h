@@ -42,7 +42,7 @@ struct hil_run {
     int32_t (*samples)[HIL_RUN_COLUMNS];
 };
 
-/* Read a file. On failure nothing is kept and `error` (size bytes) says what is wrong, with file
+/* Read a file. On failure nothing is kept and `error` (size bytes) describes the fault, with file
  * and line. MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a whole run
  * file of version 1. */
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size);
@@ -64,7 +64,7 @@ struct hil_record {
 /* Read a file of that kind ("matrig-run"), `at` filled in. MR_IO, MR_MALFORMED, MR_VERSION,
  * MR_TRUNCATED, MR_CRC, MR_TOO_LONG. */
 enum mr_status hil_record_open(struct hil_record *record, const char *kind);
-/* The next line, without its end; blank ones and those that begin with # are passed over. NULL: no
+/* The next line, without its end; blank lines and those that begin with # are skipped. NULL: no
  * more. */
 char *hil_record_line(struct hil_record *record);
 

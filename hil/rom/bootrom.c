@@ -1,11 +1,11 @@
-/* The boot ROM of the emulated board: a program of our own in system memory that speaks AN3155 on
- * USART1 (PA9, PA10) as the STM32F407's boot loader version 3.1 does. It runs on the emulated core
- * and reaches flash, option bytes and line only through the emulated registers, so their locks,
- * times and errors apply to it as to any firmware.
+/* The boot ROM of the emulated board: a program of our own in system memory with the AN3155
+ * protocol on USART1 (PA9, PA10) as the STM32F407's boot loader version 3.1 does. It runs on the
+ * emulated core and reaches flash, option bytes and line only through the emulated registers, so
+ * their locks, times and errors apply to it as to any firmware.
  *
  * It starts after a reset with BOOT0 high, or by a jump to the vectors at 0x1FFF0000 (stack
  * pointer, entry) from firmware that has put clock, interrupts and peripherals back to their reset
- * state. Like the original it leaves VTOR alone. It measures the rate from the first byte, 0x7F,
+ * state. Like the original it does not change VTOR. It measures the rate from the first byte, 0x7F,
  * with SysTick; the original promises 1200 to 115200 Baud, this one also works somewhat above.
  *
  * Different from ST's: CAN2, USB and USART3 are not listened to; flash is programmed x32 where
