@@ -1,5 +1,5 @@
-/* What the campaign says against arming now: what was found out before the landing, and may be
- * forgotten when it is armed. */
+/* Reasons against arming now: findings from before the landing that may be forgotten when the board
+ * is armed. */
 #ifndef MATRIG_HOST_ADVISE_ARMING_H
 #define MATRIG_HOST_ADVISE_ARMING_H
 

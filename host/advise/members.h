@@ -1,9 +1,9 @@
-/* An ensemble of runways: members that are each a runway as it may be, after all that was read of
- * it. What nobody has measured of the mats is drawn by member: the share of the thrust that the
- * strip bears, friction, resistance of closing joints, stiffness and damping of joints, and the
- * opening and resistance of each joint. A survey gives ten joints their sum; a landing that was
- * measured teaches the rest (the smoother below). Members are computed eight side by side
- * (host/sim/models/chains.h), on several threads: seed and inputs fix the result, not the threads.
+/* An ensemble of runways: each member is a possible runway, given all readings. Unmeasured
+ * properties of the mats are drawn by member: the share of the thrust that the strip bears,
+ * friction, resistance of closing joints, stiffness and damping of joints, and the opening and
+ * resistance of each joint. A survey gives ten joints their sum; a measured landing informs the
+ * rest (the smoother below). Members are computed eight side by side (host/sim/models/chains.h), on
+ * several threads: seed and inputs fix the result, not the threads.
  *
  * Feet, pounds, seconds; openings of surveys and movements in inches, as they are read. */
 #ifndef MATRIG_HOST_ADVISE_MEMBERS_H
@@ -66,12 +66,12 @@ enum advise_unknown {
     ADVISE_UNKNOWNS
 };
 
-/* What is told of the runway. */
+/* Given properties of the runway. */
 struct advise_runway {
-    struct mr_chain_params chain;     /* friction as told; its step is not used */
+    struct mr_chain_params chain;     /* friction as given; its step is not used */
     double grit_lb;                   /* mean closing resistance, as configured */
     double thrust_lb_per_g;           /* of the lead axle on the strip */
-    double share;                     /* of that, measured within 3 %; 0: nobody did */
+    double share;                     /* of that, measured within 3 %; 0: not measured */
     double bump_ft;                   /* the ground's irregularity; 0: unknown */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
@@ -110,7 +110,7 @@ struct advise_braking {
 
 double advise_braking_ft_s2(const struct advise_braking *braking, double t_s);
 
-/* What came of it. */
+/* The outcome. */
 struct advise_met {
     float zone_ft; /* station of the wheel when it first is at a zone of 50 mats; NaN: it is not */
     float stop_ft; /* of the wheel; beyond the runway: it rolls off */
@@ -120,8 +120,8 @@ struct advise_met {
     float sum_in[MR_SEGMENTS];      /* openings at the end */
 };
 
-/* Draws `count` members, rounded up to eight, of a runway that nobody has read. MR_USAGE: the
- * runway's parameters make no sense. advise_members_free in every case. */
+/* Draws `count` members, rounded up to eight, of a runway without readings. MR_USAGE: the runway's
+ * parameters make no sense. advise_members_free in every case. */
 enum mr_status advise_members_draw(struct advise_members *members,
                                    const struct advise_runway *runway, size_t count, uint64_t seed);
 void advise_members_free(struct advise_members *members);
@@ -162,22 +162,22 @@ struct advise_zone advise_longest(const float *opening_ft, unsigned joints, unsi
 void advise_unknown(const struct advise_members *members, enum advise_unknown unknown, double *mean,
                     double *spread);
 
-/* Ensemble smoother: what readings say of the unknowns of an ensemble, from how both go together
+/* Ensemble smoother: updates the unknowns of an ensemble from readings, by the correlation of both
  * among its members (Evensen 1994; several passes with larger errors: ES-MDA, Emerick and Reynolds
  * 2013; gain taken down by distance: Chen and Oliver 2017; spread given back: Whitaker and Hamill
- * 2012). Of a linear model with Gaussian unknowns and many members it comes to the Kalman filter
+ * 2012). For a linear model with Gaussian unknowns and many members it approaches the Kalman filter
  * (tests/host/test_advise.c). Pure but for its memory and the draws. */
 
 /* Unknowns and readings are in any units; each reading's error is in the reading's. */
 struct smoother {
     size_t members, states, data;
     double *state;           /* [members][states]; smoother_take changes it */
-    const double *predicted; /* [members][data]: what each member says of the readings */
+    const double *predicted; /* [members][data]: each member's prediction of the readings */
     const double *read;      /* [data]; NaN: not read */
     const double *error;     /* [data]: standard errors, of the model too; above 0 */
     /* the errors' variance counts so many times; n passes with n each come to one with 1 */
     double passes;
-    /* 0..1: how much datum may say of state; NULL: all. Keeps chance from being taken for cause */
+    /* 0..1: weight of a datum for a state; NULL: 1. Suppresses chance correlations */
     double (*nearness)(const void *context, size_t state, size_t datum);
     const void *context;
 };
@@ -197,14 +197,13 @@ void smoother_widen(double *state, size_t members, size_t states, size_t column,
 /* 1 at 0, 0 from twice `half` on, smooth between (Gaspari and Cohn 1999, equation 4.10). */
 double smoother_taper(double distance, double half);
 
-/* What an ensemble says of a landing that is planned: how probable it is that the wheel comes to a
- * zone of 50 mats, and where, against the deceleration; the hardest braking that stays below a
- * limit.
+/* An ensemble's prediction for a planned landing: the probability that the wheel reaches a zone of
+ * 50 mats, and where, against the deceleration; the hardest braking that stays below a limit.
  *
- * Probabilities are shares of the members, made less timid by what series that are not scored have
- * shown (advise_calibrated). Their intervals (95 %, Wilson 1927) are of the number of members
- * alone: what model and inputs may be wrong by is not in them. All decelerations are played with
- * the same draws, so that rows differ by the braking alone. */
+ * Probabilities are shares of the members, calibrated on series that are not scored
+ * (advise_calibrated). Their intervals (95 %, Wilson 1927) cover the number of members alone, not
+ * the errors of model and inputs. All decelerations are played with the same draws, so that rows
+ * differ by the braking alone. */
 
 #define ADVISE_STATIONS 6u /* the runway in so many parts */
 #define ADVISE_ROWS     9u
@@ -233,7 +232,7 @@ struct advise_row {
 
 /* How a planned mean deceleration was met: natural logarithms of (measured / planned), `count` of
  * them. Predictive mean and standard deviation of the next one, from a normal-inverse-gamma prior
- * that without landings says 0 +- ADVISE_PLAN_MET and counts as four landings. */
+ * that without landings gives 0 +- ADVISE_PLAN_MET and counts as four landings. */
 void advise_plan_met(const double *log_ratio, size_t count, double *bias, double *spread);
 
 /* The landing of each member, `mean_ft_s2` planned. */

@@ -1,6 +1,5 @@
-/* What a campaign tells before a landing: the runway as the board's predictor is told of it, the
- * landings so far with their readings and surveys, what was planned for them, and the survey since
- * the last one. */
+/* The campaign before a landing: the runway as the board's predictor has it, the landings so far
+ * with their readings and surveys, their plans, and the survey since the last one. */
 #ifndef MATRIG_HOST_ADVISE_PAST_H
 #define MATRIG_HOST_ADVISE_PAST_H
 
@@ -22,7 +21,7 @@ struct past {
     struct past_landing *landing;
     size_t landings;
     int64_t newest_run;          /* of the campaign, also one that is left out */
-    size_t voided;               /* left out: nobody knows what they did to the mats */
+    size_t voided;               /* left out: their effect on the mats is unknown */
     bool relaid;                 /* a series was begun since the last landing */
     double sum_in[MR_SEGMENTS];  /* survey since the last landing; NaN: not read */
     unsigned surveyed, segments; /* of so many; the runway's */

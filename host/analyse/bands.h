@@ -1,4 +1,4 @@
-/* Bands of a landing: what the board told of them, where the wheel was then, and the shunt
+/* Bands of a landing: the board's messages about them, where the wheel was then, and the shunt
  * calibrations around it. */
 #ifndef MATRIG_HOST_ANALYSE_BANDS_H
 #define MATRIG_HOST_ANALYSE_BANDS_H
@@ -22,8 +22,8 @@ struct bands_summary {
     size_t shunts;
 };
 
-/* MR_OK also when the board told nothing. Calibrations count until the board is armed again in the
- * same session. */
+/* MR_OK also without messages from the board. Calibrations count until the board is armed again in
+ * the same session. */
 enum mr_status bands_load(struct store *store, const struct measured *measured,
                           struct bands_summary *bands, struct error *error);
 void bands_free(struct bands_summary *bands);

@@ -1,4 +1,4 @@
-/* What people said of a landing: the facts of a row for each. */
+/* Notes and corrections of a landing: the facts of a row for each. */
 #ifndef MATRIG_HOST_ANALYSE_JOURNAL_H
 #define MATRIG_HOST_ANALYSE_JOURNAL_H
 
@@ -9,7 +9,7 @@
 void journal_observation_answer(const struct store_observation *observation, struct answer *answer);
 /* A note, a correction, a landing that was voided. */
 void journal_change_answer(const struct store_change *change, struct answer *answer);
-/* All that was said of a landing, and the series it belongs to (id 0: none). */
+/* All entries of a landing, and the series it belongs to (id 0: none). */
 struct journal {
     struct store_series series;
     struct store_change *change;

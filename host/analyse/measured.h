@@ -6,15 +6,15 @@
  * and tensions are computed here from the block records with the board's own calibration. Block
  * records come over serial or from the black box; a block that neither brought is filled from the
  * CAN messages, each over the 2 or 4 blocks it is the mean of, and so is a landing without any.
- * Each sample says where it comes from. CAN does not fill a landing that was calibrated anew: the
- * board computed its messages by the old calibration. Those of another instrument (matrig import)
- * are as its file had them. A displacement is relative to its mean over the half second before the
- * first edge; a tension is absolute. What is missing or not valid is NaN. A channel that stuck is
- * not valid from where it stopped moving on, which is before anybody could know.
+ * Each sample has its source. CAN does not fill a recalibrated landing: the board computed its
+ * messages with the old calibration. Values of another instrument (matrig import) are those of its
+ * file. A displacement is relative to its mean over the half second before the first edge; a
+ * tension is absolute. What is missing or not valid is NaN. A stuck channel is not valid from the
+ * time at which it stopped moving, which is before the fault could be detected.
  *
- * A peak is looked for in every second reading and taken from the others, both ways round: the
- * largest of many noisy means lies above the truth, but the noise of the others knows nothing of
- * it. Standard errors are those of common/channels.h. */
+ * A peak is located in every second reading and its value taken from the others, both ways round:
+ * the largest of many noisy means is above the truth, but the noise of the others is independent of
+ * the choice. Standard errors are those of common/channels.h. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_H
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
@@ -28,8 +28,8 @@
 #define MEASURED_BEFORE_BLOCKS   60000
 #define MEASURED_WINDOW          11  /* blocks of the moving mean in which peaks are looked for */
 #define MEASURED_END_BLOCKS      200 /* mean over these is where a channel ended */
-#define MEASURED_LOST            255 /* validity: the block never came */
-#define MEASURED_NOT_VALID       254 /* validity: not valid, and CAN does not say why */
+#define MEASURED_LOST            255 /* validity: the block is missing */
+#define MEASURED_NOT_VALID       254 /* validity: not valid, without a reason from CAN */
 
 enum measured_source {
     MEASURED_NOTHING,
@@ -50,7 +50,7 @@ struct measured_channel {
     struct mr_channel_config config;
     float *raw;        /* per sample, in or lb, as read */
     uint8_t *validity; /* enum mr_validity or one of the two above */
-    uint8_t *source;   /* enum measured_source: whence each sample came */
+    uint8_t *source;   /* enum measured_source: the source of each sample */
     size_t valid;      /* samples with MR_VALID */
     double baseline;   /* mean before the first edge; NaN: none */
     double noise;      /* standard deviation of one sample there */
@@ -70,7 +70,7 @@ struct measured_channel {
     size_t missing_from, missing_to;
 };
 
-/* What is set aside because its time lies far from the landing's: a group of seconds, beyond a
+/* Records set aside because their time is far from the landing's: a group of seconds, beyond a
  * pause of half a minute, that is small beside the largest. */
 struct measured_aside {
     size_t blocks, messages, edges;
@@ -84,7 +84,7 @@ struct measured {
     size_t stretches;
     int64_t blocks_from[MEASURED_SOURCES]; /* how many of the samples */
     int64_t first_block;
-    /* of a landing that was armed long before: what lies further back is in the campaign alone */
+    /* of a landing that was armed long before: earlier records are in the campaign alone */
     int64_t skipped_blocks;
     struct measured_aside aside;
     size_t samples;
@@ -98,7 +98,7 @@ struct measured {
     uint64_t fitted;      /* which: bit p-1: switch p */
     uint64_t seen;        /* bit p-1: switch p */
     double switch_ft[64]; /* station of switch p at p-1; of those fitted */
-    /* that the board named and the record lacks, as far as the board's own result tells */
+    /* named by the board and missing in the record, as far as the board's own result shows */
     size_t unheard_edges;
     bool edges_told; /* the board's result is there: none but those are unheard */
     /* without it: a switch that was due where nothing was recorded, and may have opened; 0: none */
@@ -107,23 +107,23 @@ struct measured {
      * none */
     unsigned silent_switch;
     /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends while the gear
-     * moves, or lacks edges, so only the touchdown of the summary is known; MR_TOO_FEW also of a
-     * landing that is torn: its first edges never came */
+     * moves, or lacks edges, so only the touchdown of the summary is known; MR_TOO_FEW also for a
+     * torn landing: its first edges are missing */
     enum mr_status fit_status;
     /* times as t_s; errors include the clock's when it is not the crystal */
     struct mr_gates_summary summary;
     struct mr_gates_fit fit; /* the curve behind it */
 
     struct measured_channel channel[MR_CHANNELS];
-    int64_t first_edge;   /* count of the first edge that came; 0: none came */
-    bool torn;            /* those before it did not, and what they would tell is not stated */
+    int64_t first_edge;   /* count of the first edge received; 0: none */
+    bool torn;            /* those before it are missing; results that need them are not stated */
     int64_t recalibrated; /* channels with another calibration than in the landing: bit of index */
     bool dates_known;     /* of calibration: the configuration was read */
     bool uncalibrated;    /* another channel has none; false too where they are not known */
 };
 
 void measured_free(struct measured *measured);
-/* "torn: ...", for what stands above numbers; "": the landing has its first edges. */
+/* "torn: ...", to be printed above numbers; "": the landing has its first edges. */
 #define MEASURED_TORN_TEXT 100u
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
 /* What a reader must know of any number of it: "", ", torn", ", UNCALIBRATED", or both. Static. */
@@ -165,7 +165,7 @@ void measured_find_facts(struct measured *measured);
  * after the stop. */
 double measured_station_ft(const struct measured *measured, double t_s);
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
-/* Time at which the lead wheel comes to a station beyond touchdown; NaN: it stops before, or there
+/* Time at which the lead wheel reaches a station beyond touchdown; NaN: it stops before, or there
  * is no fit. */
 double measured_reach_s(const struct measured *measured, double station_ft);
 /* Channel index of transducer or gage `number`; -1: none. */
@@ -184,8 +184,8 @@ void measured_peaks(const struct measured *measured, const struct measured_chann
 /* How many samples one of these is the mean of, for measured_error. */
 double measured_peak_samples(const struct measured_channel *channel);
 
-/* Where the samples of a measured landing came from: serial, the black box, CAN, a file of another
- * instrument, or nowhere. */
+/* Sources of the samples of a measured landing: serial, the black box, CAN, a file of another
+ * instrument, or none. */
 
 #define MEASURED_SOURCE_TEXT 600
 
@@ -193,8 +193,8 @@ double measured_peak_samples(const struct measured_channel *channel);
 const char *measured_source_name(enum measured_source source);
 /* The same as one letter of a table: S, C, B, I, and - for none. */
 char measured_source_letter(enum measured_source source);
-/* In words: "serial block records, 1 kHz", and what CAN and the black box filled of it, and
- * nobody. */
+/* In words: "serial block records, 1 kHz", and the parts filled from CAN and the black box, and
+ * those missing. */
 void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT]);
 /* What was set aside because of its time, a part of the text above, as a note where that text is
  * not shown. */

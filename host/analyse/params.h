@@ -1,9 +1,9 @@
-/* Params: simple tests on one mat to scene parameters, each with its error (1973 report, section
- * 3.4 and 2.6).
+/* Scene parameters from simple tests on one mat, each with its error (1973 report, sections 3.4 and
+ * 2.6).
  *
  * Errors are standard errors, of independent readings, propagated to first order. A list of
  * readings brings its own scatter; an error stated with it covers what the scatter cannot show (a
- * scale that is off) and is added in squares. Units ft, lb, s unless the name says otherwise. Pure
+ * scale that is off) and is added in squares. Units ft, lb, s unless the name has another. Pure
  * functions. */
 #ifndef MATRIG_HOST_ANALYSE_PARAMS_H
 #define MATRIG_HOST_ANALYSE_PARAMS_H
@@ -27,7 +27,7 @@ struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct es
 /* Readings y against x of something that yields freely up to some x and is a spring beyond: the
  * straight line of readings beyond, y = k (x - free). */
 struct params_spring {
-    bool known;     /* the slope is told from none (Student's t, one in 200) */
+    bool known;     /* the slope differs from zero (Student's t, one in 200) */
     size_t within;  /* readings below `free`: they lie within the free travel, the line is none */
     double scatter; /* of y about the line */
     struct estimate k, free;
@@ -43,9 +43,9 @@ struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct e
 /* Pull that just slides the mat, over what presses it down. */
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb);
 
-/* Soil under one mat end: a wheel that stands in the middle of `mats` mats side by side along the
- * runway (1 when it stands on one) sinks by d: KV = P/(2 mats d). Neighbours that help make the
- * true value smaller. */
+/* Soil under one mat end: a wheel in the middle of `mats` mats side by side along the runway (1
+ * when it stands on one) sinks by d: KV = P/(2 mats d). Neighbours that help make the true value
+ * smaller. */
 struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats);
 
 /* Mean of readings with its standard error; `each` is what every one of them is known to. A single

@@ -1,9 +1,9 @@
-/* The record of a campaign: every advice that was kept before a landing, every warning and risk in
- * it, with what came of it, and their sums.
+/* The record of a campaign: every advice kept before a landing, every warning and risk in it, with
+ * the outcome, and their sums.
  *
- * A landing with an unknown outcome is counted as unknown, never as a success. Voided landings
- * stand apart. Nothing here is stored: it is read from the campaign anew, so that a later survey or
- * correction counts. */
+ * A landing with an unknown outcome is counted as unknown, never as a success. Voided landings are
+ * counted separately. Nothing here is stored: it is computed from the campaign each time, so that a
+ * later survey or correction counts. */
 #ifndef MATRIG_HOST_ANALYSE_RECORD_H
 #define MATRIG_HOST_ANALYSE_RECORD_H
 
@@ -12,21 +12,22 @@
 #include "host/base/answer.h"
 #include "host/store/store_journal.h"
 
-/* What came of a landing, by measurement: whether the wheel came to a zone of 50 closed mats before
- * it stopped. No predictor is asked: what judges a warning must not be what gave it.
+/* The outcome of a landing, by measurement: whether the wheel reached a zone of 50 closed mats
+ * before it stopped. No predictor is used: the judge of a warning must not be its source.
  *
- * It rests, in this order, on
- *  - a wave or a break that a person saw in it; a two-panel wave that the gear crosses is no
+ * It is based, in this order, on - a wave or a break that a person observed; a two-panel wave that
+ * the gear crosses is no
  *    failure (report 2.1)
- *  - the survey before it and what the transducers saw since (common/closure.h): at each moment the
+ * - the survey before it and the transducers since (common/closure.h): at each moment the
  *    longest closed run ahead of the wheel, from within OUTCOME_NEAR_FT of the wheel, for 0.1 s.
- *    Segments of ten mats make its length and its moment coarse (tests/score has by how much)
- *  - the survey after it: a closed run of that length which begins at the wheel where it stands.
- *    That can only say yes: joints open again behind the wheel.
+ *    Segments of ten mats make its length and its time coarse (by how much: tests/score)
+ * - the survey after it: a closed run of that length which begins at the stopped wheel.
+ *    This can only give "yes": joints open again behind the wheel.
  *
- * No is said where the stop is known, the survey before is of after the landing before, even the
- * segments that it leaves out could not make a zone, and transducers bound at least half of the way
- * from touchdown to 50 mats beyond the stop. Else nobody knows, and `why` says why. */
+ * The outcome is "no" when the stop is known, the survey before was made after the previous
+ * landing, even its unread segments could not form a zone, and transducers cover at least half of
+ * the way from touchdown to 50 mats beyond the stop. Otherwise it is unknown, and `why` has the
+ * reason. */
 
 #define OUTCOME_MATS    50  /* where buckling begins (report 6.1.4) */
 #define OUTCOME_NEAR_FT 2.0 /* seven mats; as in tests/score */
@@ -43,8 +44,8 @@ enum outcome_basis {
 struct outcome {
     enum outcome_came came;
     enum outcome_basis basis;
-    const char *why; /* nobody knows; static */
-    /* the longest zone that the wheel came to by transducers and survey; STORE_NONE: not known */
+    const char *why; /* why the outcome is unknown; static */
+    /* the longest zone that the wheel reached, by transducers and survey; STORE_NONE: not known */
     int64_t mats;
     double start_ft; /* of that one */
     double t_s; /* from when on the wheel was at one of 50 mats; NaN: it was not, or not known */
@@ -57,8 +58,7 @@ struct outcome {
 /* "transducers and survey", for tables. Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);
 
-/* a landing that was braked so much otherwise, or came so much faster or slower, is another than
- * the advice was of */
+/* a landing whose braking or speed differed by this much is not the one that was advised on */
 #define RECORD_OFF_BRAKING 0.25
 #define RECORD_OFF_SPEED   0.10
 
@@ -66,11 +66,11 @@ enum record_warned {
     RECORD_UNWATCHED, /* another instrument's readings: no board could warn */
     RECORD_WARNED,
     RECORD_QUIET,
-    RECORD_UNHEARD /* none was heard, and one may have come */
+    RECORD_UNHEARD /* none was received, but one may have been sent */
 };
 enum record_verdict {
     RECORD_NOT_KNOWN,
-    RECORD_HIT,     /* warned before the wheel came to it */
+    RECORD_HIT,     /* warned before the wheel reached it */
     RECORD_LATE,    /* warned after */
     RECORD_MISS,    /* no warning */
     RECORD_FALSE,   /* warned, and it did not come */
@@ -85,8 +85,8 @@ struct record_row {
     bool is_void;
     enum record_warned warned;
     double warned_t_s, warned_ft, wheel_ft; /* first warning; NaN: none */
-    double lead_s;                          /* to when the wheel came to a zone; NaN */
-    double risk_most;                       /* told in it; NaN: none */
+    double lead_s;                          /* until the wheel reached a zone; NaN */
+    double risk_most;                       /* reported during it; NaN: none */
     bool advised;
     struct store_advice advice; /* the newest before it */
     bool off_plan;
@@ -117,7 +117,7 @@ struct record_given {
 enum mr_status record_begin(struct store *store, struct record *record, struct error *error);
 /* The row of a landing; NULL: there is none. */
 struct record_row *record_find(struct record *record, int64_t run);
-/* Judges a landing that somebody has loaded. */
+/* Judges a landing that the caller has loaded. */
 enum mr_status record_judge(struct store *store, struct record *record,
                             const struct record_given *given, struct error *error);
 /* Loads and judges those that are not, and adds up. */

@@ -34,10 +34,11 @@ struct summary_ready {
 struct summary_link {
     bool used;
     int64_t received;               /* frames in the landing */
-    int64_t lost;                   /* frames the board sent and nobody received */
-    int64_t dropped;                /* frames the board says it could not queue */
+    int64_t lost;                   /* frames sent by the board and not received */
+    int64_t dropped;                /* frames that the board reports as dropped from its queue */
     int64_t trouble[LINK_TROUBLES]; /* what the link itself saw */
-    /* the link fell silent in the landing, or never spoke: losses cannot be counted */
+    /* the link fell silent in the landing, or was silent from the start: losses cannot be
+     * counted */
     bool silent;
 };
 
@@ -53,7 +54,7 @@ struct summary {
     struct store_gap *gap;
     size_t gaps;
     struct film film;
-    struct store_time_map clock; /* the best of the links; refusal says if it is one at all */
+    struct store_time_map clock; /* the best of the links; refusal tells whether it is usable */
     bool clock_known;
     struct store_fault *fault;
     size_t faults;
@@ -65,7 +66,7 @@ struct summary {
     size_t restarts;
     struct store_fault *order; /* of another program, or refused; count: 1 the log's own */
     size_t orders;
-    struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
+    struct store_mean mean[MR_QUANTITIES]; /* of the messages that the board repeats */
     struct summary_ready ready[SUMMARY_READY_KINDS];
     int64_t twin; /* the earlier RUN that is the same landing; 0: none */
 };
@@ -81,7 +82,7 @@ void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING]);
 void summary_dates_answer(const struct measured *measured, struct answer *answer);
 /* All of it, under its heading; and parts of it that a page shows in sections of their own: */
 void summary_answer(const struct summary *summary, struct answer *answer);
-/* what it came to, and who recorded it */
+/* its outcome, and its recorder */
 void summary_facts_answer(const struct summary *summary, struct answer *answer);
 /* the first warning */
 void summary_zone_answer(const struct summary *summary, struct answer *answer);
@@ -100,7 +101,7 @@ void summary_troubles(const int64_t *trouble, char *out, size_t size);
 /* The same as an object: {"bus off": 1, ...}. The caller owns it. */
 json_t *summary_troubles_json(const int64_t *trouble);
 
-/* Adds up what the gaps say: lost, dropped, silent. */
+/* Sums up the gaps: lost, dropped, silent. */
 void summary_count_gaps(const struct store_gap *gaps, size_t count,
                         struct summary_link link[LINK_KINDS]);
 

@@ -1,13 +1,13 @@
-/* Where the gear was at any time, from the gates alone, as well as the gates say.
+/* The gear's position at any time, from the gates alone, with the precision that they allow.
  *
- * The fit of gates.h is a polynomial of low order: it gives speeds, but between the gates braking
- * that changes strays from it by more than its error. Here, from the first gate beyond touchdown to
+ * The fit of gates.h is a polynomial of low order: it gives speeds, but between the gates changing
+ * braking deviates from it by more than its error. Here, from the first gate beyond touchdown to
  * the last, the station is a parabola whose deceleration wanders: its derivative is white noise of
- * intensity q. On top of it comes what changes faster than gates follow each other, a ripple of the
- * station without memory. How much of both there is the gates tell, each of them off by the
- * switches' tolerance: a grid of both, weighted by restricted likelihood. For each of them the best
- * linear unbiased estimate of the station under that model (universal kriging; a smoothing spline
- * of degree five) runs through the gates as far as they are exact, and its standard error grows
+ * intensity q. Added to it are changes faster than the spacing of the gates, a ripple of the
+ * station without memory. The gates, each in error by the switches' tolerance, determine the size
+ * of both: a grid of both, weighted by restricted likelihood. For each of them the best linear
+ * unbiased estimate of the station under that model (universal kriging; a smoothing spline of
+ * degree five) runs through the gates as far as they are exact, and its standard error grows
  * between them as it must; what is given is their mean, with the variance within and between them.
  * On either side a cubic joins it to touchdown and stop, the error going over to theirs. Before
  * touchdown the speed is constant (report 2.4), back to the first edge; after the stop the gear

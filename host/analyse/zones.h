@@ -1,5 +1,6 @@
-/* Zones of a landing: what the board warned of, when, and whether the wheel came there; and closed
- * segments over time as the host computes them from displacements and survey (common/closure.h). */
+/* Zones of a landing: the board's warnings, their times, and whether the wheel reached them; and
+ * closed segments over time as the host computes them from displacements and survey
+ * (common/closure.h). */
 #ifndef MATRIG_HOST_ANALYSE_ZONES_H
 #define MATRIG_HOST_ANALYSE_ZONES_H
 
@@ -7,22 +8,22 @@
 #include "host/analyse/measured.h"
 #include "host/base/answer.h"
 
-/* Whether a record has all that the board said of zones. The board says it 20 times a second from
- * arming until the landing is over; where nothing was heard for longer, a warning may have come. */
+/* Whether a record has all the board's zone messages. The board sends them 20 times a second from
+ * arming until the end of the landing; in a longer gap a warning may have been sent. */
 
 /* Times as t_s of the landing. */
 struct zones_heard {
-    bool any;   /* statements came */
+    bool any;   /* number of zone messages */
     bool late;  /* the first of them did not: the record begins after arming */
-    bool ended; /* the board said that the landing is over */
+    bool ended; /* the board reported the end of the landing */
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* the longest between two statements; NaN: none */
     bool since_touchdown;            /* else t_s counts from the first switch or arming */
 };
 
 #define ZONES_HEARD_TEXT 300
-/* Why a warning before `before_s` may not have been heard (INFINITY: any warning). False: there is
- * no reason. */
+/* Why a warning before `before_s` may have been missed (INFINITY: any warning). False: there is no
+ * reason. */
 bool zones_heard_doubt(const struct zones_heard *heard, double before_s,
                        char out[ZONES_HEARD_TEXT]);
 
@@ -40,8 +41,7 @@ struct zone_warning {
     double start_ft, end_ft;
     double wheel_ft; /* NaN: not known yet */
     int64_t inferred_percent;
-    /* By the predictor, at the same time; STORE_NONE, NaN: it did not say, as a board of before
-     * it: */
+    /* By the predictor, at the same time; STORE_NONE, NaN: not sent, as by an older board: */
     int64_t reason, level;
     double start_error_ft, end_error_ft; /* standard errors */
     int64_t coming_mats;                 /* longest zone that it sees coming */
@@ -51,8 +51,8 @@ struct zone_warning {
     int64_t most_mats;
     double most_start_ft, most_end_ft;
     /* The wheel at the zone first warned of, from the final fit: */
-    bool path_known;    /* up to the stop; else nothing can be said of where the wheel came */
-    bool reached;       /* it came to its start, or was in it already */
+    bool path_known;    /* up to the stop; otherwise the wheel's position is unknown */
+    bool reached;       /* it reached its start, or was in it already */
     double reached_t_s; /* NaN: it did not */
     double true_lead_s; /* reached_t_s - t_s; NaN: not reached */
     /* The first lead time that the board gave with a warning, and what it turned out to be: */
@@ -72,9 +72,9 @@ struct zones {
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
                           struct error *error);
 void zones_free(struct zones *zones);
-/* The first warning and what came of it. `watched`: a board could have warned. */
+/* The first warning and its outcome. `watched`: a board could have warned. */
 void zones_answer(const struct zones *zones, bool watched, struct answer *answer);
-/* Why a warning before the first one may not have been heard. False: there is no reason, or no
+/* Why a warning before the first one may have been missed. False: there is no reason, or no
  * warning. */
 bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
@@ -107,17 +107,17 @@ struct foresight_span {
 };
 
 struct foresight {
-    size_t statements; /* 0: the board has no predictor, or said nothing */
-    int64_t source;    /* enum mr_runway_source; STORE_NONE: it was not told */
+    size_t statements; /* 0: the board has no predictor, or sent nothing */
+    int64_t source;    /* enum mr_runway_source; STORE_NONE: not reported */
     unsigned landings; /* that its runway has seen */
-    double resistance; /* found, relative to the one configured; NaN: not told */
+    double resistance; /* found, relative to the configured one; NaN: not reported */
     struct foresight_span lack[FORESIGHT_LACKS];
     int64_t worst_level; /* cheapest model */
     /* why a transducer was left out last; 0: it was trusted throughout */
     unsigned doubt[MR_TRANSDUCERS];
-    struct foresight_span left_out[MR_TRANSDUCERS]; /* as told once a second and on change */
-    bool doubted_still[MR_TRANSDUCERS];             /* when last told */
-    double risk_most, risk_most_s;                  /* NaN: no risk was told */
+    struct foresight_span left_out[MR_TRANSDUCERS]; /* as reported once a second and on change */
+    bool doubted_still[MR_TRANSDUCERS];             /* at the last report */
+    double risk_most, risk_most_s;                  /* NaN: no risk was reported */
     unsigned risk_basis;                            /* then */
     double plan_left_s;                             /* from when on the plan was left; NaN: not */
     bool chart_old;

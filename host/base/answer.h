@@ -56,7 +56,7 @@ struct answer_fact *answer_count(struct answer *answer, const char *name, const 
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
 struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
                                  const char *format, ...) __attribute__((format(printf, 4, 5)));
-/* A sentence for people stands by itself, in lines that fit. */
+/* A sentence for people is a paragraph of its own, in lines that fit. */
 void answer_sentence(struct answer *answer, const char *name, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* For people: follows the last fact's value. */
@@ -96,7 +96,7 @@ json_t *answer_into_json(struct answer *answer);
 /* Text or, with --json, JSON to standard output; frees the answer. Returns `code`, or the exit code
  * of a failed output. */
 int answer_show(const struct cli *cli, struct answer *answer, int code);
-/* The same, or what `error` holds is told in its place, and its exit code returned. */
+/* The same; if `error` is set, it is reported instead and its exit code returned. */
 int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error);
 
 /* Text in lines that fit a terminal. */

@@ -27,11 +27,11 @@ void cli_end_signals(sigset_t *set);
  * more is an error of writing from then on, no signal. */
 void cli_begin(const struct cli *cli);
 /* Print `matrig: <line>` on stderr and return the exit code of the error's status. With --json the
- * object on stdout says it, too: {"error": line, "kind": word (error_kind), "exit": code}. */
+ * object on stdout contains it, too: {"error": line, "kind": word (error_kind), "exit": code}. */
 int cli_fail(const struct error *error);
-/* The error of a command that runs once, in place of one of its own: when something is set in it,
- * cli_fail tells it and the program ends, so that what follows needs no asking. Not while something
- * is open that the end of the process does not put in order. */
+/* The error of a command that runs once, in place of one of its own: setting it calls cli_fail,
+ * which prints it and ends the program, so that the caller needs no check. Not to be used while
+ * something is open that the end of the process does not clean up. */
 extern struct error *const fatal;
 /* At the end of the program: prints that object when there was an error and no other object.
  * Returns exit_code. */
@@ -44,8 +44,8 @@ enum mr_status cli_number(const char *text, const char *what, double low, double
 /* A note on stderr, unless --quiet. */
 void cli_note(const struct cli *cli, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* Asks at a terminal, and waits: "... yes: ". False: another answer than `yes`. Where nobody can be
- * asked (standard input or error is no terminal) it is true. */
+/* Asks at a terminal, and waits: "... yes: ". False: another answer than `yes`. Without a terminal
+ * (standard input or error) it is true. */
 bool cli_confirm(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* Whether stderr is a terminal that may be drawn on (progress), and whether it may be coloured
  * (NO_COLOR unset). */

@@ -55,7 +55,7 @@ struct command_part {
     /* "DB [RUN]"; NULL: an option is called by name and argument, a note has none */
     const char *term;
     /* its help, lines apart by \n; {low}, {high} and {standard} are the option's. NULL: another row
-     * tells of it */
+     * describes it */
     const char *text;
     bool word; /* the term begins with a word of the command ("read N") */
     bool example;
@@ -120,7 +120,7 @@ struct command_table {
 #define HELP_WORD(about, help) {.term = (about), .text = (help), .word = true}
 /* Lines as they are. One that ends with a blank goes on in the same line with what follows. */
 #define HELP_NOTE(help) {.text = (help)}
-/* Lines that can be run; the first one stands after "Example: ". */
+/* Lines that can be run; "Example: " precedes the first one. */
 #define HELP_EXAMPLE(lines) {.text = (lines), .example = true}
 /* The rows of another descriptor. */
 #define HELP_WITH(descriptor) {.with = &(descriptor)}
@@ -157,7 +157,7 @@ struct command_table {
 /* Of a command that writes what people fill in (host/base/output.h, output_keep). */
 #define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace the file if it exists")
 
-/* What stands before the command; its rows have the options, as those of a command. */
+/* What precedes the command; its rows have the options, like those of a command. */
 struct command_before {
     struct cli cli;
     bool version, help;

@@ -13,8 +13,8 @@ enum data_file {
     PLACE_DEMO     /* script of matrig demo */
 };
 
-/* Looked for beside the program, then in ../share/matrig from there. When it is nowhere: where it
- * was looked for first, so that opening it says so. */
+/* Looked for beside the program, then in ../share/matrig from there. When it is not found: the
+ * first of these places, so that opening it gives the error. */
 void data_dir_find(enum data_file what, char *path, size_t size);
 
 /* The firmware image of a board, likewise: zg's is DATA_FIRMWARE, others lie beside it in a folder
@@ -24,8 +24,8 @@ void data_dir_find_firmware(const char *board, char *path, size_t size);
 /* The path of matrig: of the running program, or what data_dir_set_program was given. "matrig" when
  * neither is known. */
 void data_dir_program(char *path, size_t size);
-/* matrig-study is started by matrig: what comes with matrig is looked for from matrig's place. The
- * text stays the caller's. */
+/* matrig starts matrig-study: its data is looked for from matrig's place. The text stays the
+ * caller's. */
 void data_dir_set_program(const char *path);
 
 #endif

@@ -28,7 +28,7 @@ struct quantity_wrong {
     char advice[200]; /* "write ft, in, mm, cm or m behind the number, or no unit for ft" */
 };
 
-/* The whole text, blanks around it apart. `*value` comes in `unit`; "" or NULL: a plain number. A
+/* The whole text, without blanks around it. `*value` is in `unit`; "" or NULL: a plain number. A
  * number without a unit is in `bare`; NULL: in `unit`; "": it needs one. Never another unit. */
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
                     struct quantity_wrong *wrong);

@@ -6,7 +6,7 @@
 
 #include "host/base/error.h"
 
-/* A value with its standard error, both in the unit that the user of it says. */
+/* A value with its standard error, both in a unit that its owner defines. */
 struct estimate {
     double value;
     double error;

@@ -31,7 +31,7 @@ const struct unit *unit_of(enum unit_kind kind, bool si);
 const struct unit *unit_given(enum unit_kind kind);
 /* A unit that people write beside a value, of a displacement or a tension. */
 struct unit_word {
-    const char *word; /* "mm", "kN": as it is told */
+    const char *word; /* "mm", "kN": as printed */
     enum unit_kind kind;
 };
 /* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not, but

@@ -27,8 +27,8 @@ _Noreturn void xmalloc_failed(size_t bytes);
 /* Lists that grow one by one. */
 
 /* Room for one more behind the `count` elements of `size` bytes of a list; `list` is the address of
- * its pointer, NULL at first. The room doubles at powers of two, so that nobody needs to remember
- * how large it is. False: no memory, and the list stays as it is. */
+ * its pointer, NULL at first. The room doubles at powers of two, so its size need not be stored.
+ * False: no memory, and the list stays as it is. */
 bool list_grow(void *list, size_t count, size_t size);
 /* The same for commands that run once: no memory ends the process (host/base/xmalloc.h). */
 void xlist_grow(void *list, size_t count, size_t size);

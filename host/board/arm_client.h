@@ -1,5 +1,5 @@
-/* Arming a board for a landing, and taking that back, over CAN or serial. Over CAN somebody else
- * may hold the same interface: whoever gave the command knows its own answer by its tag. */
+/* Arming a board for a landing, and disarming it, over CAN or serial. On CAN another program may
+ * use the same interface: a program recognises its own answer by its tag. */
 #ifndef MATRIG_HOST_BOARD_ARM_CLIENT_H
 #define MATRIG_HOST_BOARD_ARM_CLIENT_H
 
@@ -15,17 +15,17 @@ struct arm_client {
     bool landing_told;         /* since the command */
     unsigned wanted, before;   /* states: that the command is to reach, that it found */
     struct mr_landing landing; /* newest */
-    struct mr_box_state box;   /* told when it is why arming was refused */
+    struct mr_box_state box;   /* reported when it is why arming was refused */
 };
 
-/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and
- * what state it is in, which it does once a second. Statuses as dialogue_hello. */
+/* The dialogue is the caller's; `talk` subscribes to it. Waits for the board's hello and its state,
+ * sent once a second. Statuses as dialogue_hello. */
 enum mr_status arm_client_begin(struct arm_client *talk, struct dialogue *dialogue,
                                 struct error *error);
 /* MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board counts on), or
- * MR_COMMAND_DISARM with 0; at most 5 s. When the answer is lost, the state that the board tells
- * decides. MR_OK: done, talk->landing says in which landing; MR_TIMEOUT: neither an answer nor the
- * state came; else the board refused, and `error` says why. */
+ * MR_COMMAND_DISARM with 0; at most 5 s. When the answer is lost, the board's reported state
+ * decides. MR_OK: done, talk->landing is the landing; MR_TIMEOUT: neither an answer nor the state
+ * arrived; else the board refused, and `error` has the reason. */
 enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t number,
                                 struct error *error);
 

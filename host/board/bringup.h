@@ -8,8 +8,8 @@
 #include "common/image.h"
 #include "host/link/link.h"
 
-/* What the bring-up image says (firmware/bringup/say.h): read from a link or from a file of its
- * text, and checked to be whole. */
+/* Output of the bring-up image (firmware/bringup/say.h): read from a link or from a text file, and
+ * checked to be complete. */
 #define BRINGUP_BAUD     115200
 #define BRINGUP_LINES    400
 #define BRINGUP_NAME     48
@@ -24,18 +24,18 @@ struct bringup_line {
 
 struct bringup {
     char section[BRINGUP_NAME];
-    char *text; /* from `begin` to the end of the line `end`, as it came; bringup_free's */
+    char *text; /* from `begin` to the end of the line `end`, as received; freed by bringup_free */
     size_t length;
     size_t lines;
     struct bringup_line line[BRINGUP_LINES];
 };
 
 /* Text that begins with `begin`. MR_OK; MR_TRUNCATED: its end is missing, or lines of it; MR_CRC;
- * MR_VERSION: of a format that this matrig does not know; MR_MALFORMED: `error` says which line. */
+ * MR_VERSION: an unknown format; MR_MALFORMED: `error` names the line. */
 enum mr_status bringup_parse(struct bringup *bringup, const char *text, size_t length,
                              struct error *error);
-/* Asks for a section and reads it; of a recorded link reads the first one there. MR_TIMEOUT: nobody
- * answers so; else as bringup_parse and the link. */
+/* Asks for a section and reads it; of a recorded link reads the first one there. MR_TIMEOUT: no
+ * such answer; else as bringup_parse and the link. */
 enum mr_status bringup_ask(struct bringup *bringup, struct link *link, const char *section,
                            struct error *error);
 /* Starts the boot ROM. Errors likewise. */
@@ -45,7 +45,7 @@ void bringup_free(struct bringup *bringup);
 /* NULL: there is none of that name. */
 const struct bringup_line *bringup_find(const struct bringup *bringup, const char *name);
 
-/* What a board said at bring-up, held against what it should (bringup_limits.def). */
+/* A board's bring-up report, checked against limits (bringup_limits.def). */
 enum bringup_verdict { BRINGUP_OK, BRINGUP_LOOK, BRINGUP_WRONG };
 
 struct bringup_limit {
@@ -61,7 +61,7 @@ struct bringup_limit {
 
 struct bringup_judged {
     const char *name;
-    const struct bringup_line *line;   /* NULL: it was not said */
+    const struct bringup_line *line;   /* NULL: not reported */
     const struct bringup_limit *limit; /* NULL: the name is not known here */
     double least, most; /* of the limit for this board; NaN: the board is not known */
     enum bringup_verdict verdict;

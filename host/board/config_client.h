@@ -8,20 +8,21 @@
 #include "common/config.h"
 #include "host/board/dialogue.h"
 
-/* A configuration as a board tells it: its words, one message `config_image` each, in any order,
+/* A configuration as a board sends it: its words, one message `config_image` each, in any order,
  * some of them lost. */
 struct configwords {
     uint8_t image[MR_CONFIG_IMAGE];
     uint8_t present[MR_CONFIG_WORDS];
-    unsigned there; /* words the board says it has; 0: none came */
-    bool ended;     /* the last came, with which the board ends: cleared by who asks */
+    unsigned there; /* words of the board's configuration; 0: none received */
+    bool ended;     /* the last word, which ends the sequence, was received; the caller clears it */
 };
 
 /* All zero: none. Takes a message; a word of another table is not kept. */
 void configwords_take(struct configwords *words, const uint8_t *bytes, size_t length);
-/* The first that is to be asked for; MR_CONFIG_WORDS: all came. */
+/* The first one to be requested; MR_CONFIG_WORDS: all received. */
 unsigned configwords_absent(const struct configwords *words);
-/* When all came: the configuration, and the CRC that it ends with. Statuses as mr_config_decode. */
+/* When all are received: the configuration, and the CRC at its end. Statuses as
+ * mr_config_decode. */
 enum mr_status configwords_decode(const struct configwords *words, struct mr_config *config,
                                   uint32_t *crc);
 
@@ -31,14 +32,14 @@ struct config_client {
     bool refused, state_known, staged;
     uint16_t tag; /* of the words being sent */
     struct mr_config_refused reason;
-    struct mr_config_state state;     /* as hello's round last told it */
+    struct mr_config_state state;     /* as last sent after a hello */
     struct mr_config_staged progress; /* of the words being sent */
     struct configwords words;         /* being read */
-    size_t told;                      /* that came, each time */
+    size_t told;                      /* received, each time */
 };
 
-/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and
- * what configuration it has. Statuses as dialogue_hello. */
+/* The dialogue is the caller's; `talk` subscribes to it. Waits for the board's hello and the
+ * identity of its configuration. Statuses as dialogue_hello. */
 enum mr_status config_client_begin(struct config_client *talk, struct dialogue *dialogue,
                                    struct error *error);
 /* The configuration in force and its CRC. MR_NOT_NOW: a landing is armed or going on; MR_VERSION:
@@ -50,8 +51,8 @@ enum mr_status config_client_meet(struct config_client *talk, struct dialogue *d
                                   struct mr_config *config, uint32_t *crc, struct error *error);
 /* Keeps an idle board sending its edges and block records for `seconds`; 0: no longer. */
 enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct error *error);
-/* Sends it; it is in force, and in flash, when this says MR_OK. On CAN the dialogue goes on at its
- * base. MR_LIMIT: refused, `error` says why; MR_NOT_NOW. */
+/* Sends it; MR_OK: it is in force, and in flash. On CAN the dialogue continues at its base.
+ * MR_LIMIT: refused, `error` has the reason; MR_NOT_NOW. */
 enum mr_status config_client_set(struct config_client *talk, const struct mr_config *config,
                                  struct error *error);
 

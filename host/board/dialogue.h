@@ -1,5 +1,4 @@
-/* The conversation with one board: who speaks, orders and their answers, waiting, and what else the
- * board says.
+/* The dialogue with one board: its identity, orders and answers, waiting, and its other messages.
  *
  *     struct dialogue dialogue;
  *     struct mr_ack answer;
@@ -12,16 +11,16 @@
  *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes
  * them. Orders go over serial when there is a serial link, else over CAN. Hello and answers count
- * on the link of the orders alone; of the other link subscribers hear. A device that goes away is
- * waited for as host/link/link.h has it.
+ * on the link of the orders alone; messages of the other link go to subscribers. A lost device is
+ * waited for, see host/link/link.h.
  *
- * Time. Deadlines are seconds of a clock that is never set. What has come is read before a deadline
- * is believed, so that a computer that stood still is not taken for a silent board.
+ * Time. Deadlines are seconds of a clock that is never set. Received data is read before a deadline
+ * applies, so that a suspended computer does not make the board look silent.
  *
- * Errors. A function that returns MR_TIMEOUT leaves `error` as it was: the caller says what did not
- * come. Only dialogue_hello, and the sentences at the end of this file, set `error` for MR_TIMEOUT
- * too. Every other failure sets `error`: MR_VERSION (a board of another layout), MR_CLOSED (the
- * board ended the link), MR_IO, or what a subscriber returned.
+ * Errors. A function that returns MR_TIMEOUT leaves `error` unchanged: the caller reports what is
+ * missing. Only dialogue_hello, and the sentences at the end of this file, set `error` for
+ * MR_TIMEOUT too. Every other failure sets `error`: MR_VERSION (a board of another layout),
+ * MR_CLOSED (the board ended the link), MR_IO, or what a subscriber returned.
  *
  * Threads. One thread at a time uses a dialogue. No function waits without a bound. */
 #ifndef MATRIG_HOST_BOARD_DIALOGUE_H
@@ -35,12 +34,12 @@
 #include "host/base/error.h"
 #include "host/link/link.h"
 
-#define DIALOGUE_HELLO_S     10.0 /* a board says hello once a second */
+#define DIALOGUE_HELLO_S     10.0 /* a board sends a hello once a second */
 #define DIALOGUE_ANSWER_S    10.0 /* the longest order, a shunt calibration, takes 0.9 s */
 #define DIALOGUE_TURN_S      0.1  /* of one turn at most */
 #define DIALOGUE_SUBSCRIBERS 4u
 
-/* What a board says about itself and its image: hello and what follows it, once a second. */
+/* A board's messages about itself and its image: hello and those after it, once a second. */
 #define IDENTITY_UID_TEXT 25 /* 24 hexadecimal digits */
 
 struct identity {
@@ -49,26 +48,26 @@ struct identity {
     uint32_t uid[3];
     bool image_known;   /* the last word of uid, and the next */
     uint32_t image_crc; /* of the program, as the board computed it at start */
-    bool commit_known;  /* it told these two as well */
+    bool commit_known;  /* it sent these two as well */
     struct mr_image_commit commit;
     struct mr_image_header header;
     bool board_known;
-    uint8_t board; /* common/boards.def; told a little later than the rest */
+    uint8_t board; /* common/boards.def; sent a little later than the rest */
 };
 
 /* Takes a message in; those of other kinds change nothing. */
 void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
-/* MR_OK: the board speaks this matrig's layout; else MR_VERSION. `spec`: its link. */
+/* MR_OK: the board uses this matrig's layout; else MR_VERSION. `spec`: its link. */
 enum mr_status identity_speaks(const struct identity *identity, const char *spec,
                                struct error *error);
 void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
-/* Does the board run this image, whole? Else `why` says in what they differ. */
+/* Does the board run this image, complete? Otherwise `why` describes the difference. */
 bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why,
                    size_t size);
 
 /* One message of a board: a frame of serial, or a data frame of CAN. */
 struct dialogue_message {
-    enum link_kind kind;    /* over which link it came */
+    enum link_kind kind;    /* the link on which it arrived */
     uint32_t id;            /* MR_ID_... */
     uint16_t seq;           /* of a serial frame; 0 on CAN */
     const uint8_t *payload; /* until the subscriber returns */
@@ -85,7 +84,7 @@ typedef enum mr_status dialogue_take(void *context, const struct dialogue_messag
 typedef bool dialogue_done(const void *context);
 
 struct dialogue {
-    /* what the board has said of itself since the beginning, or since dialogue_forget */
+    /* the board's messages about itself since the beginning, or since dialogue_forget */
     struct identity identity;
     bool any_layout;       /* set by who flashes: a board of another layout is spoken with too */
     double (*now_s)(void); /* the clock; a test may put its own */
@@ -101,7 +100,7 @@ struct dialogue {
     } subscriber[DIALOGUE_SUBSCRIBERS];
     unsigned subscribers;
     bool asking, answered;
-    struct mr_ack answer; /* awaited: of this code and tag; then what came */
+    struct mr_ack answer; /* awaited: of this code and tag; then the answer */
 };
 
 /* Opens the links: LINK texts, NULL: not used, one at least. On failure nothing is open. */
@@ -121,18 +120,18 @@ const char *dialogue_spec(const struct dialogue *dialogue);
 /* By the clock of the deadlines. */
 double dialogue_now_s(const struct dialogue *dialogue);
 
-/* From now on `take` hears every message, after the dialogue itself and the subscribers before.
- * `context` is the caller's, and lives as long as the dialogue is used. DIALOGUE_SUBSCRIBERS at
- * most. */
+/* From now on `take` is called for every message, after the dialogue itself and the subscribers
+ * before. `context` is the caller's, and lives as long as the dialogue is used.
+ * DIALOGUE_SUBSCRIBERS at most. */
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_take *take, void *context);
-/* The board begins anew, or another one comes: who it is must be said again. */
+/* The board restarts, or another one is expected: its identity must be sent again. */
 void dialogue_forget(struct dialogue *dialogue);
 
 /* The board has another base on CAN from now on (common/canbase.h). */
 void dialogue_move(struct dialogue *dialogue, uint16_t base);
 
-/* Hears what comes within `most_s`, and DIALOGUE_TURN_S; MR_OK also when nothing comes. For those
- * who watch something else as well. */
+/* Reads messages within `most_s`, and DIALOGUE_TURN_S; MR_OK also when there are none. For callers
+ * that watch something else as well. */
 enum mr_status dialogue_turn(struct dialogue *dialogue, double most_s, struct error *error);
 /* Hears the board until `done`, at most `within_s`. MR_OK: done; MR_TIMEOUT. */
 enum mr_status dialogue_until(struct dialogue *dialogue, dialogue_done *done, const void *context,
@@ -144,24 +143,24 @@ enum mr_status dialogue_while_coming(struct dialogue *dialogue, dialogue_done *d
                                      struct error *error);
 /* `done` of a `bool` that a subscriber sets. */
 bool dialogue_flag(const void *flag);
-/* Hears the board until it has said hello and `done` (NULL: nothing else is wanted), at most
- * DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO: none did; `error` says what came instead, and what to
- * do. */
+/* Reads messages until the board's hello and `done` (NULL: the hello alone), at most
+ * DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO: no hello; `error` describes what was received instead,
+ * with advice. */
 enum mr_status dialogue_hello(struct dialogue *dialogue, dialogue_done *done, const void *context,
                               struct error *error);
-/* Hears the board until it has said who it is and which image it runs, at most `within_s`. MR_OK
- * also when it does not tell the commit, as an older firmware; MR_TIMEOUT. */
+/* Reads messages until the board has sent its identity and its image's, at most `within_s`. MR_OK
+ * also without the commit, as from an older firmware; MR_TIMEOUT. */
 enum mr_status dialogue_who(struct dialogue *dialogue, double within_s, struct error *error);
 
 /* An order: one message `command` (common/command.h). Its answer is the ack of its code and its
  * tag; each order has a tag of its own, which the order of another program hardly has. The first
- * answer counts; those that come later belong to nothing.
+ * answer counts; later ones are ignored.
  *
- * When no answer comes, the order or the answer is lost. An order that is the same done twice
+ * When no answer comes, the order or the answer is lost. An order that may be carried out twice
  * (dialogue_repeats) is sent again, with the same tag: an answer to either is its answer. Any other
  * order is sent once, whatever `tries` says; a second arming would be refused because of the first.
- * What the board says of its state is asked instead: `taken` says whether that shows the order
- * done. */
+ * The board's state is used instead: `taken` decides whether it shows that the order was carried
+ * out. */
 struct dialogue_order {
     uint8_t code; /* MR_COMMAND_... */
     uint8_t index;
@@ -187,9 +186,9 @@ uint16_t dialogue_next_tag(struct dialogue *dialogue);
 enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8_t *payload,
                              size_t length, struct error *error);
 
-/* The usual sentences, and their status: no board spoke (MR_TIMEOUT, MR_IO); the board did not
- * answer an order (MR_TIMEOUT); the board refused it, `not_now` being what to think of when it says
- * MR_NOT_NOW (NULL: as of any other). */
+/* The usual sentences, and their status: no board answered (MR_TIMEOUT, MR_IO); the board did not
+ * answer an order (MR_TIMEOUT); the board refused it, where `not_now` is the advice for MR_NOT_NOW
+ * (NULL: as for any other). */
 enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *error);
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error);
 enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr_ack *answer,

@@ -12,7 +12,7 @@
 #include "host/base/error.h"
 #include "host/board/dialogue.h"
 
-/* What a board tells of a processor fault (message `crash`): put together, and in words. */
+/* A board's messages about a processor fault (`crash`): put together, and in words. */
 struct crash_report {
     uint32_t word[MR_CRASH_ITEMS];
     uint64_t present; /* bit n: word n */
@@ -30,11 +30,11 @@ void health_reset_text(int64_t cause, char *out, size_t size);
  * channels, block 1234". */
 void crash_headline(const struct crash_report *report, char *out, size_t size);
 
-/* Asking a board over serial how it is: the commands state, self-test and reset, and what it says
- * of its health. */
+/* A board's health over serial: the commands state, self-test and reset, and the messages about its
+ * health. */
 struct health_client {
     struct dialogue *dialogue;
-    unsigned hellos, wanted; /* that came; that are waited for */
+    unsigned hellos, wanted; /* received; awaited */
     bool tested, crashed;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* the newest */

@@ -27,8 +27,8 @@ struct imagefile {
 
 /* `path` is kept. MR_IO; MR_MALFORMED, MR_TRUNCATED, MR_TOO_LONG, MR_VERSION: no such file, of
  * another machine, for another place, with something in the configuration's sectors, without
- * vectors; MR_CRC: a checksum, or its header says that it is not whole. The caller frees it, also
- * after a failure. */
+ * vectors; MR_CRC: a wrong checksum, or a header that marks it as incomplete. The caller frees it,
+ * also after a failure. */
 enum mr_status imagefile_read(const char *path, struct imagefile *image, struct error *error);
 void imagefile_free(struct imagefile *image);
 

@@ -35,7 +35,7 @@
 
 enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
 
-#define READY_VALUE 500u /* bytes: of several faults, all are told */
+#define READY_VALUE 500u /* bytes: of several faults, all are listed */
 
 struct ready_check {
     char name[20];
@@ -48,7 +48,7 @@ struct ready_check {
 struct ready_report {
     struct ready_check check[READY_CHECKS];
     unsigned count;
-    bool uncalibrated; /* a sensor has no date of calibration: what is recorded says so, too */
+    bool uncalibrated; /* a sensor has no date of calibration: records are marked with it */
 };
 
 /* A channel at rest, by block records. */
@@ -70,7 +70,7 @@ struct ready_facts {
     /* of a file: but for its revision, which storing it has raised; NULL: the CRC counts */
     const struct mr_config *expected_config;
     bool can_used;
-    bool si; /* quantities are told in SI units */
+    bool si; /* quantities are printed in SI units */
 
     /* campaign and computer */
     bool before; /* the campaign has a landing of this board: the last one's */
@@ -86,9 +86,9 @@ struct ready_facts {
     uint32_t config_crc;
     struct mr_config config;
     struct mr_config_state config_state;
-    uint32_t zero_told, zero_measured; /* bit per channel: told of its zero; measured since reset */
-    unsigned blocks;      /* records that came; 0: no scans, or the board is not idle */
-    unsigned blocks_lost; /* by the board, meanwhile */
+    uint32_t zero_told, zero_measured; /* bit per channel: zero reported; measured since reset */
+    unsigned blocks;                   /* records received; 0: no scans, or the board is not idle */
+    unsigned blocks_lost;              /* by the board, meanwhile */
     struct ready_channel channel[MR_CHANNELS];
     struct timemap_fit time;
 
@@ -109,7 +109,7 @@ struct ready_facts {
     struct mr_restarts restarts;
     int64_t can_frames, can_lost, can_dropped; /* of this board, or who is at its base */
     uint16_t can_base;
-    struct identity on_can; /* who speaks there; uid 0: nobody has said it */
+    struct identity on_can; /* the board there; uid 0: not identified */
     int64_t serial_frames, serial_lost, serial_dropped;
     struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: none since reset */
     uint16_t fault_rise[MR_FAULT_COUNT];   /* while it was looked at */

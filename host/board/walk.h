@@ -1,4 +1,4 @@
-/* The walk test: somebody walks along the rig, trips each switch, pushes each transducer's mat and
+/* The walk test: a person walks along the rig, trips each switch, pushes each transducer's mat and
  * pulls at each gage, in order. The result is a table of checks: one for each that did not answer
  * or answered in another's place, or one for each kind that all answered in order. Two that are
  * swapped and two that were tripped in the other order look the same; the check asks for both.

@@ -5,13 +5,13 @@
  *
  * It has two parts. The first is the stated error of a reading, which stands beside every reading:
  * each of its contributions is mr_reading_error (common/channels.h) with all others taken away, so
- * that the part adds up to it. It says how well the channel repeats what its calibration said. The
- * second is what the calibration itself and the place of use leave uncertain, which the stated
+ * that the part adds up to it. It is the repeatability of the channel against its calibration. The
+ * second is the uncertainty of the calibration itself and of the place of use, which the stated
  * error leaves out: certificate, baseline, position, temperature (docs/explanation/errors.md, "What
  * a calibration leaves out").
  *
  * Contributions are taken as independent (GUM 5.1.2), degrees of freedom as infinite, the sum as
- * normal, but for the cell's temperature, which may be most of it: the coverage factor is that of a
+ * normal, except for the cell's temperature, which may dominate: the coverage factor is that of a
  * rectangular and a normal distribution together, 1.96 where there is nothing of the former. The
  * uncertainty of the known values of `matrig calibrate` belongs into one place: --known, which
  * brings it into the stated gain and zero, or the certificate.

@@ -23,19 +23,19 @@ struct calibrate_points {
     bool codes_first;
 };
 
-/* What the name of a column says. A name is understood wholly or not at all: what could change a
- * unit would make every value another one. */
+/* Meaning of a column's name. A name is understood completely or refused: a misread unit would
+ * change every value. */
 struct calibrate_column {
     bool known, codes;
     const struct unit_word *unit; /* NULL: none */
 };
 struct calibrate_column calibrate_column(const char *name);
 
-/* MR_IO; MR_MALFORMED: a line, or what the first line says; MR_TOO_LONG. */
+/* MR_IO; MR_MALFORMED: a line, or the first line's names; MR_TOO_LONG. */
 enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
                                      struct calibrate_points *points, struct error *error);
-/* A number, with a unit of that kind behind it or without; `plain`: the unit of one without, NULL:
- * it needs one. False: none of it, and `wrong` says why. */
+/* A number, with or without a unit of that kind; `plain`: the unit of one without, NULL: it needs
+ * one. False: invalid, and `wrong` has the reason. */
 bool calibrate_value(const char *text, enum unit_kind kind, const struct unit_word *plain,
                      double *value, struct quantity_wrong *wrong);
 

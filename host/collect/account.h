@@ -1,11 +1,11 @@
-/* Loss accounting of one link: what the board sent against what came.
+/* Loss accounting of one link: frames sent by the board against frames received.
  *
- * Serial: every frame has a number; a jump says how many are lost. CAN: frames have none, so
+ * Serial: every frame has a number; a jump is the number lost. CAN: frames have none, so
  * `can_health.sent`, which counts the frames queued before that one, is held against the frames
  * received since the one before; and the messages of a series (common/catalogue.h) step by its
- * blocks while a landing is recorded, which tells whose frames are missing. A step alone proves
- * nothing; it is believed when the next can_health confirms that frames are lost, or when none
- * comes any more.
+ * blocks while a landing is recorded, which shows whose frames are missing. A step alone proves
+ * nothing; it counts when the next can_health confirms that frames are lost, or when no more
+ * arrive.
  *
  * Where frames were lost, as far as the link saw it: queue (the receive queue of this computer),
  * lock, slow disk, full disk, processor (the queue to the campaign had no room, for that reason),
