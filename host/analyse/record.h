@@ -15,14 +15,14 @@
 /* The outcome of a landing, by measurement: whether the wheel reached a zone of 50 closed mats
  * before it stopped. No predictor is used: the judge of a warning must not be its source.
  *
- * It is based, in this order, on - a wave or a break that a person observed; a two-panel wave that
- * the gear crosses is no
- *    failure (report 2.1)
+ * It is based, in this order, on
+ * - a wave or a break that a person observed; a two-panel wave that the gear crosses is no
+ *   failure (report 2.1)
  * - the survey before it and the transducers since (common/closure.h): at each moment the
- *    longest closed run ahead of the wheel, from within OUTCOME_NEAR_FT of the wheel, for 0.1 s.
- *    Segments of ten mats make its length and its time coarse (by how much: tests/score)
+ *   longest closed run ahead of the wheel, from within OUTCOME_NEAR_FT of the wheel, for 0.1 s.
+ *   Segments of ten mats make its length and its time coarse (by how much: tests/score)
  * - the survey after it: a closed run of that length which begins at the stopped wheel.
- *    This can only give "yes": joints open again behind the wheel.
+ *   This can only give "yes": joints open again behind the wheel.
  *
  * The outcome is "no" when the stop is known, the survey before was made after the previous
  * landing, even its unread segments could not form a zone, and transducers cover at least half of
