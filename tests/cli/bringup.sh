@@ -222,21 +222,6 @@ nobody_there() { # the firmware speaks at another rate
     kill %% 2>/dev/null
     return $status
 }
-# What the how-to page tells people to expect is what is judged.
-page_has_the_limits() { # the table's figures, and where they stand on the page
-    python3 - host/board/bringup_limits.def docs/howto/bring-up.md <<'P'
-import re, sys
-limits = {m[0]: m[1:] for m in re.findall(r'^LIMIT\(REPORT, "([^"]+)", ([^,]+), ([^,]+),', open(sys.argv[1]).read(), re.M)}
-rows = {}
-for names, expect in re.findall(r'^\| (`[^|]+`) \| ([^|]+) \|', open(sys.argv[2]).read(), re.M):
-    rows.update({n: expect for n in re.findall('`([^`]+)`', names)})
-texts = {"can_frame": "{0} to {1} us", "watchdog": "{0} to {1} ms", "low_speed": "{0} to {1} kHz", "noise_*": "at most {1} codes",
-         "of_budget_predict": "at most {1};", "supply_error": "within {1} of", "can_frames": "{0}, "}
-bad = [(n, t.format(*limits[n]), rows.get(n)) for n, t in texts.items() if t.format(*limits[n]) not in rows.get(n, "")]
-print(bad)
-sys.exit(bool(bad))
-P
-}
 silly_words() {
     fails_with 2 "not report, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
         fails_with 2 'a file is no board' build/matrig board --serial file:x bringup rom
@@ -264,6 +249,5 @@ check "another image answers nothing that is understood" nobody_there
 check "a word that is obeyed is not said again" a_word_is_said_once
 check "what breaks off is said so" broken_off_is_said
 check "a line that is unplugged is a device that failed" unplugged
-check "the page of how it is done has the limits that are judged" page_has_the_limits
 check "silly words" silly_words
 finish
