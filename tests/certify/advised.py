@@ -1,16 +1,14 @@
 #!/usr/bin/env python3
-"""What `matrig advise` would have said before each landing of 1973's series, as the certification has played them, beside what came.
+"""The advice of `matrig advise` before each landing of the 1973 series as the certification has played them, beside the true zones.
 
 usage: advised.py [--out FOLDER] [--page]     after certify.py, from the sources' root
 
-A series is a campaign; before each landing it is asked with what was known then, and with the speed and the mean braking that the landing then
-had as its plan. Writes FOLDER/advised.md (build/certify) and, with --page, docs/measured/advised.md. Exit: 0; 2 usage; 3 a landing is missing.
+A series is a campaign. Before each landing `advise` gets what was known then; the plan is the speed and the mean braking that the landing then had. Writes FOLDER/advised.md (build/certify) and, with --page, docs/measured/advised.md. Exit: 0; 2 usage; 3 a landing is missing.
 """
 import argparse
 import datetime
 import json
 import os
-import re
 import subprocess
 import sys
 
@@ -27,11 +25,12 @@ SERIES = [
     ("cleats", 6, "very small movements for two landings, growing; buckles on landing 8 (5.5)"),
     ("stiffeners", 4, "compressed between 70 and 90 after the third landing; buckles on landing 4 (5.6)"),
 ]
-HEAD = """# Measured: what `advise` would have said
+HEAD = """# Measured: advice before each landing of the 1973 series
 
-The series of 1973 as [the certification](certification.md) plays them: synthetic landings on the emulated board, decelerations within what the report states, told friction and survey before each.
-`matrig advise --before RUN` with 256 members; the plan is the speed and mean braking that the landing then had, met within 10 %. Truth is of the synthetic landing, whose mats are bound, stiffened or laid as the series says;
-`advise` knows nothing of that but what landings have taught. 1973's outcome is no truth of these landings: thrust, ground and mats of then are not known.
+`matrig advise --before RUN` (256 members) before each landing of the [certification's](certification.md) series: synthetic landings on the emulated board, with decelerations from
+the 1973 report and with friction and survey configured before each landing. The plan is the speed and mean braking that the landing then had, within 10 %. `advise` does not know
+the modification (bands, cleats, ...); it knows what earlier landings have shown. The truth is that of the synthetic landing. The outcomes of 1973 stand for comparison only, because
+the thrust, ground and mats of that time are unknown.
 
 """
 
@@ -46,50 +45,45 @@ def call(*words, ok=(0,)):
 def truths(out):
     """Longest zone at the wheel by case, as the certification's table has it."""
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in open(out + "/table.md") if line.startswith("|")]
-    return {row[0]: row[2] for row in rows if len(row) > 2}
-
-
-def percent(chance, low, high):
-    return "%.0f %% (%.0f to %.0f)" % (100 * chance, 100 * low, 100 * high)
+    return {row[0]: row[1] for row in rows if len(row) > 3}
 
 
 def advised(db, run, row):
-    """Cells of a landing: plan, zone, wave, verdict and hardest."""
-    plan = "%.1f ft/s, %.1f ft/s2" % (row["touchdown_speed_ft_s"], row["mean_deceleration_ft_s2"])
+    """Cells of a landing: speed, deceleration, zone, verdict and hardest braking."""
     done = subprocess.run([MATRIG, "--quiet", "--json", "advise", db, "--before", str(run), "--speed", "%.4fft/s" % row["touchdown_speed_ft_s"],
                            "--deceleration", "%.4fft/s2" % row["mean_deceleration_ft_s2"]], capture_output=True, text=True, check=False)
-    said = json.loads(done.stdout)
+    answer = json.loads(done.stdout)
+    plan = ["%.1f" % row["touchdown_speed_ft_s"], "%.1f" % row["mean_deceleration_ft_s2"]]
     if done.returncode not in (0, 1):
-        return [plan, "nothing: the campaign has no runway yet" if run == 1 else said["error"]["message"], "", "", ""]
-    planned = [r for r in said["rows"] if r.get("plan")][0]
-    hardest = "%.1f ft/s2" % said["hardest_ft_s2"] if said.get("hardest_ft_s2") else "none"
-    return [plan, percent(planned["zone"], planned["zone_low"], planned["zone_high"]),
-            percent(planned["wave"], planned["wave_low"], planned["wave_high"]) if planned["wave"] is not None else "", said["verdict"], hardest]
+        return plan + ["" if run == 1 else answer["error"]["message"], "no runway yet" if run == 1 else "", ""]
+    planned = [r for r in answer["rows"] if r.get("plan")][0]
+    zone = "%.0f (%.0f to %.0f)" % (100 * planned["zone"], 100 * planned["zone_low"], 100 * planned["zone_high"])
+    return plan + [zone, answer["verdict"], "%.1f" % answer["hardest_ft_s2"] if answer.get("hardest_ft_s2") else "none"]
 
 
 parser = argparse.ArgumentParser(add_help=False)
 parser.add_argument("--out", default="build/certify")
 parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
-true, lines = truths(arguments.out), []
+true, lines = truths(arguments.out), ["| Series | Outcome in 1973 (page of the report) |", "|---|---|"]
+lines += ["| %s | %s |" % (name, then) for name, count, then in SERIES]
+lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking with that probability below 20 %.", "",
+          "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count, then in SERIES:
     db = "%s/series-%s.db" % (arguments.out, name)
     if os.path.exists(db):
         os.unlink(db)
-    lines += ["## %s" % name.replace("-", ", "), "", "1973: %s." % then, "",
-              "| landing | plan | said: zone of 50 mats | bow wave | verdict | hardest below 20 % | truth: longest zone at the wheel |", "|---|---|---|---|---|---|---|"]
     for run in range(1, count + 1):
         played = "%s/%s-%d" % (arguments.out, name, run)
         if not os.path.exists(played + ".serial"):
             sys.exit("advised: %s is missing; make certify plays it" % played)
         call(MATRIG, "--quiet", "log", "--can", "file:%s.can" % played, "--serial", "file:%s.serial" % played, "--db", db)
         row = json.loads(call(MATRIG, "--quiet", "--json", "show", db, str(run)))
-        lines.append("| %d | %s | %s |" % (run, " | ".join(advised(db, run, row)), true["%s-%d" % (name, run)]))
+        lines.append("| %s-%d | %s | %s |" % (name, run, " | ".join(advised(db, run, row)), true["%s-%d" % (name, run)]))
         print(lines[-1], file=sys.stderr)
-    lines.append("")
-text = "\n".join(lines)
+text = "\n".join(lines) + "\n"
 open(arguments.out + "/advised.md", "w").write(text)
 if arguments.page:
     commit = call("git", "describe", "--always", "--abbrev=7", "--exclude=*").strip()
-    open(PAGE, "w").write(HEAD + "<!-- made by make advised -->\n\n`make advised PAGE=yes`, commit %s, %s. All values are shown in the tables.\n\n%s"
-                          % (commit, datetime.date.today(), re.sub(r"\n+$", "\n", text)))
+    open(PAGE, "w").write(HEAD + "<!-- made by make advised -->\n\n`make advised PAGE=yes`, commit %s, %s\n\n%s"
+                          % (commit, datetime.date.today(), text))

@@ -1,46 +1,46 @@
 #!/usr/bin/env bash
-# make uncertainty: drawn calibrations and landings against the uncertainty budget, as docs/measured/uncertainty.md. usage: page.sh DRAWS
+# make uncertainty: writes docs/measured/uncertainty.md, simulated calibrations against the uncertainty budget. usage: page.sh DRAWS
 set -eu
 cd "$(dirname "$0")/../.."
 program=build/tests/uncertainty/study
 draws=$1
-# what the program says, whether the intervals hold or not: the page tells
+# exit 1: an interval does not hold; the page shows it
 of() { "$program" "$draws" "$@" || [ $? = 1 ]; }
 whole=$(of)
 more=$("$program" $((8 * draws)) || [ $? = 1 ])
-table() { sed -n 1,4p; }
+rows() { sed -n "3,4s/^/| $1 /p"; } # BUDGET: its two rows of the table
 cat >docs/measured/uncertainty.md <<P
-# Measured: does the uncertainty budget hold?
+# Measured: the uncertainty budget
 
-\`make uncertainty\` makes this page (\`tests/uncertainty\`), here on $(date -u +%F), at $(git rev-parse --short HEAD). No real sensor was calibrated: all of it is drawn.
+\`make uncertainty\` wrote this page on $(date -u +%F) at $(git rev-parse --short HEAD). All sensors and boards are simulated (\`tests/uncertainty\`); no real sensor was calibrated.
 
-One transducer and one gage, each on a board of its own, drawn from the figures of the reference circuits (\`hil/circuits/figures.def\`): reference, supply, amplifier, excitation, converter with its
-curve and noise, drift. The sensor has a curve of what the built-in configuration states (0.002 in, 0.1 lb rms). A laboratory's standard is off, by 0.4 % (transducer) and 0.2 % (gage), one standard uncertainty;
-so the certificate says 0.8 % and 0.4 % with k = 2. The calibration goes up and down through ten known values, each set by hand to 0.001 in or 0.05 lb, and is that of \`matrig calibrate\`: a straight line. Then
-the temperature is another, by 10 K at most, and a landing is read once: a movement of 0.3 to 2.5 in, a tension of 50 to 350 lb. The error is the reading less the truth. The budget ([what it is](../explanation/errors.md#two-numbers-for-one-reading)) knows the calibration,
-the certificate and the 10 K, not what was drawn; the program that draws does not contain it.
+| Budget $(sed -n 1p <<<"$whole")
+|---$(sed -n 2p <<<"$whole")
+$(rows complete <<<"$whole")
+$(rows complete <<<"$more")
+$(of --without certificate | rows 'without certificate')
+$(of --without temperature | rows 'without temperature')
 
-$(table <<<"$whole")
+- Expanded holds: share of draws with an error inside the 95 % interval; Wilson: the interval for the true share.
+- Stated alone holds: the same for 1.96 times the stated error of a reading. That is no interval for the distance from the truth, because it leaves out certificate and temperature.
+- The rows without certificate and without temperature show that the test can fail. A gage's temperature error is part of its stated drift.
 
-*Holds*: of how many draws the error is within the 95 % interval; then the interval within which the true share lies (Wilson). The stated error of a reading alone is no interval for the distance from the truth: it leaves
-out certificate and temperature. The same with $((8 * draws)) draws:
-
-$(table <<<"$more")
-
-What the sum is made of, as root mean square of the $draws draws, beside the error as it was:
+Contributions to the sum, rms of $draws draws, and the true error:
 
 $(sed -n '6,$p' <<<"$whole")
 
-The check can fail. Without the certificate in the sum:
+## Method
 
-$(of --without certificate | table)
+Each draw is one transducer and one gage on a board of its own, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`): reference, supply, amplifier, excitation, converter with
+its curve and noise, drift. The sensor has a curve as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard is off by 0.4 % (transducer) and 0.2 %
+(gage) as one standard uncertainty, so the certificate states 0.8 % and 0.4 % with k = 2.
 
-and without the temperature (a gage's is in its stated drift):
+The calibration goes up and down through ten known values, each set by hand to 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature then changes by up to 10 K, and one
+reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The error is the reading minus the truth. The [budget](../explanation/errors.md#two-numbers-for-one-reading) knows the
+calibration, the certificate and the 10 K, but not the drawn values.
 
-$(of --without temperature | table)
+A first version of the budget counted the residual of the straight line once, at the reading; its interval held for 94.0 % (93.3 to 94.7) of 4,000 movements. A movement is a difference of two readings,
+so the residual counts at its start, too.
 
-A first version of the budget counted what a straight line leaves of the sensor's curve once, at the reading; of 4,000 drawn movements its interval held 94.0 % (93.3 to 94.7). A movement is a difference
-of two readings, so it counts where the movement began, too.
-
-What is not drawn: the station (its row is 0 here), a sensor that ages, gage factor against temperature, loads across a sensor's axis.
+Not simulated: the station (its row is 0 here), aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
 P

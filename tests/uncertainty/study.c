@@ -290,7 +290,7 @@ static void take(const struct study *study, const char *without, uint64_t seed, 
 
 static void print_rows(const struct tally *t, unsigned draws)
 {
-    printf("\n| contribution, rms of all draws | %s, %s | %s, %s |\n|---|---|---|\n",
+    printf("\n| Contribution (rms) | %s (%s) | %s (%s) |\n|---|--:|--:|\n",
            studies[0].name, studies[0].unit, studies[1].name, studies[1].unit);
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         printf("| %s |", budget_source_text(s));
@@ -298,7 +298,7 @@ static void print_rows(const struct tally *t, unsigned draws)
             printf(" %.2g |", sqrt(t[i].squares[s] / draws));
         printf("\n");
     }
-    printf("| error, true |");
+    printf("| true error |");
     for (size_t i = 0; i < STUDIES; i++)
         printf(" %.2g |", sqrt(t[i].errors / draws));
     printf("\n");
@@ -314,8 +314,8 @@ int main(int argc, char **argv)
         fputs("usage: study DRAWS [--without certificate|temperature]\n", stderr);
         return 2;
     }
-    printf("| | draws | expanded holds, %% | Wilson 95 %%, %% | error over combined, rms | stated "
-           "alone holds, %% |\n|---|---|---|---|---|---|\n");
+    printf("| Sensor | Draws | Expanded holds (%%) | Wilson 95 %% (%%) | RMS error/combined | Stated "
+           "alone holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
     for (size_t i = 0; i < STUDIES; i++) {
         for (unsigned seed = 1; seed <= draws; seed++)
             take(&studies[i], without, seed, &tally[i]);
