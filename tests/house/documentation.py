@@ -119,7 +119,7 @@ class Papers:
             return
         for number, line in self.page(page)[0]:
             cells = [c.strip() for c in line.strip("|").split("|")]
-            if not line.startswith("|") or len(cells) != 3 or cells[0] == "term" or not cells[0].strip("-"):
+            if not line.startswith("|") or len(cells) != 3 or cells[0].lower() == "term" or not cells[0].strip("-"):
                 continue
             rows += 1
             places = re.findall(r"`([^`]+)`(?:: `([^`]+)`)?", cells[2])
