@@ -3,7 +3,7 @@
 . "$(dirname "$0")/tap.sh"
 made_again_the_same() {
     local run compared=0
-    build/tests/runs/synthesise "$tmp" 67 40 "$(take 1 5)" || return 1
+    build/tests/runs/synthesise "$tmp" 67 40 "$(take 1 7)" || return 1
     for run in "$tmp"/landing*.run; do
         [ ! -e "tests/runs/${run##*/}" ] || { cmp "tests/runs/${run##*/}" "$run" && compared=$((compared + 1)); } || return 1
     done

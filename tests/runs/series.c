@@ -28,11 +28,11 @@
 #define WITNESS_LB_IN   60.0
 #define WITNESS_LAG_S   0.010
 
-static const double brake_speed_ft_s[SYN_LANDINGS] = {28.0, 28.0, 28.0, 28.0, 35.5};
-static const double brake_first_ft_s2[SYN_LANDINGS] = {4.0, 4.0, 4.3, 4.6, 6.6};
-static const double brake_last_ft_s2[SYN_LANDINGS] = {4.0, 4.0, 4.3, 4.6, 9.2};
-static const double brake_bend_from_s[SYN_LANDINGS] = {0.0, 0.0, 0.0, 0.0, 1.2};
-static const double brake_bend_to_s[SYN_LANDINGS] = {0.0, 0.0, 0.0, 0.0, 3.6};
+static const double brake_speed_ft_s[SYN_LANDINGS] = {28.0, 28.0, 28.0, 28.0, 35.5, 35.5, 35.5};
+static const double brake_first_ft_s2[SYN_LANDINGS] = {4.0, 4.0, 4.3, 4.6, 6.6, 6.5, 8.5};
+static const double brake_last_ft_s2[SYN_LANDINGS] = {4.0, 4.0, 4.3, 4.6, 9.2, 6.5, 8.5};
+static const double brake_bend_from_s[SYN_LANDINGS] = {0.0, 0.0, 0.0, 0.0, 1.2, 0.0, 0.0};
+static const double brake_bend_to_s[SYN_LANDINGS] = {0.0, 0.0, 0.0, 0.0, 3.6, 0.0, 0.0};
 static const double ripple[SYN_RIPPLES] = {0.007, 0.005, 0.004};
 static const double ripple_hz[SYN_RIPPLES] = {0.83, 2.3, 5.1};
 
@@ -227,6 +227,9 @@ static void look_ahead(struct syn_landing *landing, const struct syn_chain *chai
     struct syn_zone zone;
 
     syn_chain_zone(chain, SYN_CLOSED_IN / IN_PER_FT, wheel_ft, &zone);
+    if (zone.mats >= SYN_FULL_MATS && zone.start_ft - wheel_ft < SYN_AT_ZONE_FT &&
+        landing->at_zone_s < 0.0)
+        landing->at_zone_s = t_s;
     if (zone.mats > landing->ahead_longest_mats)
         landing->ahead_longest_mats = zone.mats;
     if (zone.mats >= SYN_ZONE_AHEAD_MATS && landing->ahead_first_s < 0.0) {
@@ -269,6 +272,7 @@ static bool begin(struct syn_series *series, int number, struct syn_landing *lan
     landing->ahead_first_s = -1.0;
     landing->ahead_first_wheel_ft = 0.0;
     landing->ahead_longest_mats = 0;
+    landing->at_zone_s = -1.0;
     for (int n = 0; n <= SYN_MATS; n++)
         watch->reach_ft[n] = -1.0;
     watch->peak_ft = 0.0;
@@ -321,6 +325,10 @@ bool syn_series_land(struct syn_series *series, int number, struct syn_landing *
     double u_ft[SYN_MATS + 2];
     int still_ms = 0;
 
+    if (number == SYN_AGAINST)
+        series->before_against = *chain;
+    if (number > SYN_AGAINST)
+        *chain = series->before_against;
     if (!begin(series, number, landing, &watch))
         return false;
     syn_chain_displacement(chain, u_ft);

@@ -1,5 +1,6 @@
 /* Series: landings 1 to 5 of the standard pattern on one runway, each starting from the gaps the
- * one before left.
+ * one before left. Landings 6 and 7 are landing 5 braked otherwise, each on the runway that landing 4
+ * left: 6 as gently as matrig advise says, 7 evenly and hard from touchdown on.
  *
  * What the 1973 report states and what was chosen here is in README.md of this folder. Everything
  * random comes from one seed, by a generator of this file's own, in streams that do not disturb
@@ -13,7 +14,8 @@
 #include "tests/runs/chain.h"
 #include "tests/runs/gear.h"
 
-#define SYN_LANDINGS           5
+#define SYN_LANDINGS           7
+#define SYN_AGAINST            5 /* later landings begin where this one began */
 #define SYN_SWITCHES           24
 #define SYN_TRANSDUCERS        8
 #define SYN_GAGES              14
@@ -24,6 +26,8 @@
 #define SYN_CLOSED_IN          0.001 /* a joint counts as closed up to this gap */
 /* a closed zone ahead of the wheel that a warning should be about */
 #define SYN_ZONE_AHEAD_MATS    30
+#define SYN_FULL_MATS          50  /* a zone in which mats buckle */
+#define SYN_AT_ZONE_FT         2.0 /* the wheel is at a zone from so far on */
 
 /* One draw for the whole series: the rig as built. */
 struct syn_rig {
@@ -53,6 +57,7 @@ struct syn_landing {
     double ahead_first_wheel_ft;
     /* longest zone ahead of the wheel at any time before the stop */
     int ahead_longest_mats;
+    double at_zone_s; /* when the wheel first is at a zone of SYN_FULL_MATS; -1: never */
     double survey_in[SYN_SEGMENTS]; /* as read */
     double peak_any_in;             /* largest movement of any mat */
     double peak_any_ft;             /* where */
@@ -71,6 +76,7 @@ struct syn_series {
     int steps_per_ms;
     struct syn_rig rig;
     struct syn_chain chain;
+    struct syn_chain before_against;
 };
 
 /* Draw rig and runway from the seed. */

@@ -1,8 +1,8 @@
-/* synthesise: makes the committed landings of this folder anew, and the two between them. See
+/* synthesise: makes the committed landings of this folder anew, and those between them. See
  * README.md.
  *
  *   synthesise OUTPUT_DIR [SEED [STEPS_PER_MS [LANDINGS]]]
- *                                                 landing1.run to landing5.run, or the first
+ *                                                 landing1.run to landing7.run, or the first
  *                                                 of them; a table on stdout
  *   synthesise --check [SEED [STEPS_PER_MS]]      writes no file: each landing again with half the
  *                                                 step, and how far apart
@@ -86,6 +86,8 @@ static void add_truth(void)
     syn_run_add(&run, "# when the wheel reaches the start of the zone it finds; -1: it does not, "
                       "or there is none ahead\n");
     syn_run_add(&run, "truth wheel_at_zone_at_start_t_s %.9f\n", wheel_at_zone_s);
+    if (landing.number > SYN_AGAINST) /* the first five keep their bytes */
+        syn_run_add(&run, "truth wheel_at_50_mats_t_s %.3f\n", landing.at_zone_s);
 }
 
 static void add_places(void)
@@ -132,6 +134,13 @@ static void add_samples(void)
     }
 }
 
+static const char *braked_otherwise(void)
+{
+    return landing.number == SYN_AGAINST + 1 ? " (landing 5 braked as advised)"
+         : landing.number > SYN_AGAINST      ? " (landing 5 braked evenly and hard)"
+                                             : "";
+}
+
 static bool write_landing(const char *folder)
 {
     char path[PATH_BYTES];
@@ -148,9 +157,9 @@ static bool write_landing(const char *folder)
         "# made by tests/runs/synthesise.c; tests/runs/README.md says from what. Do not edit: "
         "make it again.\n");
     syn_run_add(&run,
-                "provenance synthetic: simulated landing %d of the standard series, seed %" PRIu64
+                "provenance synthetic: simulated landing %d of the standard series%s, seed %" PRIu64
                 ", step %.3g s; not a measurement; the bands are witnesses that hold nothing\n",
-                landing.number, series.seed, 0.001 / series.steps_per_ms);
+                landing.number, braked_otherwise(), series.seed, 0.001 / series.steps_per_ms);
     syn_run_add(&run, "landing %d\n", landing.number);
     syn_run_add(&run, "duration_s %.3f\n", landing.duration_ms / 1000.0);
     syn_run_add(&run, "touchdown %.6f %.9f\n", landing.gear.touchdown_ft, landing.gear.touchdown_s);
@@ -185,14 +194,16 @@ static bool land(int number)
 
 static void print_row(void)
 {
-    printf("%7d %8.2f %8.3f %8.2f %8.3f %6.1f %8.1f %8.1f %6d %6d   %5.1f-%5.1f %6d %10.1e %6.1f "
+    printf("%7d %8.2f %8.3f %8.2f %8.3f %6.1f %8.1f %8.1f %6d %6d   %5.1f-%5.1f %6d %8.3f %10.1e "
+           "%6.1f "
            "%6lu\n",
            landing.number, landing.gear.stop_ft, landing.gear.stop_s,
            landing.gear.speed_ft_s / (landing.gear.stop_s - landing.gear.touchdown_s),
            landing.peak_any_in, landing.peak_any_ft, landing.reach_median_ft, landing.reach_max_ft,
            landing.zone_start.mats, landing.zone_end.mats, landing.zone_end.start_ft,
-           landing.zone_end.end_ft, landing.zone_end.closed_joints, landing.balance_lb_s,
-           landing.iterations_per_step, landing.hard_steps);
+           landing.zone_end.end_ft, landing.zone_end.closed_joints,
+           landing.at_zone_s < 0.0 ? -1.0 : landing.at_zone_s - landing.gear.touchdown_s,
+           landing.balance_lb_s, landing.iterations_per_step, landing.hard_steps);
 }
 
 static int make_runs(const char *folder, uint64_t seed, int steps_per_ms, int last)
@@ -200,7 +211,7 @@ static int make_runs(const char *folder, uint64_t seed, int steps_per_ms, int la
     syn_series_start(&series, seed, steps_per_ms);
     printf("landing  stop_ft   stop_s decel_f/s peak_in  at_ft reach_med reach_max zone_0 zone_1   "
            "stations  "
-           "  closed"
+           "  closed  at_50_s"
            "    balance   iter   hard\n");
     for (int number = 1; number <= last; number++) {
         if (!land(number))
