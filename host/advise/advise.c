@@ -16,6 +16,9 @@
 #define HARDEST_LEAST    2.2 /* rows go up to so many times what just stops, */
 #define HARDEST_PLAN     1.3 /* or to so many times the plan */
 #define HARDEST_TEXT     140
+#define SLOWEST          0.6  /* touchdown speeds are tried from so much of the plan */
+#define FASTEST          1.3  /* up to so much of it */
+#define SPEED_STEP       0.04 /* and so close to the limit, of the plan */
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -172,6 +175,7 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 
 static void find_hardest(struct advise *advise)
 {
+    double mean_ft_s2[ADVISE_ROWS];
     /* what rolls off is no braking to advise */
     size_t first = 0;
     while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
@@ -179,6 +183,45 @@ static void find_hardest(struct advise *advise)
     advise->hardest_ft_s2 = advise_hardest_ft_s2(advise->row + first, advise->rows - first,
                                                  advise->request.limit, &advise->beyond,
                                                  &advise->short_ft_s2);
+    /* nor is the gentlest, of which half rolls off */
+    while (first + 1 < advise->rows && advise->row[first].off_runway >= advise->request.limit)
+        first++;
+    for (size_t i = first; i < advise->rows; i++)
+        mean_ft_s2[i] = advise->row[i].mean_ft_s2;
+    advise->brake = advise_reach(mean_ft_s2 + first, advise->row + first, advise->rows - first,
+                                 advise->request.limit);
+}
+
+/* Rows at the planned braking, from the plan's speed down, or up when the plan is below the limit:
+ * halved where the limit lies. False: no memory. */
+static bool find_fastest(struct advise *advise, struct advise_braking *braking,
+                         struct advise_met *met)
+{
+    struct advise_row row[ADVISE_SPEEDS] = {advise->row[advise->plan_row]};
+    double speed_ft_s[ADVISE_SPEEDS] = {advise->plan.speed_ft_s},
+           planned_ft_s = advise->plan.speed_ft_s, limit = advise->request.limit;
+    bool below = row[0].zone.p < limit && row[0].off_runway < limit;
+    struct advise_plan plan = advise->plan;
+    size_t rows = 1;
+    advise->slowest_ft_s = SLOWEST * planned_ft_s;
+    for (size_t at = below ? 1 : 0; rows < ADVISE_SPEEDS; rows++) {
+        double tried_ft_s = rows > 1 ? (speed_ft_s[at - 1] + speed_ft_s[at]) / 2.0
+                          : below    ? FASTEST * planned_ft_s
+                                     : advise->slowest_ft_s;
+        progress_at(advise->progress, "touchdown at %.1f ft/s is tried", tried_ft_s);
+        memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
+        memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
+        plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
+        if (!advise_row(&advise->members, &plan, plan.mean_ft_s2, braking, met, &row[at]))
+            return false;
+        at = advise_reach_gap(speed_ft_s, row, rows + 1, limit, SPEED_STEP * planned_ft_s) + 1;
+        if (at > rows + 1) {
+            rows++;
+            break;
+        }
+    }
+    advise->speed = advise_reach(speed_ft_s, row, rows, limit);
+    return true;
 }
 
 static enum mr_status find_rows(struct advise *advise, struct error *error)
@@ -194,6 +237,10 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
         progress_at(advise->progress, "%zu of %u decelerations are tried", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
         advise->rows++;
+    }
+    if (good) {
+        find_hardest(advise);
+        good = find_fastest(advise, braking, met);
     }
     free(braking);
     free(met);
@@ -257,6 +304,66 @@ static void judge(struct advise *advise, bool si)
                  100.0 * limit, hardest);
 }
 
+/* "at most 6.9 ft/s2 (6.5 to 7.2)"; the interval is open where no row tells its end. */
+static void reach_text(const struct advise_reach *reach, enum unit_kind unit, bool si,
+                       char out[3 * UNIT_TEXT])
+{
+    char at[UNIT_TEXT], interval[UNIT_TEXT] = "";
+    const int decimals = unit_decimals(unit, si, 1);
+    double low = reach->low * unit_of(unit, si)->factor,
+           high = reach->high * unit_of(unit, si)->factor;
+    unit_value_text(unit, si, reach->at, 1, at);
+    if (isfinite(low) && isfinite(high))
+        snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", decimals, low, decimals,
+                 high);
+    else if (isfinite(low))
+        snprintf(interval, sizeof interval, " (95 %%: %.*f or more)", decimals, low);
+    else if (isfinite(high))
+        snprintf(interval, sizeof interval, " (95 %%: %.*f or less)", decimals, high);
+    if (reach->beyond)
+        snprintf(out, 3 * UNIT_TEXT, "up to %s, the most that was tried", at);
+    else
+        snprintf(out, 3 * UNIT_TEXT, "at most %s%s", at, interval);
+}
+
+/* One sentence that a pilot can use. */
+static void find_action(struct advise *advise, bool si)
+{
+    char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],
+        brake[3 * UNIT_TEXT], land[3 * UNIT_TEXT];
+    const double percent = 100.0 * advise->request.limit;
+    unit_value_text(UNIT_SPEED, si, advise->plan.speed_ft_s, 1, speed);
+    unit_value_text(UNIT_SPEED, si, advise->slowest_ft_s, 1, slowest);
+    unit_value_text(UNIT_DECELERATION, si, advise->plan.mean_ft_s2, 1, braking);
+    unit_value_text(UNIT_DECELERATION, si, advise->short_ft_s2, 1, from);
+    reach_text(&advise->brake, UNIT_DECELERATION, si, brake);
+    reach_text(&advise->speed, UNIT_SPEED, si, land);
+    const size_t size = sizeof advise->action;
+    if (isfinite(advise->brake.at) && isfinite(advise->speed.at))
+        snprintf(advise->action, size,
+                 "To stay below %.0f %%: at %s brake %s, or touch down %s, braking at %s.", percent,
+                 speed, brake, land, braking);
+    else if (isfinite(advise->brake.at))
+        snprintf(advise->action, size,
+                 "To stay below %.0f %%: at %s brake %s. With %s no touchdown speed from %s up "
+                 "does.",
+                 percent, speed, brake, braking, slowest);
+    else if (isfinite(advise->speed.at))
+        snprintf(advise->action, size,
+                 "To stay below %.0f %%: touch down %s, braking at %s. At %s no gentler braking "
+                 "that stops on the runway does.",
+                 percent, land, braking, speed);
+    else
+        snprintf(advise->action, size,
+                 "Nothing gentler stays below %.0f %%: no braking at %s that stops on the runway, "
+                 "and no touchdown speed from %s up with braking at %s.",
+                 percent, speed, slowest, braking);
+    size_t used = strlen(advise->action);
+    if (isnan(advise->brake.at) && isfinite(advise->short_ft_s2))
+        snprintf(advise->action + used, size - used,
+                 " Braking from %s on stops before the closed mats.", from);
+}
+
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
                             struct advise *advise, struct error *error)
 {
@@ -286,10 +393,10 @@ enum mr_status advise_find(struct advise *advise, bool si, struct progress *prog
             advise_widen(&advise->members, OUTSIDE_TIMES);
         status = find_rows(advise, error);
     }
-    if (status == MR_OK)
-        find_hardest(advise);
-    if (status == MR_OK)
+    if (status == MR_OK) {
         judge(advise, si);
+        find_action(advise, si);
+    }
     return status;
 }
 
@@ -471,6 +578,17 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
     }
 }
 
+/* The ends of its 95 % interval, for programs. */
+static void reach_answer(const char *name, enum unit_kind unit, const struct advise_reach *reach,
+                         struct answer *answer)
+{
+    char low[40], high[40];
+    snprintf(low, sizeof low, "%s_low", name);
+    snprintf(high, sizeof high, "%s_high", name);
+    answer_value(answer, low, NULL, unit, reach->low, 1);
+    answer_value(answer, high, NULL, unit, reach->high, 1);
+}
+
 void advise_answer(const struct advise *advise, struct answer *answer)
 {
     answer_words(answer, "verdict", NULL, "%s", advise_verdict_text(advise->verdict));
@@ -504,6 +622,11 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_count(answer, "members", "members", (int64_t)advise->members.count);
     answer_remark(answer, "; seed %lld", (long long)advise->request.seed);
     answer_count(answer, "seed", NULL, advise->request.seed);
+    reach_answer("hardest", UNIT_DECELERATION, &advise->brake, answer);
+    answer_value(answer, "fastest", NULL, UNIT_SPEED, advise->speed.at, 1);
+    answer_flag(answer, "fastest_beyond", NULL, advise->speed.beyond);
+    reach_answer("fastest", UNIT_SPEED, &advise->speed, answer);
+    answer_sentence(answer, "action", "%s", advise->action);
 }
 
 /* --- the chart --- */

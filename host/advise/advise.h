@@ -14,6 +14,8 @@
  * landing repeated. Acting pays from 1 / (1 + 4) on. */
 #define ADVISE_LIMIT  0.2
 #define ADVISE_REASON 300
+#define ADVISE_ACTION 800
+#define ADVISE_SPEEDS 12u /* touchdown speeds that are tried, at most */
 
 enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
@@ -43,8 +45,11 @@ struct advise {
     double hardest_ft_s2;  /* NaN: none */
     bool beyond;           /* harder than the last row */
     double short_ft_s2;    /* from here on it stops before the mats that are closed; NaN: nowhere */
+    struct advise_reach brake; /* at the planned speed, ft/s2: hardest_ft_s2 with its interval */
+    struct advise_reach speed; /* at the planned braking, ft/s */
+    double slowest_ft_s;       /* the lowest touchdown speed that was tried */
     enum advise_verdict verdict;
-    char reason[ADVISE_REASON];
+    char reason[ADVISE_REASON], action[ADVISE_ACTION];
     struct progress *progress;
 };
 

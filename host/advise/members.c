@@ -845,7 +845,8 @@ bool advise_row(struct advise_members *members, const struct advise_plan *plan, 
             by[s] += (double)met[m].zone_ft <= end_ft * (s + 1u) / ADVISE_STATIONS;
     }
     qsort(at_ft, come, sizeof *at_ft, by_size);
-    *row = (struct advise_row){.mean_ft_s2 = mean_ft_s2,
+    *row = (struct advise_row){.speed_ft_s = plan->speed_ft_s,
+                               .mean_ft_s2 = mean_ft_s2,
                                .half_ft = come ? (double)at_ft[come / 2] : (double)NAN};
     if (played) {
         row->share = (double)come / (double)played;
@@ -887,4 +888,54 @@ double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double li
     return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
                                        (limit - row[i - 1].zone.p) /
                                        (row[i].zone.p - row[i - 1].zone.p);
+}
+
+/* The risk of a row, and the ends of its interval: the one that is lowest last. */
+enum risk_of { RISK_HIGH, RISK_P, RISK_LOW, RISKS };
+
+static double risk(const struct advise_row *row, enum risk_of of)
+{
+    double zone = of == RISK_HIGH ? row->zone.high : of == RISK_P ? row->zone.p : row->zone.low;
+    return fmax(zone, row->off_runway);
+}
+
+/* The first row that is not below the limit; `rows`: all are. */
+static size_t first_beyond(const struct advise_row *row, size_t rows, double limit, enum risk_of of)
+{
+    size_t i = 0;
+    while (i < rows && risk(&row[i], of) < limit)
+        i++;
+    return i;
+}
+
+static double reach(const double *x, const struct advise_row *row, size_t rows, double limit,
+                    enum risk_of of)
+{
+    size_t i = first_beyond(row, rows, limit, of);
+    if (i == 0 || i == rows)
+        return (double)NAN;
+    double from = risk(&row[i - 1], of), to = risk(&row[i], of);
+    return x[i - 1] + (x[i] - x[i - 1]) * (limit - from) / (to - from);
+}
+
+struct advise_reach advise_reach(const double *x, const struct advise_row *row, size_t rows,
+                                 double limit)
+{
+    bool beyond = rows && first_beyond(row, rows, limit, RISK_P) == rows;
+    return (struct advise_reach){.at = beyond ? x[rows - 1] : reach(x, row, rows, limit, RISK_P),
+                                 .low = reach(x, row, rows, limit, RISK_HIGH),
+                                 .high = reach(x, row, rows, limit, RISK_LOW),
+                                 .beyond = beyond};
+}
+
+size_t advise_reach_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
+                        double width)
+{
+    static const enum risk_of order[RISKS] = {RISK_P, RISK_HIGH, RISK_LOW};
+    for (size_t k = 0; k < RISKS; k++) {
+        size_t i = first_beyond(row, rows, limit, order[k]);
+        if (i > 0 && i < rows && x[i] - x[i - 1] > width)
+            return i - 1;
+    }
+    return rows;
 }

@@ -222,8 +222,8 @@ struct advise_chance {
 };
 
 struct advise_row {
-    double mean_ft_s2;
-    double share; /* of the members that come to a zone, as counted */
+    double speed_ft_s, mean_ft_s2; /* as planned */
+    double share;                  /* of the members that come to a zone, as counted */
     struct advise_chance zone;
     struct advise_chance by_station[ADVISE_STATIONS]; /* come to by the end of each part */
     double off_runway;                                /* share of the members that roll off */
@@ -262,5 +262,20 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
  * is none. */
 double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
                             double *short_ft_s2);
+
+/* Up to where the probability of a zone, and the share that rolls off, stay below a limit. Its 95 %
+ * interval comes from the number of members alone. */
+struct advise_reach {
+    double at;        /* NaN: the first row is not below the limit */
+    double low, high; /* NaN: the interval is open on that side */
+    bool beyond;      /* all rows are below: `at` is the last row's */
+};
+/* `x` ascending: what the rows vary, such as the touchdown speed. Between rows in proportion. */
+struct advise_reach advise_reach(const double *x, const struct advise_row *row, size_t rows,
+                                 double limit);
+/* The row of the first pair that the limit, or an end of its interval, lies between, and that is
+ * further apart than `width`; `rows`: there is none. */
+size_t advise_reach_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
+                        double width);
 
 #endif

@@ -200,8 +200,10 @@ static const struct command_part parts[] = {
                 "landing rests on them"),
     OPTION_TEXT("--serial", "LINK", serial, "where the board is, such as serial:/dev/ttyUSB0"),
     HELP_NOTE("clear, caution or against, and why; the probability of a zone of 50 mats against "
-              "mean deceleration and station; the\n"
-              "hardest braking below the limit. Go and no-go are matrig ready's. Exit 1: against."),
+              "mean deceleration and station; and\n"
+              "last what a pilot can use: the hardest braking and the fastest touchdown below the "
+              "limit. Go and no-go are\n"
+              "matrig ready's. Exit 1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 

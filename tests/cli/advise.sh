@@ -64,6 +64,25 @@ assert d["learned"]["landings"] == 2 and d["members"] == 64
 assert 0.4 < d["thrust_lb"] / d["critical_lb"] < 4' "$tmp/both.json"
 }
 check "rows, intervals and stations hold together" rows_hold
+# The line for the pilot: who lands as it says meets the limit.
+within_limit() {
+    local as="--before 2 --limit 30 --members 64" fastest hardest
+    $matrig --json advise "$db" $as --speed 35.5ft/s --deceleration 7.8ft/s2 >"$tmp/wide.json"
+    read -r fastest hardest < <(python3 -c 'import json, sys; d = json.load(open(sys.argv[1])); print(d["fastest_ft_s"], d["hardest_ft_s2"])' "$tmp/wide.json")
+    advise slower $as --speed "${fastest}ft/s" --deceleration 7.8ft/s2 && advise gentler $as --speed 35.5ft/s --deceleration "${hardest}ft/s2" &&
+        holds 'p = [[r for r in a["rows"] if r["plan"]][0]["zone"] for a in d]; print(p, d[0]["action"])
+assert p[0] > 0.35 and abs(p[1] - 0.3) < 0.06 and abs(p[2] - 0.3) < 0.06
+assert d[0]["fastest_low_ft_s"] < d[0]["fastest_ft_s"] < d[0]["fastest_high_ft_s"] < 35.5
+assert d[0]["hardest_ft_s2"] < d[0]["hardest_high_ft_s2"] < 7.8
+assert d[0]["action"].startswith("To stay below 30 %%: at 35.5 ft/s brake at most %.1f ft/s2 (95 %%: " % d[0]["hardest_ft_s2"])
+assert ", or touch down at most %.1f ft/s (95 %%: " % d[0]["fastest_ft_s"] in d[0]["action"]' "$tmp/wide.json" "$tmp/slower.json" "$tmp/gentler.json"
+}
+check "who lands as the last line says meets the limit" within_limit
+nothing_meets_it() {
+    $matrig advise "$db" --before 2 --limit 1 --members 64 --speed 35.5ft/s --deceleration 7.8ft/s2 | tail -n 2 | tr '\n' ' ' |
+        grep 'Nothing gentler stays below 1 %: no braking at 35.5 ft/s that stops on the runway, and no touchdown speed from 21.3 ft/s up with braking at 7.8 ft/s2. $'
+}
+check "or that line says that nothing does" nothing_meets_it
 as_before_5() { # its survey came with it, and its parameters from landing 1 alone
     advise before --before 2 --seed 2 $plan && holds 'print(d[0]["segments_surveyed"], d[1]["segments_surveyed"])
 assert d[0]["segments_surveyed"] > 30 and d[0]["learned"]["landings"] == 1 and d[1]["segments_surveyed"] == 0' "$tmp/before.json" "$tmp/both.json"

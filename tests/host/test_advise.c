@@ -448,3 +448,31 @@ TEST(the_hardest_braking)
     assert_true(isnan(advise_hardest_ft_s2(row, 3, 0.05, &beyond, &short_ft_s2)));
     assert_true(isnan(short_ft_s2));
 }
+
+/* By hand, in proportion between rows. */
+TEST(the_reach_and_its_interval)
+{
+    static const double x[] = {10.0, 20.0, 30.0};
+    struct advise_row row[] = {{.zone = {.p = 0.1, .low = 0.05, .high = 0.15}},
+                               {.zone = {.p = 0.3, .low = 0.25, .high = 0.35}},
+                               {.zone = {.p = 0.6, .low = 0.55, .high = 0.65}}};
+    struct advise_reach reach = advise_reach(x, row, 3, 0.2);
+    assert_near(reach.at, 15.0, 1e-12);
+    assert_near(reach.low, 12.5, 1e-12);
+    assert_near(reach.high, 17.5, 1e-12);
+    assert_false(reach.beyond);
+    assert_int_equal(advise_reach_gap(x, row, 3, 0.2, 5.0), 0);
+    assert_int_equal(advise_reach_gap(x, row, 3, 0.32, 5.0), 1);
+    assert_int_equal(advise_reach_gap(x, row, 3, 0.2, 10.0), 3);
+    reach = advise_reach(x, row, 3, 0.62); /* the upper end alone is beyond */
+    assert_true(reach.beyond && isnan(reach.high));
+    assert_near(reach.at, 30.0, 1e-12);
+    assert_near(reach.low, 29.0, 1e-12);
+    reach = advise_reach(x, row, 3, 0.12); /* the first row's upper end is not below */
+    assert_near(reach.at, 11.0, 1e-12);
+    assert_true(isnan(reach.low));
+    reach = advise_reach(x, row, 3, 0.1);
+    assert_true(isnan(reach.at) && !reach.beyond);
+    row[1].off_runway = 0.5; /* who rolls off is not below either */
+    assert_near(advise_reach(x, row, 3, 0.2).at, 12.5, 1e-12);
+}
