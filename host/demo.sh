@@ -1,11 +1,12 @@
 #!/bin/sh
-# matrig demo: landings 1, 4 and 5 of the standard series, which are synthetic (tests/runs/README.md): two gentle ones, and one that the
-# board warns of. Each is played by the emulated board, logged and compared; a page is made of all three.
+# matrig demo: a day on the emulated board, with landings that are synthetic (tests/runs/README.md). Two landings teach what the runway is
+# like, it is surveyed, and matrig advise recommends against the next landing as planned. That landing is then played three times, each
+# time on the runway and with the board's memory as the survey found them: against the advice, as advised, and braked hard from touchdown on.
 # demo.sh FOLDER MATRIG BOARD IMAGE RUNS [OPTIONS OF MATRIG...]
 set -eu
 folder=$1 matrig=$2 board=$3 image=$4 runs=$5
 shift 5
-db=$folder/campaign.db page=$folder/report.html playing='' logging=''
+db=$folder/campaign.db page=$folder/report.html playing='' logging='' run=0
 fail() { # CODE WORDS
     echo "matrig: $2" >&2
     exit "$1"
@@ -15,7 +16,26 @@ end() {
         kill "$process" 2>/dev/null || :
         wait "$process" 2>/dev/null || :
     done
-    rm -rf "$links"
+    rm -rf "$work"
+}
+play() { # LANDING OPTIONS...: until the runway is in the board's memory, 0.5 s after the landing is disarmed
+    landing=$1
+    shift
+    run=$((run + 1))
+    for_s=$(awk '$1 == "duration_s" { print $2 + 1.2; exit }' "$runs/landing$landing.run")
+    "$board" --elf "$image" --nor "$work/memory" --can "unix:$work/can" --serial "unix:$work/serial" --rig "$runs/landing$landing.run" --for "$for_s" --speed max &
+    playing=$!
+    "$matrig" "$@" log --can "unix:$work/can" --serial "unix:$work/serial" --db "$db" &
+    logging=$!
+    wait "$logging" || fail $? "matrig log ended with exit code $?: matrig demo; its own message stands above"
+    logging=''
+    wait "$playing" || fail 3 "matrig-board ended with exit code $?: matrig demo; its own message stands above"
+    playing=''
+    "$matrig" "$@" compare "$db" $run
+}
+surveyed() { # RUN: a sheet on standard input, filled in with the openings that were read before that landing
+    awk -F, -v OFS=, -v run="$1" 'BEGIN { while ((getline line <run) > 0) { split(line, word, " "); if (word[4] == "survey") sum[word[5]] = word[6] } }
+        NR > 1 { $4 = 33.5 + sum[$3] } { print }'
 }
 
 [ -x "$board" ] || fail 3 "no emulated board: $board; make all builds it, the package matrig-board has it"
@@ -23,23 +43,30 @@ end() {
 [ -r "$runs/landing1.run" ] || fail 3 "no recorded landing: $runs/landing1.run; make install puts it there, the package matrig has it"
 for file in "$db" "$page"; do [ ! -e "$file" ] || fail 2 "there is one already: $file; name a new folder"; done
 mkdir -p "$folder" 2>/dev/null || fail 3 "cannot make the folder: $folder; name another one"
-links=$(mktemp -d "${TMPDIR:-/tmp}/matrig-demo.XXXXXX")
+work=$(mktemp -d "${TMPDIR:-/tmp}/matrig-demo.XXXXXX")
 trap end EXIT
 trap 'fail 3 "interrupted: matrig demo; name a new folder to start once more"' INT TERM
 
-run=0
-for landing in 1 4 5; do
-    run=$((run + 1))
-    echo "== Landing $landing of the standard series (synthetic) on the emulated board"
-    "$board" --elf "$image" --can "unix:$links/can" --serial "unix:$links/serial" --rig "$runs/landing$landing.run" --speed max &
-    playing=$!
-    "$matrig" "$@" log --can "unix:$links/can" --serial "unix:$links/serial" --db "$db" &
-    logging=$!
-    wait "$logging" || fail $? "matrig log ended with exit code $?: matrig demo; its own message stands above"
-    logging=''
-    wait "$playing" || fail 3 "matrig-board ended with exit code $?: matrig demo; its own message stands above"
-    playing=''
-    "$matrig" "$@" compare "$db" $run
-done
+echo '== Landings 1 and 4 of the standard series: 28 ft/s, braked gently'
+play 1 "$@"
+play 4 "$@"
+cp "$work/memory" "$work/surveyed"
+
+echo '== Survey, and advice on landing 5, planned at 35.5 ft/s and 7.8 ft/s2'
+"$matrig" --quiet survey "$db" --edges none --sheet "$work/sheet.csv" >"$work/said"
+surveyed "$runs/landing5.run" <"$work/sheet.csv" >"$work/read.csv"
+"$matrig" --quiet survey "$db" --edges none --error 0.01 --from "$work/read.csv" >"$work/said"
+"$matrig" "$@" advise "$db" --speed 35.5ft/s --deceleration 7.8ft/s2 --keep || [ $? = 1 ] || fail 3 'matrig advise failed; its own message stands above'
+
+echo '== Landing 5, against the advice: braked at 6.6 to 9.2 ft/s2'
+play 5 "$@"
+echo '== The same landing on the same runway as advised: braked at 6.5 ft/s2'
+cp "$work/surveyed" "$work/memory"
+play 6 "$@"
+echo '== The same landing on the same runway, braked at 8.5 ft/s2 from touchdown on'
+cp "$work/surveyed" "$work/memory"
+play 7 "$@"
+
 "$matrig" "$@" report "$db" -o "$page"
+"$matrig" "$@" show "$db" | tail -n 3
 echo "Look at $page; the campaign is $db."

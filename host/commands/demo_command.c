@@ -41,11 +41,13 @@ static const struct command_part parts[] = {
                      "./matrig-demo.\n"
                      "A campaign that is there is left alone, with exit code 2"),
     OPTION_TEXT("--elf", "F", elf, "firmware image; else the one that came with matrig"),
-    HELP_NOTE("Plays landings 1, 4 and 5 of the standard series, which are synthetic, on "
-              "matrig-board, logs them over CAN and serial,\n"
-              "compares them with the simulation and makes the page. The board warns of landing 5. "
-              "No hardware and no network are\n"
-              "needed. The commands are those of a shell script: demo.sh."),
+    HELP_NOTE(
+        "Plays a day on matrig-board with synthetic landings: two of them, a survey, the advice "
+        "against the next one; that one against the\n"
+        "advice, as advised, and braked hard from touchdown on. Each is logged over CAN and "
+        "serial and compared with the simulation;\n"
+        "the page is made of all. No hardware and no network are needed. The commands are "
+        "those of a shell script: demo.sh."),
     HELP_EXAMPLE("matrig demo first"),
 };
 
@@ -53,7 +55,7 @@ const struct command command_demo = {
     "demo",
     demo_command,
     "[DIR] [--elf F]",
-    "three landings on the emulated board: played, logged, compared, reported",
+    "a day on the emulated board: landings, survey, advice, a warning, the report",
     COMMAND_PARTS(parts),
     {0, 1, "DIR"},
 };
