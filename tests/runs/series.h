@@ -1,6 +1,6 @@
 /* Series: landings 1 to 5 of the standard pattern on one runway, each starting from the gaps the
- * one before left. Landings 6 and 7 are landing 5 braked otherwise, each on the runway that landing 4
- * left: 6 as gently as matrig advise says, 7 evenly and hard from touchdown on.
+ * one before left. Landings 6 and 7 are landing 5 with other braking, each on the runway that
+ * landing 4 left: 6 as gently as matrig advise recommends, 7 evenly and hard from touchdown on.
  *
  * What the 1973 report states and what was chosen here is in README.md of this folder. Everything
  * random comes from one seed, by a generator of this file's own, in streams that do not disturb
