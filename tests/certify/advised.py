@@ -28,7 +28,7 @@ SERIES = [
 HEAD = """# Measured: advice before each landing of the 1973 series
 
 `matrig advise --before RUN` (256 members) before each landing of the [certification's](certification.md) series: synthetic landings on the emulated board, with decelerations from
-the 1973 report and with friction and survey configured before each landing. The plan is the speed and mean braking that the landing then had, within 10 %. `advise` does not know
+the 1973 report and with friction and survey configured before each landing. The plan is the landing's own speed and mean braking, assumed to be met within 10 %. `advise` does not know
 the modification (bands, cleats, ...); it knows what earlier landings have shown. The truth is that of the synthetic landing. The outcomes of 1973 stand for comparison only, because
 the thrust, ground and mats of that time are unknown.
 
