@@ -26,7 +26,7 @@ play() { # LANDING: and on, until the runway is in the memory, 0.5 s after it is
     build/matrig-board --elf build/firmware/matrig.elf --nor "$out/nor.bin" --can none --serial "file:$out/serial.bin" --rig "$runs/landing$1.run" \
         --for "$for_s" --seed "$1" 2>"$out/board$1.txt"
     # The file of the line may end inside a frame: after the landing.
-    build/matrig --quiet log --serial "file:$out/serial.bin" --db "$db" >"$out/log$1.txt" 2>"$out/log.err" || grep -q 'ended inside a frame' "$out/log.err"
+    build/matrig --quiet log --all --serial "file:$out/serial.bin" --db "$db" >"$out/log$1.txt" 2>"$out/log.err" || grep -q 'ended inside a frame' "$out/log.err"
 }
 # Zones ahead of the wheel: statements that follow each other and overlap are one, told where it is longest. 10 mats or more.
 # Seconds after touchdown, by the board's clock, as matrig log, predict and report have them: of the block that decided.

@@ -23,7 +23,7 @@ calibrated() { # a line through the points: 620.5 codes an inch, by hand from th
     says '^8 fields changed, stored and read back: revision 1' && within '^gain +([0-9.]+) in per code.*' 0.001 "$(awk 'BEGIN {print 1 / 620.55}')"
 }
 warned() { # before the wheel is in the middle of the braked part, and as the report's page has it
-    says '^  zone +warned [0-9.]+ s after touchdown' && says '^    lead time ' && grep -q 'warned' $day/quick.html
+    says '^  zone +warned [0-9.]+ s after touchdown' && says '^  outcome ' && grep -q 'warned' $day/quick.html
 }
 surveyed() { says '^loaded +42 segments$' && says '^different +0$'; }
 surveyed_again() { # 21 segments of ten mats opened by 0.004 in each, 21 closed: half way it has moved 0.084 in, and at the end not at all

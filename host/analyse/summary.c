@@ -497,7 +497,7 @@ void summary_free(struct summary *summary)
 }
 
 /* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
-static void switches_text(const struct measured *measured, char *out, size_t size)
+void summary_switches(const struct measured *measured, char *out, size_t size)
 {
     size_t seen = measured->gates;
     bool all = seen == measured->switches && seen > 0;
@@ -659,7 +659,7 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
     const struct measured *measured = &summary->measured;
     const struct mr_gates_summary *fit = &measured->summary;
     char switches[200];
-    switches_text(measured, switches, sizeof switches);
+    summary_switches(measured, switches, sizeof switches);
     answer_words(answer, NULL, "switches", "%s", switches);
     switch_events_answer(summary, answer);
     answer_count(answer, "switches", NULL, (int64_t)measured->switches);
@@ -850,7 +850,7 @@ void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING])
              measured_marks(&summary->measured));
 }
 
-void summary_facts_answer(const struct summary *summary, struct answer *answer)
+void summary_alerts_answer(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
     char torn[MEASURED_TORN_TEXT];
@@ -867,6 +867,12 @@ void summary_facts_answer(const struct summary *summary, struct answer *answer)
     restart_answer(summary, answer);
     orders_answer(summary, answer);
     summary_ready_answer(summary->ready, answer);
+}
+
+void summary_facts_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct measured *measured = &summary->measured;
+    summary_alerts_answer(summary, answer);
     motion_answer(summary, answer);
     channel_events_answer(summary, answer);
     source_answer(measured, answer);
@@ -904,15 +910,6 @@ void summary_answer(const struct summary *summary, struct answer *answer)
     bands_shunts_answer(&summary->bands, false, answer);
     summary_health_answer(summary, answer);
     answer_close(answer);
-}
-
-bool summary_print(const struct summary *summary, bool si, FILE *out)
-{
-    struct answer *answer = answer_new(si);
-    summary_answer(summary, answer);
-    bool printed = answer_text(answer, out);
-    answer_free(answer);
-    return printed;
 }
 
 json_t *summary_json(const struct summary *summary, bool si)

@@ -82,6 +82,8 @@ void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING]);
 void summary_dates_answer(const struct measured *measured, struct answer *answer);
 /* All of it, under its heading; and parts of it that a page shows in sections of their own: */
 void summary_answer(const struct summary *summary, struct answer *answer);
+/* What makes it doubtful: torn, recorded twice, restarted, ordered, not ready. */
+void summary_alerts_answer(const struct summary *summary, struct answer *answer);
 /* its outcome, and its recorder */
 void summary_facts_answer(const struct summary *summary, struct answer *answer);
 /* the first warning */
@@ -92,10 +94,11 @@ void summary_health_answer(const struct summary *summary, struct answer *answer)
 void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind,
                              const char *label, struct answer *answer);
 
-/* summary_answer as text (false: `out` cannot be written) and as JSON (the caller's). */
-bool summary_print(const struct summary *summary, bool si, FILE *out);
+/* summary_answer as JSON, the caller's. */
 json_t *summary_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
+/* "all 24 seen" or "22 of 24 seen, missing 3, 17". */
+void summary_switches(const struct measured *measured, char *out, size_t size);
 /* "bus off 1, no acknowledgement 12" of LINK_TROUBLES counts; "" when all are 0. */
 void summary_troubles(const int64_t *trouble, char *out, size_t size);
 /* The same as an object: {"bus off": 1, ...}. The caller owns it. */

@@ -218,12 +218,12 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
         answer_none(answer, "level", NULL, "");
     else
         answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
-    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "zone foreseen, mats" : NULL,
+    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "zone predicted, mats" : NULL,
                  w->coming_mats);
     answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "with the wheel at" : NULL,
                  UNIT_STATION, w->coming_wheel_ft, 1)
         ->digits = 9;
-    answer_value(answer, "coming_after", if_known("wheel came there", w->coming_after_s), UNIT_TIME,
+    answer_value(answer, "coming_after", if_known("wheel reached it", w->coming_after_s), UNIT_TIME,
                  w->coming_after_s, 3)
         ->end = " after the warning";
 }
@@ -236,10 +236,11 @@ static const char *not_reached(const struct zone_warning *w)
 
 static void lead_answer(const struct zone_warning *w, struct answer *answer)
 {
-    const char *became = isnan(w->lead_s) ? NULL : "it really took";
-    answer_value(answer, "lead", if_known("lead time", w->lead_s), UNIT_TIME, w->lead_s, 3)->end =
-        " to the zone's start, the first that the board gave";
-    answer_value(answer, "lead_t", if_known("given at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)
+    const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
+    answer_value(answer, "lead", if_known("predicted time to zone", w->lead_s), UNIT_TIME,
+                 w->lead_s, 3)
+        ->end = ", the first that the board reported";
+    answer_value(answer, "lead_t", if_known("predicted at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)
         ->digits = 9;
     answer_value(answer, "lead_start", if_known("zone's start then", w->lead_s), UNIT_STATION,
                  w->lead_start_ft, 1)
@@ -313,16 +314,21 @@ static void warned_answer(const struct zones *zones, struct answer *answer)
         answer_words(answer, NULL, "zone", "an earlier one may have come: %s", doubt)->warn = true;
 }
 
-void zones_answer(const struct zones *zones, bool watched, struct answer *answer)
+void zones_warned_answer(const struct zones *zones, bool watched, struct answer *answer)
 {
-    const struct zone_warning *w = &zones->warning;
-    const struct zones_heard *heard = &zones->heard;
-    char doubt[ZONES_HEARD_TEXT];
     if (watched)
         warned_answer(zones, answer);
     else
         answer_words(answer, NULL, "zone",
                      "no board watched: the readings are another instrument's");
+}
+
+void zones_answer(const struct zones *zones, bool watched, struct answer *answer)
+{
+    const struct zone_warning *w = &zones->warning;
+    const struct zones_heard *heard = &zones->heard;
+    char doubt[ZONES_HEARD_TEXT];
+    zones_warned_answer(zones, watched, answer);
     bool first = !zones_earlier_text(zones, doubt);
     answer_open(answer, "zone",
                 !w->warned ? NULL

@@ -74,6 +74,8 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
 void zones_free(struct zones *zones);
 /* The first warning and its outcome. `watched`: a board could have warned. */
 void zones_answer(const struct zones *zones, bool watched, struct answer *answer);
+/* Whether and when it warned, for people. */
+void zones_warned_answer(const struct zones *zones, bool watched, struct answer *answer);
 /* Why a warning before the first one may have been missed. False: there is no reason, or no
  * warning. */
 bool zones_earlier_text(const struct zones *zones, char out[ZONES_HEARD_TEXT]);

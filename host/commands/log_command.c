@@ -343,7 +343,7 @@ static bool close_all(struct logger *logger)
 struct request {
     const char *can, *serial, *db, *live, *page;
     double for_s, wait_s;
-    bool listen, commands;
+    bool listen, commands, all;
 };
 
 static int log_command(int argc, char **argv, const struct cli *cli)
@@ -369,8 +369,12 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {
-        .cli = cli, .landings = json_array(), .wait_s = r.wait_s, .db = r.db, .page = r.page};
+    struct logger logger = {.cli = cli,
+                            .landings = json_array(),
+                            .wait_s = r.wait_s,
+                            .db = r.db,
+                            .page = r.page,
+                            .all = r.all};
     logger.news = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
         logger.mute[link] = r.listen;
@@ -409,6 +413,9 @@ static const struct command_part parts[] = {
                 "take arm [N] and disarm, a line each, from standard input; it does without when "
                 "that is a terminal.\n"
                 "Before it arms it asks, and sends when the next line is yes"),
+    OPTION_FLAG("--all", all,
+                "print the whole summary of a landing; else the lines that matter, and the rest "
+                "with matrig show DB RUN"),
     OPTION_TEXT("--page", "F.html", page,
                 "keep the report in F up to date: written beside the logging when a landing ends"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, (double)NAN,
@@ -443,7 +450,7 @@ const struct command command_log = {
     "log",
     log_command,
     "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] "
-    "[--page F] [--wait S]",
+    "[--page F] [--all] [--wait S]",
     "collect landings from a board",
     COMMAND_PARTS(parts),
     {0, 0, ""},

@@ -82,6 +82,7 @@ struct logger {
     char *unsaid; /* of the summaries: what standard output has not taken; NULL: never anything */
     size_t unsaid_length;
     int output[2];          /* standard output and error as they were, while logger_hasty; 0: not */
+    bool all;               /* the whole summary of a landing */
     unsigned shown;         /* landings summarised */
     char newest[80];        /* of them, for people */
     struct live live;       /* of --live; else all zero */

@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "host/advise/arming.h"
-#include "host/analyse/summary.h"
+#include "host/analyse/brief.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/process.h"
 #include "host/board/arm_client.h"
@@ -220,7 +220,7 @@ static void say_summary(struct logger *logger, const struct summary *summary)
     size_t length = 0;
     FILE *out = open_memstream(&text, &length);
     if (out) {
-        summary_print(summary, logger->cli->si, out);
+        brief_print(logger->store, summary, logger->all, logger->cli->si, out);
         fclose(out);
     }
     char *all = realloc(logger->unsaid, logger->unsaid_length + length + 1);

@@ -62,7 +62,7 @@ campaign_of() {
             rm -rf "$kept.new" && mkdir "$kept.new"
             for landing in "${runs[@]}"; do
                 played --elf "$played_root/build/firmware/matrig.elf" --can "file:$kept.new/can" --serial "file:$kept.new/serial" --rig "$landing" 2>/dev/null 8>&- &&
-                    "$played_root/build/matrig" --quiet log --can "file:$kept.new/can" --serial "file:$kept.new/serial" --db "$kept.new/db" >"$kept.new/told" 8>&- ||
+                    "$played_root/build/matrig" --quiet log --all --can "file:$kept.new/can" --serial "file:$kept.new/serial" --db "$kept.new/db" >"$kept.new/told" 8>&- ||
                     status=1
             done
             rm -f "$kept.new/can" "$kept.new/serial"

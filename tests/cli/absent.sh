@@ -9,7 +9,7 @@ in_json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), 
 # record NAME ELF: landing 5, logged into NAME.db
 record() {
     played --elf "$2" --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --rig tests/runs/landing5.run 2>"$tmp/$1.err" &&
-        $matrig log --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --db "$tmp/$1.db" >"$tmp/$1.txt"
+        $matrig log --all --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --db "$tmp/$1.db" >"$tmp/$1.txt"
 }
 tells() { # NAME: speed and stop as with all channels; what else it has
     grep -E '^  (touchdown|deceleration|stop) ' "$tmp/full.txt" >"$tmp/wanted"

@@ -11,7 +11,7 @@ elf_of() { if [ "$1" = zg ]; then echo build/firmware/matrig.elf; else echo "bui
 in_json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
 record() { # NAME: landing 5, logged into NAME.db
     played --elf "$(elf_of "$1")" --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --rig tests/runs/landing5.run 2>"$tmp/$1.err" &&
-        $matrig log --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --db "$tmp/$1.db" >"$tmp/$1.txt"
+        $matrig log --all --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --db "$tmp/$1.db" >"$tmp/$1.txt"
 }
 gear() { grep -E '^  (touchdown|deceleration|stop) ' "$tmp/$1.txt"; }
 movements() { grep -E '^ +[0-9]+ +[0-9]+\.[0-9] +-?[0-9]+\.[0-9]{4} \+- ' "$tmp/$1.txt"; } # number station peak +- error end +- error valid

@@ -71,7 +71,7 @@ killed_log_opens() {
 cut_landing_has_no_stop() {
     played --elf $elf --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --rig $run --for 3.5 || return 1
     # the run may end in the middle of a frame
-    build/matrig log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt" 2>"$tmp/cut.err" ||
+    build/matrig log --all --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt" 2>"$tmp/cut.err" ||
         grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1
     cat "$tmp/cut.txt"
     grep -Eq 'touchdown +35\.[45]' "$tmp/cut.txt" && grep -q 'stop  *not known: the record ends while the gear moves' "$tmp/cut.txt" &&
@@ -84,7 +84,7 @@ cut_peaks_are_marked() {
     while read -r for how; do
         played --elf $elf --serial "file:$tmp/cut2.serial" --rig $run --for "$for" || return 1
         rm -f "$tmp/cut2.db"
-        build/matrig log --serial "file:$tmp/cut2.serial" --db "$tmp/cut2.db" >"$tmp/cut2.txt" 2>"$tmp/cut.err" || grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1
+        build/matrig log --all --serial "file:$tmp/cut2.serial" --db "$tmp/cut2.db" >"$tmp/cut2.txt" 2>"$tmp/cut.err" || grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1
         cat "$tmp/cut2.txt"
         [ "$(grep -Ec "The record ends .*, while the gear $how: peaks" "$tmp/cut2.txt")" = 2 ] && ! grep -q '^  stop  *[0-9]\|not reached' "$tmp/cut2.txt" || return 1
     done <<'L'

@@ -7,7 +7,7 @@ python3 tests/board/chart.py tests/runs/landing5.run 0 35.5 0:7.0,1.5:7.0,1.7:8.
 played() { # CPI RUN: what is said of it is in $tmp/said
     rm -f "$tmp/campaign.db"
     build/matrig-board --elf build/firmware/matrig.elf --cpi "$1" --rig "$2" --can "file:$tmp/can" --serial "file:$tmp/serial" 2>"$tmp/board.err" &&
-        build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/campaign.db" >"$tmp/said"
+        build/matrig --quiet log --all --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/campaign.db" >"$tmp/said"
     cat "$tmp/board.err" "$tmp/said"
     grep -q '^  time to rest ' "$tmp/said"
 }

@@ -10,7 +10,7 @@ twin() { # LANDING [TRIGGER] FAULT: the next RUN of the campaign
     printf 'matrig-faults 1\n%s %s\n' "$([ "$3" ] && echo "$2" || echo at 0.05)" "${3:-$2}" >"$tmp/faults"
     played --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" \
         --rig "tests/runs/landing$1.run" --faults "$tmp/faults" 2>"$tmp/board.err" &&
-        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
+        $matrig --quiet log --all --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
 }
 stored() { sqlite3 "$db" "$1"; }
 within_1_percent() { # RUN: board's and host's speed against the run file's

@@ -10,7 +10,7 @@ fly() { # NAME ELF OPTION...: logged into NAME.db
     local name=$1 elf=$2
     shift 2
     played --elf "$elf" --can "file:$tmp/$name.can" --serial "file:$tmp/$name.serial" --rig tests/runs/landing5.run --for 5.5 "$@" 2>"$tmp/$name.err" &&
-        { $matrig --quiet log --can "file:$tmp/$name.can" --serial "file:$tmp/$name.serial" --db "$tmp/$name.db" >"$tmp/$name.txt" 2>"$tmp/$name.log" ||
+        { $matrig --quiet log --all --can "file:$tmp/$name.can" --serial "file:$tmp/$name.serial" --db "$tmp/$name.db" >"$tmp/$name.txt" 2>"$tmp/$name.log" ||
             grep -q 'the link ended inside a frame' "$tmp/$name.log"; }
 }
 ask() { sqlite3 "$tmp/$1.db" "$2"; }

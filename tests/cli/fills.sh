@@ -10,7 +10,7 @@ trap 'rm -rf "$sockets"' EXIT
 
 build/matrig-board --elf $elf --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" --rig tests/runs/landing5.run \
     --nor "$tmp/nor" --for 9.4 2>"$tmp/board.err"
-$matrig --quiet log --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" --db "$tmp/all.db" >"$tmp/all.txt"
+$matrig --quiet log --all --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" --db "$tmp/all.db" >"$tmp/all.txt"
 $matrig export "$tmp/all.db" 1 --format csv -o "$tmp/all.csv"
 stretches() { # JSON-FILE SOURCE
     sqlite3 :memory: "with s as (select value as v from json_each(cast(readfile('$1') as text), '\$.landings[0].stretches'))
@@ -48,7 +48,7 @@ it_is_told() {
 }
 peaks_hold() { # transducer by transducer, against those of the whole landing
     paste <(awk 'NF == 9 && $4 == "+-"' "$tmp/all.txt") <($matrig --quiet report "$tmp/lossy.db" -o /dev/null; \
-        $matrig --quiet log --can "file:$tmp/lossy.can" --serial "file:$tmp/lossy.serial" --db "$tmp/again.db" | awk 'NF == 9 && $4 == "+-"') |
+        $matrig --quiet log --all --can "file:$tmp/lossy.can" --serial "file:$tmp/lossy.serial" --db "$tmp/again.db" | awk 'NF == 9 && $4 == "+-"') |
         awk '{ print; rows++; d = $3 - $12; if (d < 0) d = -d; if ($1 != $10 || d > 0.002) bad = 1 } END { exit bad || rows != 8 }'
 }
 the_campaign_knows() { # each block record says how it came

@@ -11,7 +11,7 @@ film() {
     printf 'matrig-faults 1\nat 2.5 camera skip 1\nat 3.5 camera skip 2\n' >"$tmp/camera.faults"
     played --elf $elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig $run --camera 100,3.3,200 \
         --faults "$tmp/camera.faults" || return 1
-    build/matrig log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt" || return 1
+    build/matrig log --all --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt" || return 1
     grep ' film ' "$tmp/log.txt"
     grep -q '  film  *79[0-9] frames, 100.00 a second, 3 missing; gear on' "$tmp/log.txt"
 }

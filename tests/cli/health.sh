@@ -12,7 +12,7 @@ one() { python3 -c 'import json,sys; print(json.load(open(sys.argv[1]))'"$2"')' 
 
 a_fault_is_logged() {
     build/matrig-board --elf $elf --serial "file:$tmp/serial" --can "file:$tmp/can" --faults "$tmp/faults" --for 5 2>"$tmp/board.err" || return 1
-    build/matrig log --serial "file:$tmp/serial" --can "file:$tmp/can" --db "$tmp/log.db" >"$tmp/log.txt" 2>&1 || return 1
+    build/matrig log --all --serial "file:$tmp/serial" --can "file:$tmp/can" --db "$tmp/log.db" >"$tmp/log.txt" 2>&1 || return 1
     cat "$tmp/log.txt"
     grep -Eq 'the board restarted after a usage fault at 0x080[0-9a-f]{5}' "$tmp/log.txt" &&
         grep -q 'nobody acknowledges: unplugged\|good again after 1\.[45][0-9] s; 1 outage since' "$tmp/log.txt" &&

@@ -73,7 +73,7 @@ stops_after_its_time() {
 log_both() { $matrig --json log --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" --db "$tmp/all.db" >"$tmp/all.json" 2>"$tmp/all.err"; }
 nothing_but_json() { [ "$(wc -l <"$tmp/all.json")" = 1 ] && [ "$(cat "$tmp/all.err")" = "matrig: a new campaign: $tmp/all.db" ] && grep -q '^{"db":.*}$' "$tmp/all.json"; }
 summary_says() { # each figure as the run file's truth has it
-    $matrig report "$tmp/all.db" -o "$tmp/all.html" 2>/dev/null && $matrig --quiet log --can "file:$tmp/all.can" \
+    $matrig report "$tmp/all.db" -o "$tmp/all.html" 2>/dev/null && $matrig --quiet log --all --can "file:$tmp/all.can" \
         --serial "file:$tmp/all.serial" --db "$tmp/text.db" >"$tmp/summary.txt" || return 1
     cat "$tmp/summary.txt"
     grep -q '^RUN 1: landing 5, done' "$tmp/summary.txt" && grep -q 'switches  *[0-9]* of 24 seen, not reached from 20 on' "$tmp/summary.txt" &&

@@ -15,7 +15,7 @@ awk 'function fault(id, data) { print $1, "can0", id "#" data }
      NR == 12050 { fault("20000100", "0000000000000000") }
      NR == 15000 || NR == 15001 { fault("200000A8", "0000001900000000") }
      { print }' "$tmp/all.can" >"$tmp/faults.can"
-log() { $matrig log --can "file:$tmp/faults.can" --db "$tmp/faults.db" >"$tmp/faults.txt" 2>"$tmp/faults.err"; }
+log() { $matrig log --all --can "file:$tmp/faults.can" --db "$tmp/faults.db" >"$tmp/faults.txt" 2>"$tmp/faults.err"; }
 db() { sqlite3 "$tmp/faults.db" "$1"; }
 
 told() {

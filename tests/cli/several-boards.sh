@@ -18,7 +18,7 @@ sort -s -k1,1 "$tmp/a.can" "$tmp/b.moved" <(awk 'NR % 1000 == 500 {print $1, $2,
 
 alone() { $matrig --quiet log --can "file:$tmp/b.can" --serial "file:$tmp/b.serial" --db "$tmp/b.db" >/dev/null; }
 one_of_them() { # the other one is a stranger that shares no identifier
-    $matrig log --can "file:$tmp/bus.can,base=0x190" --db "$tmp/one.db" >"$tmp/one.txt" 2>"$tmp/one.err" || return 1
+    $matrig log --all --can "file:$tmp/bus.can,base=0x190" --db "$tmp/one.db" >"$tmp/one.txt" 2>"$tmp/one.err" || return 1
     cat "$tmp/one.err"
     [ "$(sqlite3 "$tmp/one.db" 'select can_base, can_link from sessions')" = "400|file:$tmp/bus.can,base=0x190" ] || return 1
     local catalogue="(select can_id from (select distinct can_id from alone.frames where link = 0))"

@@ -13,7 +13,7 @@ log() { # NAME LOG [--serial LINK]
     local name=$1 can=$2
     shift 2
     rm -f "$tmp/$name.db"*
-    $matrig log --can "file:$can" "$@" --db "$tmp/$name.db" >"$tmp/$name.txt" 2>"$tmp/$name.err"
+    $matrig log --all --can "file:$can" "$@" --db "$tmp/$name.db" >"$tmp/$name.txt" 2>"$tmp/$name.err"
 }
 both=(--serial "file:$tmp/all.serial")
 motion() { grep -E '^  (touchdown|deceleration|stop) ' "$1"; }

@@ -6,7 +6,7 @@ matrig=build/matrig
 json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
 same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
 log() { # NAME LINK...
-    $matrig --quiet log "${@:2}" --db "$tmp/$1.db" >"$tmp/$1.txt" 2>"$tmp/$1.err"
+    $matrig --quiet log --all "${@:2}" --db "$tmp/$1.db" >"$tmp/$1.txt" 2>"$tmp/$1.err"
     $matrig --quiet report "$tmp/$1.db" -o "$tmp/$1.html"
 }
 

@@ -1,0 +1,165 @@
+#include "host/analyse/brief.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "host/analyse/record.h"
+#include "host/base/units.h"
+
+static void predicted_answer(const struct summary *summary, struct answer *answer)
+{
+    const struct zone_warning *w = &summary->zones.warning;
+    const bool si = answer_in_si(answer);
+    char wheel[UNIT_TEXT], after[UNIT_TEXT];
+    if (!w->warned || w->coming_mats <= 0 || isnan(w->coming_wheel_ft))
+        return;
+    unit_value_text(UNIT_STATION, si, w->coming_wheel_ft, 1, wheel);
+    unit_value_text(UNIT_TIME, si, w->coming_after_s, 3, after);
+    answer_words(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
+                 (long long)w->coming_mats, wheel);
+    if (isfinite(w->coming_after_s))
+        answer_remark(answer, ", which it reached %s after the warning", after);
+}
+
+/* What the survey and the transducers show, apart from any predictor. */
+static void outcome_answer(struct store *store, const struct summary *summary,
+                           struct answer *answer)
+{
+    const struct record_given given = {&summary->measured, &summary->zones};
+    struct record record;
+    struct error error = {0};
+    const struct record_row *row = NULL;
+    char what[200] = "", lead[60] = "";
+    if (record_begin(store, &record, &error) == MR_OK &&
+        record_judge(store, &record, &given, &error) == MR_OK)
+        row = record_find(&record, summary->measured.landing.id);
+    if (row && row->judged) {
+        const struct outcome *outcome = &row->outcome;
+        if (isfinite(row->lead_s))
+            snprintf(lead, sizeof lead, ", %.2f s after the warning", row->lead_s);
+        if (row->verdict == RECORD_NOT_KNOWN && row->why)
+            snprintf(what, sizeof what, ": %s", row->why);
+        else if (isfinite(outcome->t_s))
+            snprintf(what, sizeof what, ": wheel at %d closed mats %.2f s after touchdown%s",
+                     OUTCOME_MATS, outcome->t_s, lead);
+        else if (outcome->came == OUTCOME_DID_NOT && outcome->mats >= 0)
+            snprintf(what, sizeof what, ": wheel at %lld closed mats at most",
+                     (long long)outcome->mats);
+        answer_words(answer, NULL, "outcome", "%s%s", record_verdict_text(row->verdict), what);
+    }
+    record_free(&record);
+}
+
+static void motion_answer(const struct measured *measured, struct answer *answer)
+{
+    const struct mr_gates_summary *fit = &measured->summary;
+    char reason[MEASURED_REASON];
+    if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
+        answer_estimate(answer, NULL, "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s.value,
+                        fit->touchdown_speed_ft_s.error, 3);
+    else
+        answer_words(answer, NULL, "motion", "not known: %s", mr_status_text(measured->fit_status));
+    if (measured->fit_status == MR_TRUNCATED) {
+        measured_no_stop_text(measured, reason);
+        answer_words(answer, NULL, "stop", "not known: %s", reason);
+    }
+    if (measured->fit_status != MR_OK)
+        return;
+    answer_estimate(answer, NULL, "deceleration", UNIT_DECELERATION,
+                    fit->mean_deceleration_ft_s2.value, fit->mean_deceleration_ft_s2.error, 3);
+    answer_estimate(answer, NULL, "stop", UNIT_STATION, fit->stop_station_ft.value,
+                    fit->stop_station_ft.error, 3);
+    answer_remark(answer, ", %.2f s after touchdown",
+                  fit->stop_t_s.value - fit->touchdown_t_s.value);
+}
+
+/* The channel with the largest peak or end, whichever is further. */
+static void movement_answer(const struct measured *measured, struct answer *answer)
+{
+    const struct measured_channel *most = NULL;
+    char station[UNIT_TEXT];
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (channel->config.kind == MR_KIND_DISPLACEMENT && isfinite(channel->peak) &&
+            (!most || fabs(channel->peak) > fabs(most->peak)))
+            most = channel;
+    }
+    if (!most)
+        return;
+    unit_value_text(UNIT_STATION, answer_in_si(answer), (double)most->config.station_ft, 1,
+                    station);
+    answer_estimate(answer, NULL, "movement", UNIT_DISPLACEMENT, most->peak, most->error, 3);
+    answer_remark(answer, " at most, at %s", station);
+}
+
+/* The band gages with the least and the most tension. */
+static void tension_answer(const struct measured *measured, struct answer *answer)
+{
+    const struct measured_channel *low = NULL, *high = NULL;
+    char least[UNIT_TEXT], most[UNIT_TEXT], at_least[UNIT_TEXT], at_most[UNIT_TEXT];
+    const bool si = answer_in_si(answer);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (channel->config.kind != MR_KIND_TENSION)
+            continue;
+        if (isfinite(channel->low) && (!low || channel->low < low->low))
+            low = channel;
+        if (isfinite(channel->high) && (!high || channel->high > high->high))
+            high = channel;
+    }
+    if (!low || !high)
+        return;
+    unit_value_text(UNIT_TENSION, si, low->low, 1, least);
+    unit_value_text(UNIT_TENSION, si, high->high, 1, most);
+    unit_value_text(UNIT_STATION, si, (double)low->config.station_ft, 1, at_least);
+    unit_value_text(UNIT_STATION, si, (double)high->config.station_ft, 1, at_most);
+    answer_words(answer, NULL, "tension", "%s at %s to %s at %s", least, at_least, most, at_most);
+}
+
+/* What is missing of the record. */
+static void data_answer(const struct summary *summary, struct answer *answer)
+{
+    char switches[200], lost[200] = "";
+    summary_switches(&summary->measured, switches, sizeof switches);
+    answer_words(answer, NULL, "switches", "%s", switches);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct summary_link *link = &summary->link[kind];
+        size_t used = strlen(lost);
+        if (link->used)
+            snprintf(lost + used, sizeof lost - used, "%s lost %lld of %lld frames%s, ",
+                     summary_link_name(kind), (long long)link->lost,
+                     (long long)(link->received + link->lost),
+                     link->silent ? " and was silent in part" : "");
+    }
+    answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gaps,
+                 summary->gaps == 1 ? "" : "s", summary->faults, summary->faults == 1 ? "" : "s");
+    if (summary->channel_events)
+        answer_words(answer, NULL, "channels", "%zu changes of validity", summary->channel_events);
+}
+
+bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out)
+{
+    struct answer *answer = answer_new(si);
+    char heading[SUMMARY_HEADING];
+    if (all) {
+        summary_answer(summary, answer);
+    } else {
+        summary_heading(summary, heading);
+        answer_open(answer, NULL, heading);
+        summary_alerts_answer(summary, answer);
+        zones_warned_answer(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
+        predicted_answer(summary, answer);
+        outcome_answer(store, summary, answer);
+        motion_answer(&summary->measured, answer);
+        movement_answer(&summary->measured, answer);
+        tension_answer(&summary->measured, answer);
+        data_answer(summary, answer);
+        answer_words(answer, NULL, "more", "matrig show %s %lld", store_path(store),
+                     (long long)summary->measured.landing.id);
+        answer_close(answer);
+    }
+    bool printed = answer_text(answer, out);
+    answer_free(answer);
+    return printed;
+}
