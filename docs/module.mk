@@ -9,5 +9,5 @@ reference: $(B)/docs/reference/reference ## every day | the pages of docs/refere
 	$< docs/reference
 
 .PHONY: pictures
-pictures: in-build $(B)/.browser-packages all demo ## longer | the live page and the report as PNG, for README.md: docs/pictures
+pictures: in-build $(B)/.browser-packages all demo ## longer | the live page and the report as PNG, docs/pictures, and the demo's figures, docs/measured/demo.md
 	@python3 tests/browser/pictures.py

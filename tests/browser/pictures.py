@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""make pictures: the live page at the warning of landing 5, and the report of make demo, as PNG in docs/pictures. Both are what the browser
-shows, cut to what README.md needs and made smaller by the browser."""
+"""make pictures: the live page at the warning of landing 7 and the report of make demo, as PNG in docs/pictures; and docs/measured/demo.md with
+the figures of that demo. The PNG are what the browser shows, cut to what README.md needs and made smaller by the browser."""
 import base64
 import os
 import pathlib
@@ -47,8 +47,8 @@ def live(browser, work):
     try:
         browser.open(address_of(said), 1120, 900)
         board = subprocess.Popen([here + "/build/matrig-board", "--elf", here + "/build/firmware/matrig.elf", *links, "--speed", "real", "--rig",
-                                  here + "/tests/runs/landing5.run"], cwd=work, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        if not browser.wait("window.matrigLive && matrigLive.state && matrigLive.state.warning.on && matrigLive.state.gear.station_ft > 77", 60):
+                                  here + "/tests/runs/landing7.run"], cwd=work, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        if not browser.wait("window.matrigLive && matrigLive.state && matrigLive.state.warning.on && matrigLive.state.gear.station_ft > 30", 60):
             raise RuntimeError("the page shows no warning")
         if "-dirty" in browser.js("document.body.innerText"):
             raise RuntimeError("the firmware in the picture would be called -dirty: commit first, then make pictures")
@@ -78,6 +78,8 @@ def main():
     os.makedirs(OUT, exist_ok=True)
     try:
         small = [live(browser, work), report(browser)]
+        with open("docs/measured/demo.md", "w") as page:
+            subprocess.run(["python3", "tests/browser/played.py", "build/demo/campaign.db"], stdout=page, check=True)
     finally:
         browser.close()
         shutil.rmtree(work, ignore_errors=True)

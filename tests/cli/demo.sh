@@ -35,6 +35,7 @@ assert float(sys.argv[2]) - touchdown_s - zone[4]["t_s"] >= 0.5, "the early one"
 assert 2.751 - zone[2]["t_s"] < 0.1, "the late one (tests/runs/README.md)"' "$tmp" "$(truth 7 wheel_at_50_mats_t_s)" && [ "$(truth 6 wheel_at_50_mats_t_s)" = -1.000 ]
 }
 sums() { tail -n 3 "$work/told.txt" | tr '\n' ' ' | grep 'In 2 landings the wheel reached a zone: 1 warned in time, 1 too late, 0 missed. 0 false warnings, 3 rightly quiet'; }
+page_of_figures() { python3 tests/browser/played.py "$work/first/campaign.db" | diff docs/measured/demo.md -; }
 has_page() { grep -q '<html' "$work/first/report.html" && [ "$(wc -c <"$work/first/report.html")" -gt 100000 ]; }
 no_more() { [ "$(ls -A "$work/first" | tr '\n' ' ')" = 'campaign.db report.html ' ] && [ -z "$(ls "$TMPDIR")" ]; }
 refuses_another() {
@@ -70,6 +71,7 @@ check "each touchdown is as fast as the run file says" all_measured
 check "it advises against landing 5, and for landing 6" advises
 check "landing 5 is warned of late, landing 7 early" warns
 check "and that is summed up" sums
+check "docs/measured/demo.md has its figures (make pictures)" page_of_figures
 check "there is a page" has_page
 check "and nothing but page and campaign" no_more
 check "a campaign that is there is left alone" refuses_another
