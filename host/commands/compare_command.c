@@ -20,7 +20,7 @@ struct request {
     int64_t run;     /* 0: a series */
     int64_t seeds;   /* 0: the series' */
     double limit_in; /* NaN: none */
-    bool voided;
+    bool voided, all;
     struct compare_limits limits;
     char runway[500];
 };
@@ -109,7 +109,10 @@ static int compare_one(struct store *store, const struct request *request,
     if (request->output)
         write_csv(request, &landing, cli->si);
     compare_judge(&landing.figures, &request->limits, &verdict);
-    compare_answer(&landing.figures, &verdict, answer);
+    if (cli->json || request->all)
+        compare_answer(&landing.figures, &verdict, answer);
+    else
+        compare_brief_answer(&landing.figures, &verdict, answer);
     measured_aside_note(&landing.measured, cli);
     compare_landing_free(&landing);
     return conclude(&verdict, answer, cli);
@@ -170,8 +173,9 @@ static const struct command_part parts[] = {
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
                  "as many of the campaign's runways; else as it says"),
     OPTION_TEXT("-o", "F.csv", output, "one landing: write both as numbers, every millisecond"),
+    OPTION_FLAG("--all", all, "one landing: each transducer and each zone"),
     OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
-    HELP_NOTE("The last sentence states whether they agree and which value differs most. Only a "
+    HELP_NOTE("A sentence states whether they agree and which value differs most. Only a "
               "limit that fails exits 1."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
@@ -180,7 +184,8 @@ static const struct command_part parts[] = {
 const struct command command_compare = {
     "compare",
     compare_command,
-    "DB RUN [FILE | --scene S] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--void] | DB FILE "
+    "DB RUN [FILE | --scene S] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--all] [--void] | "
+    "DB FILE "
     "[--series NAME] | DB --series NAME",
     "measured against simulated: a landing, or a series",
     COMMAND_PARTS(parts),

@@ -214,6 +214,35 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     verdict_answer(verdict, answer);
 }
 
+void compare_brief_answer(const struct compare_figures *figures,
+                          const struct compare_verdict *verdict, struct answer *answer)
+{
+    const struct compare_mean mean = compare_mean_of(figures);
+    const struct compare_zone_moment *rest = compare_moment_of(&figures->zones, true);
+    struct compare_agreement agreement;
+    char sentence[COMPARE_SENTENCE];
+    compare_agreement(figures, &agreement);
+    compare_sentence(&agreement, answer_in_si(answer), sentence);
+    answer_sentence(answer, NULL, "%s", sentence);
+    answer_count(answer, NULL, "RUN", figures->run)->end = figures->marks;
+    if (figures->torn[0])
+        answer_sentence(answer, NULL, "%s", figures->torn);
+    answer_words(answer, NULL, "against", "%s", figures->against);
+    answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channels,
+                 figures->channels);
+    answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->end =
+        ", measured less simulated";
+    answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
+    answer_value(answer, NULL, "at worst", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
+    if (rest && rest->simulated.known)
+        answer_words(answer, NULL, "zone at rest", "%.0f of %.0f mats in common",
+                     rest->simulated.common_mats, rest->simulated.all_mats);
+    else
+        answer_words(answer, NULL, "zone at rest", "not known");
+    answer_words(answer, NULL, "more", "each transducer and zone: --all");
+    verdict_answer(verdict, answer);
+}
+
 /* ---- a series ---- */
 
 /* For people: a landing in a line. */

@@ -9,6 +9,9 @@
 
 void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                     struct answer *answer);
+/* What matters of it, for people. */
+void compare_brief_answer(const struct compare_figures *figures,
+                          const struct compare_verdict *verdict, struct answer *answer);
 void compare_series_answer(const struct compare_series *set, struct answer *answer);
 /* The result against limits, into the verdict of a landing, or of a series and its landings. */
 void compare_judge(const struct compare_figures *figures, const struct compare_limits *limits,

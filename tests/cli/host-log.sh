@@ -138,7 +138,7 @@ links_agree() { # each link alone gives the same edges and zones as both
         cmp <(sqlite3 "$tmp/all.db" "$query") <(sqlite3 "$tmp/serial.db" "$query")
 }
 compare_stores_and_limits() {
-    $matrig compare "$tmp/all.db" 1 | grep -Eq '^ +8 +110' && [ "$(sqlite3 "$tmp/all.db" 'select count(*) from simulation_channels')" = 8 ] &&
+    $matrig compare --all "$tmp/all.db" 1 | grep -Eq '^ +8 +110' && [ "$(sqlite3 "$tmp/all.db" 'select count(*) from simulation_channels')" = 8 ] &&
         $matrig compare "$tmp/all.db" 1 --limit 10 >/dev/null && fails_with 1 "rms_in of RUN 1 is .*; its limit is 0.0001, exceeded by" $matrig compare "$tmp/all.db" 1 --limit 0.0001
 }
 report_is_self_contained() {
