@@ -55,6 +55,7 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
     progress_begin(&progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
                    cli->quiet);
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
+    request->options.side_by_side = true;
     request->options.go_on = go_on;
     request->options.go_on_ctx = &progress;
     interrupted = 0;

@@ -54,6 +54,40 @@ TEST(leaving_mats_out_changes_nothing)
     }
 }
 
+static bool stop_late(void *asked, int pass, double part)
+{
+    assert_int_equal(pass, 2); /* the finer one, which the calling thread runs */
+    ++*(int *)asked;
+    return part < 0.2;
+}
+
+TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
+{
+    struct sim_scene scene = short_runway(SIM_CHAIN);
+    struct sim_result one, two, stopped;
+    int asked = 0;
+    scene.mods.tear_lb = 30.0; /* and a third pass */
+    assert_int_equal(try(&scene, &(struct sim_options){.solver = "staggered"}, &one), MR_OK);
+    assert_int_equal(
+        try(&scene, &(struct sim_options){.solver = "staggered", .side_by_side = true}, &two),
+        MR_OK);
+    assert_true(one.passes >= 3 && two.passes == one.passes && one.peak_u_ft > 0.005);
+    assert_true(two.rhs == one.rhs && two.events == one.events && two.steps == one.steps);
+    assert_true(two.error_u_ft == one.error_u_ft && two.checked_dt_s == one.checked_dt_s);
+    assert_memory_equal(two.u_ft, one.u_ft, 81 * sizeof(double));
+    assert_memory_equal(two.gap_ft, one.gap_ft, 82 * sizeof(double));
+    assert_memory_equal(two.push_lb, one.push_lb, 82 * sizeof(double));
+    const struct sim_options stop = {
+        .solver = "staggered", .side_by_side = true, .go_on = stop_late, .go_on_ctx = &asked};
+    assert_int_equal(try(&scene, &stop, &stopped), MR_NUMERICS);
+    assert_true(stopped.status == SIM_INTERRUPTED && asked > 1 && stopped.peak_u_ft > 0.0);
+    assert_true(stopped.t_s > 0.2 * one.t_end_s && stopped.t_s < 0.5 * one.t_end_s);
+    sim_result_free(&one);
+    sim_result_free(&two);
+    sim_result_free(&stopped);
+    sim_scene_free(&scene);
+}
+
 TEST(a_step_beyond_the_limit_is_unstable)
 {
     struct sim_scene scene = short_runway(SIM_CHAIN);

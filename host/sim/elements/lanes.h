@@ -1,5 +1,5 @@
-/* Lanes: numbers side by side in a vector of 32 bytes: floats, or doubles if LANES_DOUBLE is
- * defined. */
+/* Lanes: numbers side by side in a vector: floats in 32 bytes; if LANES_DOUBLE is defined doubles,
+ * in 32 bytes or, on a processor with AVX-512, in 64. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
 #define MATRIG_HOST_SIM_ELEMENTS_LANES_H
 
@@ -18,10 +18,12 @@ typedef int32_t lane_mask;
 #define LANES_BUILTIN(name)     __builtin_ia32_##name##ps256
 #define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* nobody asks for `left` */
 #endif
-#define LANES_COUNT (32 / sizeof(lane_real))
+#define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
 /* Comparisons give -1 or 0 in each lane. */
 typedef lane_real lanes __attribute__((vector_size(32)));
 typedef lane_mask masks __attribute__((vector_size(32)));
+typedef lane_real wide_lanes __attribute__((vector_size(64)));
+typedef lane_mask wide_masks __attribute__((vector_size(64)));
 #define LANES_INLINE static inline __attribute__((always_inline))
 #if defined __x86_64__ && !defined __clang__
 #define LANES_HAVE_AVX2 1

@@ -11,8 +11,27 @@
 #undef LANES
 #undef LANES_AVX2
 #pragma GCC pop_options
+#if defined LANES_DOUBLE
+#pragma GCC push_options
+#pragma GCC target("avx2,avx512f,avx512dq")
+#define LANES(name) name##_avx512
+#define LANES_AVX512
+#define lanes wide_lanes
+#define masks wide_masks
+#include LANES_FILE
+#undef LANES
+#undef LANES_AVX512
+#undef lanes
+#undef masks
+#pragma GCC pop_options
+#define LANES_CALL(name, ...)                                        \
+    (__builtin_cpu_supports("avx512dq") ? name##_avx512(__VA_ARGS__) \
+     : __builtin_cpu_supports("avx2")   ? name##_avx2(__VA_ARGS__)   \
+                                        : name##_plain(__VA_ARGS__))
+#else
 #define LANES_CALL(name, ...) \
     (__builtin_cpu_supports("avx2") ? name##_avx2(__VA_ARGS__) : name##_plain(__VA_ARGS__))
+#endif
 #else
 #define LANES_CALL(name, ...) name##_plain(__VA_ARGS__)
 #endif

@@ -97,10 +97,30 @@ static int add(const struct sim_wheel *wheel, struct sim_touch *touch, int count
     return count + 1;
 }
 
+/* The usual span: it follows the last one, all of it on one row and on the mat of the last one. */
+static bool stays(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
+{
+    const struct sim_path_row *row = &wheel->rows[wheel->cursor];
+    if (!(t0_s == wheel->at_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
+          t1_s <= wheel->force_stop_s && wheel->thrust == SIM_JUMP &&
+          wheel->at_ft > wheel->from_ft && wheel->at_ft < wheel->to_ft))
+        return false;
+    double x_ft = along(row, t1_s, row[0].x_ft, row[1].x_ft);
+    if (!(x_ft > wheel->from_ft && x_ft < wheel->to_ft))
+        return false;
+    wheel->at_s = t1_s;
+    wheel->at_ft = x_ft;
+    *touch = (struct sim_touch){
+        wheel->mat, along(row, 0.5 * (t0_s + t1_s), row[0].force_lb, row[1].force_lb), 1.0};
+    return true;
+}
+
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     if (t1_s <= wheel->from_s)
         return 0;
+    if (stays(wheel, t0_s, t1_s, touch))
+        return 1;
     size_t c0 = seek(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
     double x0_ft = t0_s == wheel->at_s

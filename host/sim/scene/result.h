@@ -30,6 +30,9 @@ struct sim_options {
      * ensembles whose spread is far larger than a pass's error; the step is dt, or half the
      * stability limit. The chain's event, when asked for: one pass at tolerance rtol */
     bool single;
+    /* solver staggered: its first two passes on two threads, for a caller that runs nothing else.
+     * The result is the same to the bit */
+    bool side_by_side;
     /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
     double overrun_ft;
     /* Called now and then: how much of the pass is done, 0 to 1. False stops the run:

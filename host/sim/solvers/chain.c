@@ -1,11 +1,13 @@
 #include "host/sim/solvers/chain.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/base/elementary.h"
 #include "host/base/monotonic_clock.h"
+#include "host/base/parallel_for.h"
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
 #include "host/sim/elements/law.h"
@@ -23,6 +25,7 @@
 
 struct chain {
     int mats;
+    int block; /* mats and joints that are computed at once */
     enum joint_law joints;
     struct law_joint joint;
     bool left_free;
@@ -59,14 +62,10 @@ struct chain {
 };
 
 #define ARRAYS    14
-#define BLOCK     4 /* mats and joints are computed in whole blocks, with padding at both ends */
-#define PADDING   8
+#define PADDING   8 /* at both ends: the widest block (chain_kernel.h) */
 #define ALIGNMENT 64
 
-typedef lanes stored __attribute__((aligned(8), may_alias));
-#define LOAD(at)         ((lanes) * (const stored *)(at))
-#define STORE(at, value) (*(stored *)(at) = (stored)(value))
-#define LANES_FILE       "host/sim/solvers/chain_kernel.h"
+#define LANES_FILE "host/sim/solvers/chain_kernel.h"
 #include "host/sim/elements/lanes_each.h"
 
 /* Coulomb limit of a mat without the wheel. */
@@ -103,6 +102,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     double *first = storage + PADDING; /* mat 0 */
     *chain = (struct chain){
         .mats = scene->mats,
+        .block = LANES_CALL(block, ),
         .left_free = scene->left == SIM_FREE,
         .right_free = scene->right == SIM_FREE,
         .friction = scene->friction > 0.0 ? scene->friction_law : SIM_NONE,
@@ -233,9 +233,9 @@ static double chain_opening_ft(const struct chain *chain, int joint)
 }
 
 /* First of the block that index i lies in. */
-static int block_of(int i)
+static int block_of(const struct chain *chain, int i)
 {
-    return i / BLOCK * BLOCK;
+    return i & -chain->block;
 }
 
 /* Rates under the other laws do not stop a mat. */
@@ -278,7 +278,7 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
-        stops = LANES_CALL(stick, chain, h_s, h_s, block_of(first), block_of(last));
+        stops = LANES_CALL(stick, chain, h_s, h_s, block_of(chain, first), block_of(chain, last));
         ride(chain, h_s);
         return stops;
     }
@@ -313,16 +313,16 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
  * many mats stopped. */
 static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
-    int block = block_of(first);
-    LANES_CALL(pull_joints, chain, block, block_of(last + 1));
+    int block = block_of(chain, first);
+    LANES_CALL(pull_joints, chain, block, block_of(chain, last + 1));
     if (chain->left_free)
         chain->tension_lb[1] = 0.0;
     if (chain->right_free)
         chain->tension_lb[chain->mats + 1] = 0.0;
     if (chain->mods)
-        brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
+        brace_joints(chain, block, block_of(chain, last + 1) + chain->block - 1);
     if (chain->sticks)
-        return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(last));
+        return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(chain, last));
     if (chain->elements.count > 0 || chain->gear)
         return kick_elements(chain, kick_s, first, last);
     slide(chain, kick_s, first, last);
@@ -572,8 +572,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         if (chain->plain)
-            pass->events += LANES_CALL(step, chain, to_s - from_s, h, block_of(window.first),
-                                       block_of(window.last));
+            pass->events += LANES_CALL(step, chain, to_s - from_s, h, block_of(chain, window.first),
+                                       window.last);
         else
             pass->events += chain_kick(chain, to_s - from_s, h, window.first, window.last);
         if (chain->mods)
@@ -592,7 +592,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
         if (!chain->plain)
-            LANES_CALL(drift, chain, h, block_of(window.first), block_of(window.last + 1));
+            LANES_CALL(drift, chain, h, block_of(chain, window.first),
+                       block_of(chain, window.last + 1));
 
         double t_s = (double)(i + 1) * h;
         if (i % ENERGY_STEPS == 0 || last) {
@@ -642,15 +643,72 @@ static void drop_pass(struct pass *pass)
     *pass = (struct pass){0};
 }
 
-static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
-                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
+static void make_pass(struct pass *pass, const struct sim_scene *scene,
+                      const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
     *pass = (struct pass){
         .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
     sim_record_make(&pass->record, scene, options);
-    run_pass(pass, chain, scene, options);
+}
+
+static void count_pass(const struct pass *pass, struct sim_result *result)
+{
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
+}
+
+static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
+{
+    make_pass(pass, scene, options, steps, result);
+    run_pass(pass, chain, scene, options);
+    count_pass(pass, result);
+}
+
+/* Two passes side by side: the first asks whether to go on, the second stops when that does. */
+struct side_by_side {
+    struct pass *pass[2];
+    struct chain *chain[2];
+    const struct sim_scene *scene;
+    struct sim_options options[2];
+    atomic_bool stopped;
+};
+
+static bool has_not_stopped(void *context, int pass_from_1, double part)
+{
+    struct side_by_side *both = context;
+    (void)pass_from_1, (void)part;
+    return !atomic_load(&both->stopped);
+}
+
+static void run_some(void *context, size_t from, size_t every)
+{
+    struct side_by_side *both = context;
+    for (size_t i = from; i < 2; i += every) {
+        run_pass(both->pass[i], both->chain[i], both->scene, &both->options[i]);
+        if (both->pass[i]->interrupted)
+            atomic_store(&both->stopped, true);
+    }
+}
+
+static void start_both(struct pass *fine, struct pass *coarse, struct chain *chain,
+                       const struct sim_scene *scene, const struct sim_options *options,
+                       uint64_t fine_steps, uint64_t coarse_steps, struct sim_result *result)
+{
+    struct chain other;
+    struct side_by_side both = {.pass = {fine, coarse},
+                                .chain = {chain, &other},
+                                .scene = scene,
+                                .options = {*options, *options}};
+    both.options[1].go_on = has_not_stopped;
+    both.options[1].go_on_ctx = &both;
+    chain_make(&other, scene, chain->v0_mat);
+    make_pass(coarse, scene, options, coarse_steps, result);
+    make_pass(fine, scene, options, fine_steps, result);
+    parallel_for(2, run_some, &both);
+    count_pass(coarse, result);
+    count_pass(fine, result);
+    chain_free(&other);
 }
 
 static void answer(struct chain *chain, struct pass *pass, const struct pass *other,
@@ -737,14 +795,19 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
     double tolerance = options->rtol > 0.0 ? options->rtol : DISAGREEMENT;
     bool refine = options->rtol > 0.0 || options->dt_s == 0.0;
     uint64_t finer = coarser_answers ? (uint64_t)ceil(RATIO * (double)steps) : steps;
-    start_pass(&coarse, chain, scene, options,
-               coarser_answers ? steps : (uint64_t)ceil((double)steps / RATIO), result);
-    for (int halvings = 0;; halvings++) {
-        if (coarse.interrupted) {
+    uint64_t coarser = coarser_answers ? steps : (uint64_t)ceil((double)steps / RATIO);
+    bool both = options->side_by_side;
+    if (both)
+        start_both(&fine, &coarse, chain, scene, options, finer, coarser, result);
+    else
+        start_pass(&coarse, chain, scene, options, coarser, result);
+    for (int halvings = 0;; halvings++, both = false) {
+        if (coarse.interrupted && !both) {
             take_over(&fine, &coarse);
             break;
         }
-        start_pass(&fine, chain, scene, options, finer, result);
+        if (!both)
+            start_pass(&fine, chain, scene, options, finer, result);
         finer = (uint64_t)ceil(RATIO * (double)finer);
         if (fine.interrupted)
             break;

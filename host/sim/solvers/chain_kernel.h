@@ -2,6 +2,25 @@
  * lanes. For one kind of processor (lanes_each.h). */
 #include "host/sim/elements/lanes_kernel.h"
 
+typedef lanes LANES(stored) __attribute__((aligned(8), may_alias));
+#define LOAD(at)         ((lanes) * (const LANES(stored) *)(at))
+#define STORE(at, value) (*(LANES(stored) *)(at) = (LANES(stored))(value))
+#define BLOCK            ((int)LANES_COUNT)
+
+LANES_INLINE unsigned LANES(count)(masks set)
+{
+    int64_t sum = 0;
+    for (int i = 0; i < BLOCK; i++)
+        sum -= set[i];
+    return (unsigned)sum;
+}
+
+/* Mats and joints are computed in whole blocks of so many, with padding at both ends. */
+static int LANES(block)(void)
+{
+    return BLOCK;
+}
+
 /* Tensions of the block of joints that begins at j, from the present openings and speeds. Moves the
  * reach of grit. */
 LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law law)
@@ -39,33 +58,28 @@ LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int las
         LANES(keep)(chain, j, LANES(pull)(chain, j, law));
 }
 
-/* Speeds of the block of mats at n after a kick; counts in *stops those that came to rest. */
+/* Speeds of the block of mats at n after a kick, from those before it. */
 LANES_INLINE struct LANES(slip)
-    LANES(slip)(const struct chain *chain, int n, lanes per_lb, masks *stops)
+    LANES(slip)(const struct chain *chain, int n, lanes v_ft_s, lanes per_lb)
 {
     lanes pull_lb = LOAD(chain->tension_lb + n + 1) - LOAD(chain->tension_lb + n);
-    struct LANES(slip)
-        slip = LANES(mat_slip)(LOAD(chain->v_ft_s + n), pull_lb + LOAD(chain->thrust_lb + n),
-                               LOAD(chain->limit_lb + n), per_lb);
-    *stops += slip.stops;
+    struct LANES(slip) slip = LANES(mat_slip)(v_ft_s, pull_lb + LOAD(chain->thrust_lb + n),
+                                              LOAD(chain->limit_lb + n), per_lb);
     STORE(chain->v_ft_s + n, slip.v_ft_s);
     return slip;
 }
 
 /* Speeds are those of the middles of steps, which for a steady force moves a mat rightly. One of
  * the block at n that stopped in the kick, from v before it, stood for what was left, or turned
- * back: puts it where it has to be for the drift over h that follows to end in the right place. */
-LANES_INLINE void LANES(place)(const struct chain *chain, int n, lanes v_ft_s,
-                               struct LANES(slip) slip, double kick_s, double h_s)
+ * back: how far on it has to be for the drift over h that follows to end in the right place. */
+LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s, double h_s)
 {
-    if (!LANES(any)(slip.stops))
-        return;
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
     lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
     lanes ahead_s = until_s - (LAW_VALUE(kick_s) - half_s), back_s = left_s - half_s;
     lanes way_ft = LAW_ONLY(until_s > none, half * v_ft_s * ahead_s * ahead_s / until_s) +
                    LAW_ONLY(left_s > none, half * slip.v_ft_s * back_s * back_s / left_s);
-    STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_ONLY(slip.stops, way_ft));
+    return LAW_ONLY(slip.stops, way_ft);
 }
 
 /* Keeps the largest tensions of the block of joints at j, of which these are the last three. Of
@@ -74,29 +88,22 @@ LANES_INLINE void LANES(place)(const struct chain *chain, int n, lanes v_ft_s,
 LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, lanes middle_lb,
                               lanes last_lb)
 {
-    lanes push_lb = LANES(greater)(LOAD(chain->push_lb + j), -last_lb);
-    lanes pull_lb = LANES(greater)(LOAD(chain->pull_lb + j), last_lb);
-    if (LANES(any)(LAW_SIZE(middle_lb) > LAW_VALUE(chain->large_lb))) {
+    lanes push_lb = LANES(greater)(-last_lb, LOAD(chain->push_lb + j));
+    lanes pull_lb = LANES(greater)(last_lb, LOAD(chain->pull_lb + j));
+    masks large = LAW_SIZE(middle_lb) > LAW_VALUE(chain->large_lb);
+    if (LANES(any)(large)) {
         const lanes none = {0};
         lanes across_lb = last_lb - first_lb, up_lb = middle_lb - first_lb;
         lanes down_lb = middle_lb - last_lb;
-        masks top = (up_lb * middle_lb > none) & (down_lb * middle_lb > none) &
+        masks top = large & (up_lb * middle_lb > none) & (down_lb * middle_lb > none) &
                     (first_lb * middle_lb > none) & (last_lb * middle_lb > none);
         lanes most_lb = middle_lb +
                         LAW_ONLY(top, across_lb * across_lb / (LAW_VALUE(8) * (up_lb + down_lb)));
-        push_lb = LANES(greater)(push_lb, -most_lb);
-        pull_lb = LANES(greater)(pull_lb, most_lb);
+        push_lb = LANES(greater)(-most_lb, push_lb);
+        pull_lb = LANES(greater)(most_lb, pull_lb);
     }
     STORE(chain->push_lb + j, push_lb);
     STORE(chain->pull_lb + j, pull_lb);
-}
-
-LANES_INLINE unsigned LANES(stops)(masks stops)
-{
-    int64_t sum = 0;
-    for (int i = 0; i < BLOCK; i++)
-        sum -= stops[i];
-    return (unsigned)sum;
 }
 
 /* Friction stick: mats of the blocks first..last at rest, moving and stopping. */
@@ -105,15 +112,19 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
 {
     const struct chain copy = *all, *chain = &copy;
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
-    masks stops = {0};
+    unsigned stops = 0;
     for (int n = first; n <= last; n += BLOCK) {
         lanes v_ft_s = LOAD(chain->v_ft_s + n);
         STORE(chain->before_ft_s + n, v_ft_s);
-        struct LANES(slip) slip = LANES(slip)(chain, n, per_lb, &stops);
+        struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
+        if (!LANES(any)(slip.stops))
+            continue;
+        stops += LANES(count)(slip.stops);
         if (!chain->gear)
-            LANES(place)(chain, n, v_ft_s, slip, kick_s, h_s);
+            STORE(chain->u_ft + n,
+                  LOAD(chain->u_ft + n) + LANES(place_ft)(v_ft_s, slip, kick_s, h_s));
     }
-    return LANES(stops)(stops);
+    return stops;
 }
 
 /* A drift of the blocks first..last, and what is largest of the tensions of the kick before it. */
@@ -128,15 +139,15 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
     }
 }
 
-/* A whole step of the blocks first..last where nothing but joints, thrust and sticking friction
- * acts: a kick over kick_s, a drift over h_s. */
+/* A whole step of mats first..last (first: of a block) and their joints to last + 1 where nothing
+ * but joints, thrust and sticking friction acts: a kick over kick_s, a drift over h_s. */
 LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
                                     int last, enum joint_law law)
 {
     const struct chain copy = *all, *chain = &copy; /* whose pointers no store can change */
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
-    masks stops = {0};
-    for (int j = first; j <= last + BLOCK; j += BLOCK) {
+    unsigned stops = 0;
+    for (int j = first; j <= last + 1; j += BLOCK) {
         lanes before_lb = LOAD(chain->last_lb + j), last_lb = LOAD(chain->tension_lb + j);
         lanes tension_lb = LANES(pull)(chain, j, law);
         LANES(note)(chain, j, before_lb, last_lb, tension_lb);
@@ -144,12 +155,15 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
         STORE(chain->tension_lb + j, tension_lb);
     }
     for (int n = first; n <= last; n += BLOCK) {
-        lanes v_ft_s = LOAD(chain->v_ft_s + n);
-        struct LANES(slip) slip = LANES(slip)(chain, n, per_lb, &stops);
-        LANES(place)(chain, n, v_ft_s, slip, kick_s, h_s);
-        STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * slip.v_ft_s);
+        lanes v_ft_s = LOAD(chain->v_ft_s + n), u_ft = LOAD(chain->u_ft + n);
+        struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
+        if (LANES(any)(slip.stops)) {
+            stops += LANES(count)(slip.stops);
+            u_ft += LANES(place_ft)(v_ft_s, slip, kick_s, h_s);
+        }
+        STORE(chain->u_ft + n, u_ft + LAW_VALUE(h_s) * slip.v_ft_s);
     }
-    return LANES(stops)(stops);
+    return stops;
 }
 
 /* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
@@ -169,3 +183,6 @@ static void LANES(pull_joints)(const struct chain *chain, int first, int last)
     EACH_LAW(chain, LANES(pull_blocks), first, last);
 }
 #undef EACH_LAW
+#undef LOAD
+#undef STORE
+#undef BLOCK
