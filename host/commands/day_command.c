@@ -417,6 +417,7 @@ struct day {
     struct store *store;
     struct day_facts facts;
     struct day_plan plan;
+    bool operator_known, weight_asked;
     struct error error; /* the last one; printed, then cleared */
 };
 
@@ -613,6 +614,85 @@ static bool have_links(struct day *day)
                          take_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
+/* Who does it: asked once a day. Commands that the day starts take it as their author, as from the
+ * environment. */
+static bool know_operator(struct day *day)
+{
+    char question[140], name[64];
+    struct store_series *rows = NULL;
+    size_t count = 0;
+    if (day->operator_known)
+        return true;
+    store_series_all(day->store, &rows, &count, fatal);
+    if (count && rows[count - 1].made_us >= midnight_us(day->facts.now_us))
+        snprintf(name, sizeof name, "%.63s", rows[count - 1].who);
+    else
+        name[0] = '\0';
+    free(rows);
+    snprintf(question, sizeof question, "operator (Enter: %.60s): ", annotation_who(NULL));
+    if (!name[0] && !ask(question, name, sizeof name))
+        return false;
+    if (name[0])
+        setenv("USER", name, 1);
+    day->operator_known = true;
+    return true;
+}
+
+/* A landing's weight is that of the day's landings before it; else it is asked for, once. */
+static bool know_weight(struct day *day)
+{
+    struct store_landing landing;
+    char weight[STORE_JOURNAL_TEXT] = "", run_text[24], correction[STORE_JOURNAL_TEXT + 20];
+    int64_t run_number = day->facts.run;
+    store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
+    if (weight[0])
+        return true;
+    while (!weight[0] && --run_number > 0) {
+        struct error none = {0};
+        if (store_landing_get(day->store, run_number, &landing, &none) != MR_OK ||
+            landing.armed_us < midnight_us(day->facts.now_us))
+            break;
+        store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
+    }
+    if (!weight[0] && !day->weight_asked &&
+        !ask("weight of the aircraft (such as 1300 lb; Enter: as the board has it): ", weight, 40))
+        return false;
+    day->weight_asked = true;
+    if (!weight[0])
+        return true;
+    snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
+    snprintf(correction, sizeof correction, "weight_lb=%s", weight);
+    struct line line = line_of("landing", day->r.db);
+    add(&line, run_text);
+    add_option(&line, "--correct", correction);
+    add_option(&line, "--reason", "weight of the day");
+    run(day, &line);
+    return true;
+}
+
+/* What the report's truth needs of a wave: where it was, and how many panels it spans. */
+static bool note_waves(struct day *day)
+{
+    char run_text[24], station[40], panels[40];
+    snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
+    for (;;) {
+        if (!ask("a wave in the mat? Its station, ft (Enter: none, or no more): ", station,
+                 sizeof station))
+            return false;
+        if (!station[0])
+            return true;
+        if (!ask("panels that it spans (2: the gear crosses it; Enter: not counted): ", panels,
+                 sizeof panels))
+            return false;
+        struct line line = line_of("landing", day->r.db);
+        add(&line, run_text);
+        add_option(&line, "--observe", "wave");
+        add_option(&line, "--station", station);
+        add_option(&line, "--panels", panels);
+        run(day, &line);
+    }
+}
+
 static void look(struct day *day)
 {
     struct line line;
@@ -621,7 +701,9 @@ static void look(struct day *day)
         return;
     line_of_step(day, DAY_LOOK, &line);
     run(day, &line);
-    if (!ask("what was seen? (Enter: no note): ", note.value, sizeof note.value) || !note.value[0])
+    if (!know_operator(day) || !know_weight(day) || !note_waves(day) ||
+        !ask("what else was seen? (Enter: no note): ", note.value, sizeof note.value) ||
+        !note.value[0])
         return;
     note.made_us = (int64_t)link_now_us();
     annotation_copy(note.who, sizeof note.who, annotation_who(NULL));
@@ -634,7 +716,9 @@ static void series(struct day *day)
     if (!ask("what is tested? A name for the series: ", row.name, sizeof row.name) ||
         !row.name[0] ||
         !ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
-             sizeof row.runway))
+             sizeof row.runway) ||
+        !ask("the pattern of the mats (Enter: no note): ", row.pattern, sizeof row.pattern) ||
+        !know_operator(day))
         return;
     annotation_copy(row.who, sizeof row.who, annotation_who(NULL));
     if (store_series_add(day->store, &row, &day->error) == MR_OK)

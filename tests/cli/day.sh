@@ -21,9 +21,9 @@ mistyped() { # no key but y makes a campaign
         fails_with 3 'none.db' $matrig --json day "$tmp/none.db" && [ ! -e "$tmp/none.db" ]
 }
 begins() { # a skipped step is skipped for this day alone
-    day 'y\n\nfirst series\nrelaid\ns\nq\n' "$tmp/a.db" >"$tmp/said" || return 1
+    USER=kl day 'y\n\nfirst series\nrelaid\nstandard\njk\ns\nq\n' "$tmp/a.db" >"$tmp/said" || return 1
     cat "$tmp/said"
-    grep -q '^  4 survey     skipped ' "$tmp/said" && grep -q '^> 7 ready      next ' "$tmp/said" && [ "$(sqlite3 "$tmp/a.db" 'select name, runway from series')" = "first series|relaid" ] &&
+    grep -q '^  4 survey     skipped ' "$tmp/said" && grep -q '^> 7 ready      next ' "$tmp/said" && [ "$(sqlite3 "$tmp/a.db" 'select name, runway, pattern, who from series')" = "first series|relaid|standard|jk" ] &&
         steps "$tmp/a.db" | diff - <(printf '%s\n' 'look not needed' 'series done' 'calibrate not needed' 'survey next' 'load later' 'advise not needed' 'ready later' 'land later')
 }
 asks_for_links() { # the first step that needs them does; a command that fails ends nothing
@@ -33,18 +33,18 @@ asks_for_links() { # the first step that needs them does; a command that fails e
         [ "$(grep -c "\$ matrig ready $tmp/a.db --serial pty:$tmp/nothing\$" "$tmp/said")" = 2 ] && grep -q 'failed (exit 3)' "$tmp/said"
 }
 odd_words() { # a name like an option, a line too long, a link that is none, a path that a shell must quote
-    day '2\n--notes\nrw\nq\n' "$tmp/a.db" >/dev/null || return 1
+    day '2\n--notes\nrw\n\nq\n' "$tmp/a.db" >/dev/null || return 1
     [ "$(sqlite3 "$tmp/a.db" 'select name, runway from series order by id desc limit 1')" = '--notes|rw' ] || return 1
-    day "2\n$(printf 'x%.0s' {1..80})\nshort\n\nq\n" "$tmp/a.db" >"$tmp/said" || return 1
+    day "2\n$(printf 'x%.0s' {1..80})\nshort\n\n\nq\n" "$tmp/a.db" >"$tmp/said" || return 1
     grep -q 'too long: at most 78 characters' "$tmp/said" && [ "$(sqlite3 "$tmp/a.db" 'select name from series order by id desc limit 1')" = short ] || return 1
     day '7\nnd line\nq\n' "$tmp/a.db" | grep -q 'matrig: .*nd line' || return 1
     local db="$tmp/it's; \`id\`.db"
-    day 'y\n2\nodd\n\nq\n' "$db" >/dev/null 2>&1
+    day 'y\n2\nodd\n\n\n\nq\n' "$db" >/dev/null 2>&1
     eval "set -- $($matrig --json day "$db" | sed -n 's/.*"command":"\([^"]*\)".*/\1/p' | sed 's/\\\\/\\/g')"
     [ "$3" = "$db" ]
 }
 up_to_landing() { # series, survey (its readings are typed), load, ready; each in the foreground
-    day "y\n\nstandard\nrelaid\n\n$(printf '33.7%d\\n' $(seq 100 280))q\n" "$tmp/d.db" >"$tmp/said" || { cat "$tmp/said"; return 1; }
+    day "y\n\nstandard\nrelaid\n\njk\n\n$(printf '33.7%d\\n' $(seq 100 280))q\n" "$tmp/d.db" >"$tmp/said" || { cat "$tmp/said"; return 1; }
     [ "$(state "$tmp/d.db")" = load ] && [ "$(sqlite3 "$tmp/d.db" 'select count(*) from gage_readings')" = 181 ] || { cat "$tmp/said"; return 1; }
     rest
     day "\nq\n" "$tmp/d.db" --serial "pty:$tmp/tty" --can none >"$tmp/said" || return 1
@@ -68,11 +68,23 @@ landing() { # the log is seen, and what it records is next; the links are those 
     kill -INT $log 2>/dev/null
     wait $log
     [ "$(state "$tmp/d.db")" = look ] && [ -s "$tmp/d.db-landing.html" ] || return 1
-    day '\nseen 1\nq\n' "$tmp/d.db" >"$tmp/said" || return 1
+    day '\n1300\n88\n2\n\nseen 1\nq\n' "$tmp/d.db" >"$tmp/said" || return 1 # no question for the operator: the series of today has him
     cat "$tmp/said"
+    [ "$(sqlite3 "$tmp/d.db" "select group_concat(field || ' ' || value || ' ' || who, '; ') from landing_changes")" = 'weight_lb 1300 jk; note seen 1 jk' ] || return 1
+    [ "$(sqlite3 "$tmp/d.db" "select kind, station_ft, panels, who from observations")" = 'wave|88.0|2|jk' ] || { sqlite3 "$tmp/d.db" 'select * from observations'; return 1; }
     grep -q '^> 4 survey     next  *the mat has not been read since RUN 1$' "$tmp/said" && [ "$(sqlite3 "$tmp/d.db" "select value from landing_changes where field = 'note'")" = 'seen 1' ] &&
         $matrig --json day "$tmp/d.db" | grep -q '"command":"matrig survey .*--edges left","logging":false,"run":1,"landings_today":1' &&
         day '8\nr\nq\n' "$tmp/d.db" >"$tmp/said" && grep -q "\$ matrig log --serial pty:$tmp/tty --can unix:$tmp/can " "$tmp/said" && [ -s "$tmp/d.db-report.html" ]
+}
+weights() { sqlite3 "$1" "select group_concat(landing || ' ' || value, '; ') from landing_changes where field = 'weight_lb'"; }
+once_a_day() { # the weight is that of the landing before; only on a day without one it is asked for, and not again
+    . tests/board/played.sh
+    campaign_of "$tmp/w.db" 1 4 >/dev/null || return 1
+    sqlite3 "$tmp/w.db" "update landings set armed_us = (strftime('%s', 'now') - 1) * 1000000" && cp "$tmp/w.db" "$tmp/v.db"
+    day '1\njk\n1250 lb\n\n\n1\n\n\nq\n' "$tmp/w.db" >"$tmp/said" && [ "$(grep -c 'weight of the aircraft' "$tmp/said")" = 1 ] &&
+        [ "$(grep -c 'operator (Enter: ' "$tmp/said")" = 1 ] && [ "$(weights "$tmp/w.db")" = '2 1250' ] || return 1
+    $matrig landing "$tmp/v.db" 1 --correct weight_lb=1300 --reason weighed >/dev/null && day '1\njk\n\n\nq\n' "$tmp/v.db" >"$tmp/said" &&
+        ! grep 'weight of the aircraft' "$tmp/said" && [ "$(weights "$tmp/v.db")" = '1 1300; 2 1300' ]
 }
 import_is_none() { # an imported landing is no landing of the day
     $matrig export "$tmp/d.db" 1 --format csv -o "$tmp/i.csv" || return 1
@@ -113,6 +125,7 @@ check "links are asked for, and a step that fails ends nothing" asks_for_links
 check "names like options, lines too long, links that are none, odd paths" odd_words
 check "series, survey, load, ready: the landing is next" up_to_landing
 check "a log in another terminal is seen; its landing is looked at, noted, reported" landing
+check "operator and weight are asked for once a day" once_a_day
 check "an import is no landing of the day" import_is_none
 check "calibrate: channel by channel" calibrates
 finish
