@@ -67,7 +67,8 @@ static size_t roll(const struct braked *braked, struct score_landing *landing, u
             landing->wheel_ft[landing->looks] = (float)at_ft;
             landing->speed_at_ft_s[landing->looks++] = (float)v_ft_s;
         }
-        if (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT)
+        /* from 0 on, or the run, and with it its samples, would begin where the runway does */
+        if (k == 0 || (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT))
             path[rows++] = (struct sim_path_row){t_s, at_ft, THRUST_LB * a_ft_s2 / G_FT_S2};
         double to_ft = at_ft + v_ft_s * NODE_S - 0.5 * a_ft_s2 * NODE_S * NODE_S;
         for (; next < SCORE_SWITCHES && switch_ft[next] <= to_ft; next++) {
@@ -146,6 +147,8 @@ static bool land(const char *name, const char *keys, const struct braked *braked
     sim_scene_set_path(&scene, path, rows);
     scene.t_dwell_s = 0.3;
     good = good && sim_run(&scene, &options, &result, &error) == MR_OK;
+    if (good && result.start_s != 0.0)
+        good = error_set(&error, MR_NUMERICS, "its samples begin at %g s", result.start_s) == MR_OK;
     if (!good) {
         fprintf(stderr, "land: %s, landing %u: %s\n", name, landing->number, error.text);
         return false;

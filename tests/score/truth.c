@@ -226,8 +226,9 @@ static void roll(struct score_landing *landing, const struct gear *gear,
             landing->wheel_ft[landing->looks] = (float)at_ft;
             landing->speed_at_ft_s[landing->looks++] = (float)v_ft_s;
         }
-        /* rows are joined by straight lines */
-        if (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT)
+        /* rows are joined by straight lines; from 0 on, or the run, and with it its samples, would
+         * begin where the runway does */
+        if (k == 0 || (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT))
             rows[(*count)++] = (struct sim_path_row){t_s, at_ft,
                                                      series->thrust_share * GEAR_LB / AXLES *
                                                          braking_ft_s2(gear, t_s) / G_FT_S2};
@@ -379,6 +380,8 @@ static bool land(const struct score_series *series, struct score_landing *landin
         landing->rows = 0;
         return true;
     }
+    if (good && result.start_s != 0.0)
+        good = error_set(&error, MR_NUMERICS, "its samples begin at %g s", result.start_s) == MR_OK;
     if (!good) {
         fprintf(stderr, "score: series %u, landing %u: %s\n", series->number, landing->number,
                 error.text);
@@ -502,11 +505,14 @@ static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *fil
     return true;
 }
 
+/* Part of the names of the files that keep truths: another one for truths that come out otherwise. */
+#define KEPT_AS "2"
+
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,
                      const char *folder)
 {
     char path[512], made[528];
-    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, kinds[kind].name, number);
+    snprintf(path, sizeof path, "%s/%s-%u-" KEPT_AS ".bin", folder, kinds[kind].name, number);
     snprintf(made, sizeof made, "%s.new", path);
     FILE *file = fopen(path, "rb");
     if (file) {
