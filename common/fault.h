@@ -7,43 +7,43 @@
 /*        NAME              number  text (detail in brackets) */
 /* clang-format off */
 #define MR_FAULT_TABLE(X)                                                                         \
-    X(CLOCK_FALLBACK,     0, "no crystal of 8 MHz: internal oscillator, times within 1 % "       \
-      "[its MHz; 0: it did not start; 255: it stopped twice]")                                   \
-    X(CAN_MISSING,        5, "the CAN controller did not start")                                  \
-    X(SCAN_STALL,         6, "scans stopped coming; they were started again")                     \
-    X(SCAN_OVERRUN,       7, "a converter overran or a scan was lost [1 or 3]")                   \
-    X(BLOCK_LATE,         8, "blocks were overwritten before they were processed")                \
-    X(POLARITY,           9, "the excitation was not in the state the scan expected")             \
-    X(EDGE_OVERRUN,      10, "edges came faster than they could be stored [1: they grew too "  \
-      "old while no blocks came; 2: pulses of the camera]")                                      \
-    X(CAN_PASSIVE,       11, "CAN is error passive: unplugged, or a wrong bit rate [TEC]")        \
-    X(CAN_BUS_OFF,       12, "CAN went bus-off")                                                  \
-    X(CAN_QUEUE_FULL,    13, "CAN frames were dropped because the queue was full")                \
-    X(SERIAL_QUEUE_FULL, 14, "serial frames were dropped because the queue was full")             \
-    X(SERIAL_BAD_FRAME,  15, "a received serial frame was refused [minus status]")                \
-    X(CAN_SILENT,        17, "CAN is kept silent: the clock is not exact enough")                 \
-    X(CAN_RX_OVERRUN,    18, "commands on CAN came faster than they could be taken")              \
-    X(WATCHDOG_RESET,    19, "the watchdog reset the board")                                      \
-    X(HARD_FAULT,        20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 "    \
-      "other, 5 the crystal stopped, 6 unasked interrupt]")                                       \
-    X(REFERENCE,         21, "the reference channel is out of range: displacements and tensions " \
-      "missing")                                                                                  \
-    X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones " \
-      "[minus status]")                                                                           \
-    X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since " \
-      "start]")                                                                                   \
-    X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 "   \
-      "read, 4 mark, 6 runway]")                                                                  \
-    X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 "    \
-      "message]")                                                                                 \
-    X(CONFIG,            27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 none is "  \
-      "whole: what is built in is in force]")                                                     \
-    X(SELFTEST,          28, "a self-test failed [which, see the table of self-tests]")           \
-    X(TASK_LATE,         29, "a part of the firmware did not run in its time [which, see the "    \
-      "table of tasks]")                                                                          \
-    X(THERMOMETER,       30, "no mat temperature [1 no answer, 2 bus stuck, 3 value out of "      \
-      "range]")                                                                                   \
-    X(CHANNEL,           31, "a channel is not valid: channel_event says why [channel, from 0]")
+    X(CLOCK_FALLBACK,       0, "no crystal of 8 MHz: internal oscillator, times within 1 % "     \
+      "[its MHz; 0: did not start; 255: stopped twice]")                                         \
+    X(CAN_MISSING,          5, "CAN controller did not start")                                   \
+    X(SCAN_STALL,           6, "scans stopped and were restarted")                               \
+    X(SCAN_OVERRUN,         7, "converter overrun, or lost scan [1 or 3]")                       \
+    X(BLOCK_LATE,           8, "blocks were overwritten before they were processed")             \
+    X(POLARITY,             9, "excitation had the wrong polarity for the scan")                 \
+    X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: too old after "  \
+      "a pause of the blocks; 2: camera pulses]")                                                \
+    X(CAN_PASSIVE,         11, "CAN is error passive: unplugged, or wrong bit rate [TEC]")       \
+    X(CAN_BUS_OFF,         12, "CAN went bus-off")                                               \
+    X(CAN_QUEUE_FULL,      13, "CAN frames were dropped because the queue was full")             \
+    X(SERIAL_QUEUE_FULL,   14, "serial frames were dropped because the queue was full")          \
+    X(SERIAL_BAD_FRAME,    15, "a received serial frame was refused [minus status]")             \
+    X(CAN_SILENT,          17, "CAN is kept silent: the clock is not exact enough")              \
+    X(CAN_RX_OVERRUN,      18, "commands on CAN came faster than they could be processed")       \
+    X(WATCHDOG_RESET,      19, "the watchdog reset the board")                                   \
+    X(HARD_FAULT,          20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 " \
+      "other, 5 crystal stopped, 6 unexpected interrupt]")                                       \
+    X(REFERENCE,           21, "reference channel out of range: no displacements and tensions")  \
+    X(NO_FIT,              23, "no final speed: too few or contradictory switches [minus "       \
+      "status]")                                                                                 \
+    X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of another "     \
+      "kind [1: since start]")                                                                   \
+    X(NOR_FAILED,          25, "a page or sector of the black box failed [1 program, 2 erase, "  \
+      "3 read, 4 mark, 6 runway]")                                                               \
+    X(BOX_LOST,            26, "the black box had no room for a block or a message [0 block, 1 " \
+      "message]")                                                                                \
+    X(CONFIG,              27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 both: " \
+      "the built-in one is in force]")                                                           \
+    X(SELFTEST,            28, "a self-test failed [number, see the table of self-tests]")       \
+    X(TASK_LATE,           29, "a task of the firmware was late [number, see the table of "      \
+      "tasks]")                                                                                  \
+    X(THERMOMETER,         30, "no mat temperature [1 no answer, 2 bus stuck, 3 value out of "   \
+      "range]")                                                                                  \
+    X(CHANNEL,             31, "a channel is not valid: channel_event has the reason [channel, " \
+      "from 0]")
 /* clang-format on */
 
 enum mr_fault_code {

@@ -18,16 +18,17 @@ void reference_bringup(FILE *out)
 {
     reference_head(out, "Bring-up", "`host/board/bringup_limits.def`");
     fputs(
-        "What the bring-up image says ([how it is used](../howto/bring-up.md)), and what a board "
-        "should say. The text is 8N1 at 115200 baud:\n\n"
+        "Output of the bring-up image ([how to use it](../howto/bring-up.md)), and the limits of "
+        "`matrig board bringup`. The serial line is 8N1 at 115200 baud:\n\n"
         "```text\nbegin SECTION FORMAT\nNAME VALUE UNIT\n...\nend SECTION LINES CRC\n```\n\n"
-        "VALUE is a number, `0x` and hexadecimal digits, a word, or `none`: it is not there or "
-        "did not answer. LINES counts those between. CRC is the CRC-32 of all bytes from `begin` "
-        "to the newline before `end`. Sections: `report` at power on and on the word `report`; "
-        "`brown-out` on its own. The word `rom` starts the boot ROM.\n\n"
-        "*Otherwise* says what a value beyond is, *none* the same of one that is not there or was "
-        "not said. `*` stands for all names that begin so.\n\n"
-        "| section | line | should be | otherwise | none | source | what to do |\n"
+        "VALUE is a number, `0x` and hexadecimal digits, a word, or `none` (absent or no answer). "
+        "LINES counts the lines between `begin` and `end`. CRC is the CRC-32 of all bytes from "
+        "`begin` to the newline before `end`. The section `report` comes at power on and on the "
+        "word `report`, the section `brown-out` on its own word. The word `rom` starts the boot "
+        "ROM.\n\n"
+        "*Outside* is the result for a value outside the limits, *None* that for a missing value. "
+        "`*` stands for the rest of a name.\n\n"
+        "| Section | Line | Limits | Outside | None | Source | Remedy |\n"
         "|---|---|---|---|---|---|---|\n",
         out);
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \
@@ -37,11 +38,10 @@ void reference_bringup(FILE *out)
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
     row(out, #section, name, "`" #fact "` of the board", beyond, none, source, advice);
 #include "host/board/bringup_limits.def"
-    fputs(
-        "\n`cycles_predict` is what a block of a landing costs the predictor, by the core's cycle "
-        "counter (DWT); `of_budget_predict` is that over what its budget assumes: 1.5 cycles an "
-        "instruction, a division or root 12.5 more. Above 1 the chip is dearer than the budget "
-        "(`make budget`) takes it for. On the emulated board the counter counts instructions, so "
-        "it is 0.66 to 0.67 there and says nothing of silicon.\n",
-        out);
+    fputs("\n`cycles_predict` is the predictor's cost per block of a landing, by the core's cycle "
+          "counter (DWT). `of_budget_predict` is its ratio to the budget: 1.5 cycles per "
+          "instruction, and 12.5 more per division or root. Above 1 the chip is slower than `make "
+          "budget` assumes. The emulated board counts instructions, so it reports 0.66 to 0.67, "
+          "which does not apply to hardware.\n",
+          out);
 }

@@ -116,27 +116,44 @@ static void write_text(FILE *out, const char *text)
     }
 }
 
-static void write_comment(FILE *out, size_t at)
+static bool comment_of(size_t at, char *text, size_t size)
 {
-    char text[1000];
-    if (at < sources()->count && (comment_in(sources()->line[at], text, sizeof text) ||
-                                  comment_before(at, text, sizeof text)))
-        write_text(out, text);
+    return at < sources()->count &&
+           (comment_in(sources()->line[at], text, size) || comment_before(at, text, size));
+}
+
+/* Columns without a meaning of their own share a row of the page: false while none is open. */
+static bool row_is_open;
+
+static void end_row(FILE *out)
+{
+    if (row_is_open)
+        fputs(" | |\n", out);
+    row_is_open = false;
 }
 
 static void write_table(FILE *out, const char *row, const char *table)
 {
+    char text[1000];
     fprintf(out, "\n## %s\n\n", table);
-    write_comment(out, find_table(row));
-    fputs("\n\n| column | type | meaning |\n|---|---|---|\n", out);
+    if (comment_of(find_table(row), text, sizeof text))
+        write_text(out, text);
+    fputs("\n\n| Columns | Meaning |\n|---|---|\n", out);
 }
 
-static void write_column(FILE *out, const char *row, const char *column, const char *type,
-                         const char *constraint)
+static void write_column(FILE *out, const char *row, const char *column)
 {
-    fprintf(out, "| `%s` | %s%s%s | ", column, type, constraint[0] ? " " : "", constraint);
-    write_comment(out, find_column(row, column));
-    fputs(" |\n", out);
+    char text[1000];
+    bool has_meaning = comment_of(find_column(row, column), text, sizeof text);
+    if (has_meaning)
+        end_row(out);
+    fprintf(out, "%s`%s`", row_is_open ? ", " : "| ", column);
+    row_is_open = !has_meaning;
+    if (has_meaning) {
+        fputs(" | ", out);
+        write_text(out, text);
+        fputs(" |\n", out);
+    }
 }
 
 void reference_campaign(FILE *out)
@@ -144,19 +161,27 @@ void reference_campaign(FILE *out)
     bool in_view = false; /* the rows of a query are no table; they come last */
     reference_head(out, "The campaign database",
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
-    fputs("A campaign is one SQLite file. Times that end in `_us` are microseconds: those of the "
-          "board since its scans began, those of the host since\n"
-          "1970. NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `landing` is the "
-          "number that commands call RUN.\n",
+    fputs("A campaign is one SQLite file; `sqlite3 campaign.db .schema` prints types, keys and "
+          "constraints.\n\n"
+          "- `id` is the key of a table. `session`, `landing`, `survey` and `simulation` refer to "
+          "the key of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. "
+          "`landing` is RUN in commands.\n"
+          "- Columns named like a field of a message have its unit and values "
+          "([messages](messages.md)). The ending of a name is its unit.\n"
+          "- Times in `_us` are microseconds: board times since the scans began, host times "
+          "(`host_us`, `made_us`, `started_us`, `taken_us`) since 1970. `block` is the index of a "
+          "millisecond of acquisition, `tick` is TIM2 at 84 MHz.\n"
+          "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "
+          "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n",
           out);
 #define TABLE(row, table)              write_table(out, #row, #table);
 #define VIEW(row)                      in_view = true;
-#define OWNER(row, column, constraint) write_column(out, #row, #column, "INTEGER", constraint);
+#define OWNER(row, column, constraint) write_column(out, #row, #column);
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
     if (!in_view)                                                                     \
-        write_column(out, #row, #column, #type, constraint);
+        write_column(out, #row, #column);
 #define COMPUTED(row, declaration, field, read)
-#define END(row, key, put)
+#define END(row, key, put) end_row(out);
 #define ALSO(sql)
 #include "host/store/tables.def"
 #undef TABLE

@@ -18,17 +18,16 @@ static void write_row(FILE *out, const char *field, const char *type, const char
 void reference_configuration(FILE *out)
 {
     reference_head(out, "Configuration", "`common/config.def`");
-    fputs("The configuration as text (`matrig board config get`) has one field a line: `site.mats "
-          "= 420`, or `gate[3].station_ft = 12.5`\n"
-          "where there are several. Members count from 1: `channel[1]` to `[8]` are the "
-          "transducers\' inputs, `[9]` to `[22]` the gages\', `[23]` the\n"
-          "staircase, `[24]` the reference. `#` begins a comment. `matrig board config check F` "
-          "says which line is wrong, and what would be right.\n",
+    fputs("`matrig board config get` prints the configuration as text, one field per line: "
+          "`site.mats = 420`, or `gate[3].station_ft = 12.5` in a group with several members. "
+          "Members count from 1: `channel[1]` to `[8]` are the inputs of the transducers, `[9]` to "
+          "`[22]` of the gages, `[23]` of the staircase, `[24]` of the reference. `#` begins a "
+          "comment. `matrig board config check F` finds wrong lines and shows the right form.\n",
           out);
-#define GROUP(name, count)                                                                     \
-    fprintf(out,                                                                               \
-            "\n## %s\n\nGroups of this kind: %d.\n\n| field | type | unit | meaning | limits " \
-            "|\n|---|---|---|---|---|\n",                                                      \
+#define GROUP(name, count)                                                         \
+    fprintf(out,                                                                   \
+            "\n## %s\n\nMembers: %d.\n\n| Field | Type | Unit | Meaning | Limits " \
+            "|\n|---|---|---|---|---|\n",                                          \
             #name, count);
 #define INTEGER(group, type, field, least, most, unit, text) \
     write_row(out, #field, #type, unit, text);               \
@@ -38,9 +37,9 @@ void reference_configuration(FILE *out)
     write_row(out, #field, "number", unit, text);   \
     write_limits(out, least, most);                 \
     fputs(" |\n", out);
-#define OPTIONAL(group, field, least, most, unit, text)       \
-    write_row(out, #field, "number, or missing", unit, text); \
-    write_limits(out, least, most);                           \
+#define OPTIONAL(group, field, least, most, unit, text)      \
+    write_row(out, #field, "number or missing", unit, text); \
+    write_limits(out, least, most);                          \
     fputs(" |\n", out);
 #define REALS(group, field, count, least, most, unit, text) \
     write_row(out, #field, #count " numbers", unit, text);  \

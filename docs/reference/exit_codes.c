@@ -6,10 +6,10 @@
 /* The kind is the name in small letters, as programs read it. */
 static void row(FILE *out, const char *name, const char *text)
 {
-    fprintf(out, "| `%s` | `", name);
+    fputs("| | `", out);
     for (const char *c = name + 3; *c; c++)
         fputc(*c == '_' ? '-' : tolower((unsigned char)*c), out);
-    fprintf(out, "` | %s |\n", text);
+    fprintf(out, "` | `%s` | %s |\n", name, text);
 }
 
 void reference_exit_codes(FILE *out)
@@ -22,20 +22,21 @@ void reference_exit_codes(FILE *out)
         MR_STATUS_TABLE(ROW)
 #undef ROW
     };
-    static const char *const meanings[] = {"all is well",
+    static const char *const meanings[] = {"success",
                                            "a comparison or a limit failed",
                                            "wrong usage",
                                            "input, output or a device failed",
-                                           "the input is malformed or cut off",
-                                           "numerics refused or failed"};
+                                           "malformed or truncated input",
+                                           "numerical failure"};
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
-    fputs("Every command of `matrig` ends with one of these codes. An error is one line on "
-          "standard error: what, where, what to do. With `--json` the object on standard output "
-          "says it, too: `error`, the line; `kind`, the status in a word; `exit`, the code.\n",
-          out);
+    fputs(
+        "Every command of `matrig` ends with one of these codes. An error is one line on standard "
+        "error, with its place and its remedy. With `--json` the object on standard output has it "
+        "too: `error` (the line), `kind` (the status in a word), `exit` (the code).\n\n"
+        "| Exit code | Kind | Status | Meaning |\n|--:|---|---|---|\n",
+        out);
     for (int code = 0; code < (int)(sizeof meanings / sizeof meanings[0]); code++) {
-        fprintf(out, "\n## %d: %s\n\n| status | kind | text |\n|---|---|---|\n", code,
-                meanings[code]);
+        fprintf(out, "| **%d** | | | **%s** |\n", code, meanings[code]);
         for (size_t i = 0; i < sizeof statuses / sizeof statuses[0]; i++) {
             if (statuses[i].exit_code == code)
                 row(out, statuses[i].name, statuses[i].text);

@@ -1,7 +1,21 @@
+#include <string.h>
+
 #include "common/catalogue.h"
 #include "common/command.h"
 #include "common/fault.h"
 #include "docs/reference/reference.h"
+
+/* A section holds the messages from its first identifier to that of the next section. */
+static const struct section {
+    uint16_t first_id;
+    const char *title;
+} sections[] = {
+    {0x000, "Landing, predictor and channels"},
+    {0x100, "Displacements and tensions"},
+    {0x180, "Health, configuration and identity"},
+    {0x400, "To the board"},
+};
+#define SECTIONS (sizeof sections / sizeof sections[0])
 
 static const char *type_text(enum mr_wire_type type)
 {
@@ -9,21 +23,16 @@ static const char *type_text(enum mr_wire_type type)
     return texts[type];
 }
 
-static const char *direction_text(enum mr_direction direction)
-{
-    static const char *const texts[] = {"From the board, on CAN and serial",
-                                        "From the board, on CAN alone",
-                                        "To the board, on either link"};
-    return texts[direction];
-}
-
 static void write_field(FILE *out, const struct mr_field_info *field)
 {
     char text[1000];
+    if (strncmp(field->name, "reserved", strlen("reserved")) == 0)
+        return;
     mr_field_text(field, text, sizeof text);
     fprintf(out, "| %u | `%s` | %s | ", field->offset, field->name, type_text(field->type));
     if (field->per_unit > 0.0f)
-        fprintf(out, "%.9g %s", 1.0 / (double)field->per_unit, field->unit);
+        fprintf(out, "%.9g%s%s", 1.0 / (double)field->per_unit, field->unit[0] ? " " : "",
+                field->unit);
     else
         fputs(field->unit, out);
     fputs(" | ", out);
@@ -31,16 +40,33 @@ static void write_field(FILE *out, const struct mr_field_info *field)
     fputs(" |\n", out);
 }
 
+/* The head of a message is a row of the table, its fields are the rows below. */
 static void write_message(FILE *out, const struct mr_message_info *message)
 {
-    fprintf(out, "\n### %s, 0x%03x\n\n%s. %s; %u bytes", message->name, message->id, message->text,
-            direction_text(message->direction), message->length);
+    fprintf(out, "| **0x%03x** | **%s** | ", message->id, message->name);
+    if (message->length != 8)
+        fprintf(out, "%u bytes", message->length);
+    fputs(" | ", out);
     if (message->every_ms)
-        fprintf(out, "; every %u ms", message->every_ms);
-    fputs(".\n\n| byte | field | type | resolution or unit | meaning |\n|---|---|---|---|---|\n",
-          out);
+        fprintf(out, "%u ms", message->every_ms);
+    fputs(" | ", out);
+    reference_cell(out, message->text);
+    fprintf(out, "%s |\n", message->direction == MR_DIRECTION_CAN ? "; CAN only" : "");
     for (size_t i = 0; i < message->field_count; i++)
         write_field(out, &message->fields[i]);
+}
+
+static void write_messages(FILE *out)
+{
+    size_t count, section = 0;
+    const struct mr_message_info *messages = mr_catalogue(&count);
+    for (size_t i = 0; i < count; i++) {
+        while (section < SECTIONS && messages[i].id >= sections[section].first_id)
+            fprintf(out,
+                    "\n## %s\n\n| Byte | Field | Type | Unit | Meaning |\n|--:|---|---|---|---|\n",
+                    sections[section++].title);
+        write_message(out, &messages[i]);
+    }
 }
 
 static void write_commands(FILE *out)
@@ -54,23 +80,21 @@ static void write_commands(FILE *out)
                                              [MR_LINKS_CABLE] = "serial; CAN with the jumper",
                                              [MR_LINKS_JUMPER] = "serial with the jumper",
                                              [MR_LINKS_REPLAY] = "either, after `replay`"};
-    fputs(
-        "\n## Commands to the board\n\nThe message `command` carries a code. In another state than "
-        "those named, or by another link, the board refuses it. The jumper: MAINTENANCE "
-        "([pins](pins.md)).\n\n| code | name | who | state of the landing | link | counts a unit "
-        "of the argument | meaning |\n|---|---|---|---|---|---|---|\n",
-        out);
-#define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)       \
-    fprintf(out, "| %d | `%s` | %s | %s | %s | %d | %s |\n", code, text,                          \
-            who[MR_PRIVILEGE_##privilege], when[MR_WHEN_##states], how[MR_LINKS_##links], counts, \
-            meaning);
+    fputs("\n## Commands to the board\n\nThe message `command` carries a code. The board refuses a "
+          "command in another state of the landing or by another link. Jumper: MAINTENANCE "
+          "([pins](pins.md)).\n\n| Code | Name | Allowed for | State | Link | Effect |\n"
+          "|--:|---|---|---|---|---|\n",
+          out);
+#define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)        \
+    fprintf(out, "| %d | `%s` | %s | %s | %s | %s |\n", code, text, who[MR_PRIVILEGE_##privilege], \
+            when[MR_WHEN_##states], how[MR_LINKS_##links], meaning);
 #include "common/catalogue.def"
 }
 
 static void write_faults(FILE *out)
 {
-    fputs("\n## Faults\n\nThe number of a fault is its bit in `health.faults`. A bracket in the "
-          "text says what the detail means.\n\n| fault | text |\n|---|---|\n",
+    fputs("\n## Faults\n\nFault n sets bit n of `health.faults`. Brackets explain the detail of "
+          "the message `fault`.\n\n| Fault | Meaning |\n|--:|---|\n",
           out);
 #define ROW(NAME, number, text) fprintf(out, "| %u | %s |\n", number, text);
     MR_FAULT_TABLE(ROW)
@@ -79,20 +103,20 @@ static void write_faults(FILE *out)
 
 void reference_messages(FILE *out)
 {
-    size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
     reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
-        "The layout version is %u. The identifier is the CAN identifier and the serial type. On "
-        "CAN a board with another base than 0 adds it\n"
-        "([the base](../howto/configure.md#can-base)); all pages "
-        "are in terms of these, without a base.\n"
-        "All integers are little-endian. A scaled field keeps one code for \"missing\". `matrig "
-        "export --format dbc` writes the same as a DBC file.\n\n## Messages\n",
+        "Layout version %u. A bold row begins a message: CAN identifier and serial type, name, "
+        "length if not 8 bytes, period, meaning. The rows below it are its fields.\n\n"
+        "- The board sends on CAN and serial unless stated otherwise. A board with a base adds it "
+        "to every CAN identifier ([base](../howto/configure.md#can-base)"
+        ").\n"
+        "- Integers are little-endian. A unit with a number is the resolution of a scaled integer, "
+        "which has one code for \"missing\". Reserved bytes are 0 and not listed.\n"
+        "- A block is one millisecond of acquisition; `block16` is the low 16 bits of its index.\n"
+        "- `matrig export --format dbc` writes this table as a DBC file.\n",
         MR_LAYOUT);
-    for (size_t i = 0; i < count; i++)
-        write_message(out, &messages[i]);
+    write_messages(out);
     write_commands(out);
     write_faults(out);
 }

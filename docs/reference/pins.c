@@ -73,38 +73,82 @@ static void print_use(FILE *out, const struct board_row *row)
     case BOARD_ROW_INPUT: fputs("input", out); break;
     case BOARD_ROW_RESERVED: fprintf(out, "reserved%s%s", row->use[0] ? ", " : "", row->use); break;
     }
+    fputs(strcmp(row->pull, "UP") == 0 ? ", pull-up" : "", out);
 }
 
 static void print_board(FILE *out, const struct mr_board *board, const struct board_table *table)
 {
-    unsigned column = column_of(board);
     fprintf(out,
-            "\n## %s\n\n%s: an %s in %s. The serial link is USART%ld; VDDA is %.1f V; the clock is "
-            "%s of 8 MHz.\nFrom `firmware/boards/%s.def`.\n\n"
-            "| pin | %s | use | pulled inside | signal | what |\n|---|---|---|---|---|---|\n",
+            "\n### %s\n\nBoard: %s (%s, %s). Serial link: USART%ld. VDDA: %.1f V. Clock: %s of 8 "
+            "MHz. Source: `firmware/boards/%s.def`.\n",
             board->name, board->text, board->part, board->package, board_fact_of(table, "SERIAL"),
             (double)board_fact_of(table, "SUPPLY_MV") / 1e3,
-            board_fact_of(table, "CLOCK_BYPASS") ? "an input" : "a crystal", board->name,
-            board->package);
+            board_fact_of(table, "CLOCK_BYPASS") ? "an input" : "a crystal", board->name);
+}
+
+static const struct board_row *row_of(const struct board_table *table, const char *signal)
+{
     for (size_t i = 0; i < table->rows; i++) {
-        const struct board_row *row = &table->row[i];
-        fprintf(out, "| P%c%u | %u | ", row->port, row->pin, place_of(board, row, column));
-        print_use(out, row);
-        fprintf(out, " | %s | %s | %s |\n", strcmp(row->pull, "UP") == 0 ? "up" : "", row->signal,
-                row->text);
+        if (strcmp(table->row[i].signal, signal) == 0)
+            return &table->row[i];
     }
+    return NULL;
+}
+
+/* The row of a signal in the table of all boards; `first` is the first board that has it. */
+static void print_signal(FILE *out, unsigned first, const struct board_row *row)
+{
+    const struct mr_board *board;
+    fprintf(out, "| %s | %s |", row->signal, row->text);
+    for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++) {
+        const struct board_row *own = row_of(board_table_of(i), row->signal);
+        if (own && i >= first) {
+            fprintf(out, " P%c%u, %u: ", own->port, own->pin,
+                    place_of(board, own, column_of(board)));
+            print_use(out, own);
+            if (strcmp(own->text, row->text) != 0)
+                fprintf(out, " (%s)", own->text);
+        }
+        fputs(" |", out);
+    }
+    fputs("\n", out);
+}
+
+static bool had_before(unsigned board, const char *signal)
+{
+    for (unsigned i = 0; i < board; i++) {
+        if (row_of(board_table_of(i), signal))
+            return true;
+    }
+    return false;
 }
 
 void reference_pins(FILE *out)
 {
     const struct mr_board *board;
+    const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
-    fputs("Until the firmware has set its pins (10 ms after a reset) all of them float: what must "
-          "be at a level then is pulled\noutside the chip. What else is on the pins of boards that "
-          "one can buy: [boards](../howto/boards.md).\n",
+    fputs("All pins float until the firmware sets them, 10 ms after a reset. A signal that needs a "
+          "level before that has a resistor outside the chip. Parts that boards from the shop have "
+          "on these pins: [boards](../howto/boards.md).\n\n## Boards\n",
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         print_board(out, board, board_table_of(i));
+    fputs("\n## Signals\n\nEach cell has the pin, its number on the package, and its use (in "
+          "brackets: the alternate function). `pull-up`: inside the chip.\n\n| Signal | Purpose |",
+          out);
+    for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
+        fprintf(out, " %s, %s |", board->name, board->package);
+    fputs("\n|---|---|", out);
+    for (unsigned i = 0; mr_board_of(i) && board_table_of(i); i++)
+        fputs("---|", out);
+    fputs("\n", out);
+    for (unsigned i = 0; (table = board_table_of(i)); i++) {
+        for (size_t n = 0; n < table->rows; n++) {
+            if (!had_before(i, table->row[n].signal))
+                print_signal(out, i, &table->row[n]);
+        }
+    }
 }
 
 void reference_memory(FILE *out)
@@ -113,14 +157,14 @@ void reference_memory(FILE *out)
     const struct board_table *zg = board_table_of(MR_BOARD_ZG), *table;
     reference_head(out, "Memory", "`common/memory.def`");
     fputs(
-        "What lies where, and how many KiB of it the chip of each board has. Images are linked by "
-        "it; how much of it they take:\n[measured](../measured/board.md#boards).\n\n| from |",
+        "Memory map of each board, with the size of each region in KiB. Images are linked by this "
+        "map; what they use: [measured](../measured/board.md#boards).\n\n| Start |",
         out);
     for (unsigned i = 0; (board = mr_board_of(i)); i++)
         fprintf(out, " %s |", board->name);
-    fputs(" what |\n|---|", out);
+    fputs(" Contents |\n|---|", out);
     for (unsigned i = 0; mr_board_of(i); i++)
-        fputs("---|", out);
+        fputs("--:|", out);
     fputs("---|\n", out);
     for (size_t n = 0; n < zg->regions; n++) {
         fprintf(out, "| 0x%08lx |", zg->region[n].start);

@@ -6,10 +6,8 @@
 
 void reference_head(FILE *out, const char *title, const char *source)
 {
-    fprintf(out,
-            "# %s\n\n<!-- Made by `make reference`. Do not edit this page: edit %s. -->\n\nThis "
-            "page is made from %s.\n\n",
-            title, source, source);
+    fprintf(out, "# %s\n\n<!-- Made by `make reference`. Do not edit this page: edit %s. -->\n\n",
+            title, source);
 }
 
 void reference_cell(FILE *out, const char *text)

@@ -1,4 +1,6 @@
 #include <jansson.h>
+#include <stdbool.h>
+#include <string.h>
 
 #include "docs/reference/reference.h"
 #include "host/sim/scene/scene.h"
@@ -13,19 +15,28 @@ static void write_default(FILE *out, const json_t *value)
         fprintf(out, "%.6g", json_number_value(value));
 }
 
+/* The keys of the second group of bands repeat those of the first. */
+static bool is_second_group(const char *name)
+{
+    return strncmp(name, "band2_", strlen("band2_")) == 0 || strcmp(name, "bands2") == 0;
+}
+
 void reference_scene(FILE *out)
 {
     const struct sim_key *key;
     reference_head(out, "Scene",
                    "the table of keys in `host/sim/scene/scene.c` and `host/sim/elements/`");
-    fputs("A scene is a JSON file that `matrig sim` runs. Keys that begin with `_` are comments. A "
-          "number, also in a list, may be text with any unit of its kind ([units](units.md)):\n"
-          "`\"ground_damping\": \"175 N s/m\"`. `matrig sim --keys` prints this table, `matrig "
-          "--json sim --keys` as JSON. The equations are in\n"
-          "[host/sim/README.md](../../host/sim/README.md).\n\n| key | default | meaning; unit "
-          "|\n|---|---|---|\n",
-          out);
+    fputs(
+        "A scene is a JSON file for `matrig sim`. Keys that begin with `_` are comments. A number "
+        "may be text with a unit of its kind ([units](units.md)): `\"ground_damping\": \"175 N "
+        "s/m\"`. `matrig sim --keys` prints this table. Equations: "
+        "[host/sim/README.md](../../host/sim/README.md).\n\nThe keys `band2_*` are those of "
+        "`band_*` for a second group of bands, `bands2` their number.\n\n"
+        "| Key | Default | Meaning; unit |\n|---|---|---|\n",
+        out);
     for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        if (is_second_group(key->name))
+            continue;
         json_t *standard = sim_key_default(key);
         fprintf(out, "| `%s` | ", key->name);
         write_default(out, standard);

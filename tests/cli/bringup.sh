@@ -150,11 +150,11 @@ brown_out_of_a_wrong_supply() { # more than 5 % off the board's own: nothing is 
     stop
     cat "$tmp/out"
     [ $status = 1 ] && grep -Eq 'brown_out_set +supply_not_the_boards' "$tmp/out" && grep -Eq 'brown_out +0 level' "$tmp/out" &&
-        grep -q '^wrong: brown_out_set: nothing was set' "$tmp/out"
+        grep -q '^wrong: brown_out_set: not set, for' "$tmp/out"
 }
 memory_is_spared() { # nothing but an empty sector is touched; with none it says so and leaves all alone
     says zg memory_sector 4093 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
-        says slow memory_sector none && cmp "$tmp/nor.full" "$tmp/nor.full.was" && judge slow >"$tmp/out" && grep -q '^look: memory_sector: no sector is empty' "$tmp/out"
+        says slow memory_sector none && cmp "$tmp/nor.full" "$tmp/nor.full.was" && judge slow >"$tmp/out" && grep -q '^look: memory_sector: no empty sector' "$tmp/out"
 }
 # A board of few words, at $sockets/few. When a word comes it says $tmp/few.txt up to byte FROM, then nothing for 5 s, then the rest up
 # to byte TO. $tmp/words: what else it was told.

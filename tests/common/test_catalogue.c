@@ -301,7 +301,8 @@ TEST(a_text_has_the_list_of_values_where_the_star_stands)
     char text[200];
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, sizeof text);
     assert_string_equal(
-        text, "why it changed: 0 no change, 1 command, 2 edge, 3 stopped, 4 settled, 5 time limit");
+        text,
+        "cause of the change: 0 no change, 1 command, 2 edge, 3 stopped, 4 settled, 5 time limit");
     mr_field_text(field_of(MR_ID_HELLO, "reset_cause"), text, sizeof text);
     assert_string_equal(text,
                         "bit 0 power, 1 pin, 2 software, 3 watchdog, 4 low power, 5 brown-out");
@@ -310,9 +311,9 @@ TEST(a_text_has_the_list_of_values_where_the_star_stands)
     assert_string_equal(text, "0 valid, 2 saturated, 3 open, 4 reference, 5 short, 6 too fast, 7 "
                               "stuck, 8 out of range, 9 not excited");
     mr_field_text(field_of(MR_ID_RUNWAY_STORE, "copy_b"), text, sizeof text);
-    assert_string_equal(text, "likewise");
+    assert_string_equal(text, "the same for copy B");
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, 20);
-    assert_string_equal(text, "why it changed: 0 n");
+    assert_string_equal(text, "cause of the change");
     /* numbers of two digits, in their order */
     mr_field_text(field_of(MR_ID_SWITCH_EVENT, "reason"), text, sizeof text);
     assert_non_null(strstr(text, ", 9 missing, 10 reverse, 11 slow, 12 alone"));

@@ -290,8 +290,8 @@ static void take(const struct study *study, const char *without, uint64_t seed, 
 
 static void print_rows(const struct tally *t, unsigned draws)
 {
-    printf("\n| Contribution (rms) | %s (%s) | %s (%s) |\n|---|--:|--:|\n",
-           studies[0].name, studies[0].unit, studies[1].name, studies[1].unit);
+    printf("\n| Contribution (rms) | %s (%s) | %s (%s) |\n|---|--:|--:|\n", studies[0].name,
+           studies[0].unit, studies[1].name, studies[1].unit);
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         printf("| %s |", budget_source_text(s));
         for (size_t i = 0; i < STUDIES; i++)
@@ -314,8 +314,9 @@ int main(int argc, char **argv)
         fputs("usage: study DRAWS [--without certificate|temperature]\n", stderr);
         return 2;
     }
-    printf("| Sensor | Draws | Expanded holds (%%) | Wilson 95 %% (%%) | RMS error/combined | Stated "
-           "alone holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
+    printf(
+        "| Sensor | Draws | Expanded holds (%%) | Wilson 95 %% (%%) | RMS error/combined | Stated "
+        "alone holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
     for (size_t i = 0; i < STUDIES; i++) {
         for (unsigned seed = 1; seed <= draws; seed++)
             take(&studies[i], without, seed, &tally[i]);

@@ -228,8 +228,8 @@ const struct element element_gear_ground = {
             .offset = ELEMENT_FIELD(gear_ground),
             .high = SIM_LARGEST,
             .unit = "lb/ft",
-            .meaning = "elastic ground along the runway under a mat that carries one axle; 0: the "
-                       "gear has one axle and slides by Coulomb's law"},
+            .meaning = "stiffness along the runway of the elastic ground under a mat that carries "
+                       "one axle; 0: one axle, Coulomb friction"},
     .describe = describe,
     .remembers = true,
 };
