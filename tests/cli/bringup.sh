@@ -99,7 +99,7 @@ watchdog none wrong
 low_speed 47.1 wrong
 L
 }
-missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not said ' "$tmp/out"; }
+missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not reported ' "$tmp/out"; }
 unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: not known here' "$tmp/out"; }
 cut_and_damaged() {
     sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'report has no end after [0-9]+ lines; check cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&

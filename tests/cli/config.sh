@@ -98,7 +98,7 @@ files_are_refused_with_line_and_advice() {
         fails_with 4 "no text: $elf; is it the file" $matrig board config check $elf
 }
 words_are_checked() {
-    fails_with 2 "not get, set or check: 'put'" $matrig board config put &&
+    fails_with 2 "not an action of config: 'put'" $matrig board config put &&
         fails_with 2 'which link' $matrig board config get &&
         fails_with 2 'which file' $matrig board --serial unix:/none config set &&
         fails_with 2 'needs no board' $matrig board --serial unix:/none config check "$tmp/first.cfg" &&
