@@ -54,7 +54,7 @@ figures_are_the_truth() {
 summary_says_it() { # log says the same as the table; the least is ahead of the wheel, as appendix C asks
     grep -q '"recovered":1.0' "$tmp/plain.json" || grep -q '"recovered": 1.0' "$tmp/plain.json" || return 1
     rm "$tmp/plain.db"
-    $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$tmp/plain.db" >"$tmp/plain.txt" 2>/dev/null
+    $matrig --quiet log --all --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$tmp/plain.db" >"$tmp/plain.txt" 2>/dev/null
     grep -Eq '^ +1 +100\.3 \+- 0\.[0-9] +[0-9.]+ +64\.1 \+- [0-9.]+ +65\.0 +[0-9.]+ +127\.2 \+- ' "$tmp/plain.txt" && grep -Eq '^ +1 +4\.[0-9]+ \+- [0-9.]+ +10[45]$' "$tmp/plain.txt"
 }
 # Band 2's truth falls at once, by 15 lb at each gage and 25 at gage 11, 3.2 s after power-on.

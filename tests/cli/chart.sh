@@ -45,7 +45,7 @@ what_was_computed_is_shown() { # braking that ends at 0 is no plan for a board: 
 told_before() { # LANDINGS SPEED PROFILE
     python3 tests/board/chart.py tests/runs/landing5.run "$@" >"$tmp/told.run" && rm -f "$tmp/told.db" &&
         build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --rig "$tmp/told.run" 2>"$tmp/told.err" &&
-        $matrig --quiet log --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --db "$tmp/told.db" >"$tmp/told.txt" &&
+        $matrig --quiet log --all --can "file:$tmp/told.can" --serial "file:$tmp/told.serial" --db "$tmp/told.db" >"$tmp/told.txt" &&
         build/tests/again/again "$tmp/told.db" 1 >"$tmp/told.json" && grep -E 'risk of a zone|plan was' "$tmp/told.txt" &&
         [ "$(sqlite3 :memory: "select json_extract(j, '$.statements') > 100 and json_extract(j, '$.differ') = 0 from (select cast(readfile('$tmp/told.json') as text) j)")" = 1 ]
 }

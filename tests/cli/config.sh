@@ -111,7 +111,7 @@ record() { # SECONDS DB LOG-OPTIONS: a landing, or its beginning, by the configu
     timeout 600 build/matrig-board --elf $elf --flash "$tmp/flash" --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig tests/runs/landing5.run \
         --speed max --for "$seconds" 2>"$tmp/board.err" &
     board=$!
-    timeout 600 $matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$@" >"$tmp/log.txt"
+    timeout 600 $matrig --quiet log --all --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$@" >"$tmp/log.txt"
     status=$?
     wait $board
     return $status

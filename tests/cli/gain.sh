@@ -102,7 +102,7 @@ set_sends_it_with_force() { config set "$tmp/jump.cfg" --force | grep -q '^chann
 # Any change of the configuration since the last landing is no-go for ready, until it is said with --expect-config.
 ready_compares_with_the_landing() { # RUN 1 of the board as built in
     timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
-    timeout 600 $matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
+    timeout 600 $matrig --quiet log --all --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
     wait
     ready
     [ $? = 1 ] && grep -Eq '^NO-GO +configuration .*as RUN 1 had' "$tmp/ready.txt" && ready --expect-config "$tmp/jump.cfg"

@@ -28,7 +28,7 @@ configure() { # N.set
 play() { # N
     build/matrig-board --elf $elf --flash "$tmp/flash.bin" --nor "$tmp/nor.bin" --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" \
         --rig "$tmp/$1.run" --faults "$tmp/$1.faults" --seed "$1" 2>"$tmp/$1.err" &&
-        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/$1.txt" 2>"$tmp/$1.log"
+        $matrig --quiet log --all --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/$1.txt" 2>"$tmp/$1.log"
 }
 ask() { sqlite3 "$db" "$1"; }
 again() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.$2')"; }

@@ -80,7 +80,7 @@ a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-g
 }
 a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
     timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
-    build/matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
+    build/matrig --quiet log --all --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
     wait
     cat "$tmp/log.txt"
     grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && grep -q '^RUN 1: .*, done, UNCALIBRATED$' "$tmp/log.txt" && build/matrig show "$tmp/campaign.db" | grep 'done, UNCALIBRATED' && build/matrig compare "$tmp/campaign.db" 1 | grep '^RUN  *1, UNCALIBRATED$' && build/matrig export "$tmp/campaign.db" 1 --format csv | grep '^# UNCALIBRATED' &&
@@ -214,7 +214,7 @@ swapped_switches() {
         grep -Eq '^switch 8 \(32\.5 ft\): step of 7[12]\.[0-9] codes, configured 72$' "$tmp/ready.txt"
 }
 a_walk_is_no_landing() { # what the board said on CAN meanwhile: edges, but no landing, no record in the black box
-    build/matrig --quiet log --can "file:$tmp/walk.log" --db "$tmp/walklog.db" >"$tmp/log.txt" 2>&1
+    build/matrig --quiet log --all --can "file:$tmp/walk.log" --db "$tmp/walklog.db" >"$tmp/log.txt" 2>&1
     cat "$tmp/log.txt"
     [ "$(sqlite3 "$tmp/walklog.db" 'select count(*) from landings')" = 0 ] && [ "$(grep -c ' 090#' "$tmp/walk.log")" = 24 ] && ! grep -Eq ' 0A0#0[1-4]' "$tmp/walk.log" &&
         grep -q ' 0C0#0200' "$tmp/walk.log" && ! grep -Eq ' 0C0#02(0[1-9]|[1-9A-F].)' "$tmp/walk.log"

@@ -7,7 +7,7 @@ db=$tmp/campaign.db
 show() { $matrig --quiet show "$@"; }
 
 played --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run 2>/dev/null
-$matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >"$tmp/log.txt"
+$matrig --quiet log --all --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >"$tmp/log.txt"
 
 # --- nothing yet ---
 empty_says_what_to_do() {

@@ -166,7 +166,7 @@ report_has_them() {
 outlives_a_power_cut() {
     printf 'matrig-faults 1\nat 4.7 power-cut 30\n' >"$tmp/cut.faults" &&
         build/matrig-board --elf build/firmware/matrig.elf --rig tests/runs/landing5.run --faults "$tmp/cut.faults" --can "file:$tmp/cut.can" \
-            --serial "file:$tmp/cut.serial" 2>"$tmp/cut.board" && $matrig --quiet log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt"
+            --serial "file:$tmp/cut.serial" 2>"$tmp/cut.board" && $matrig --quiet log --all --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt"
     sqlite3 "$tmp/cut.db" 'select count(slack_in) from slack' | grep -x 42 && build/tests/again/again "$tmp/cut.db" 1 | grep '"possible":true.*"differ":0,'
 }
 

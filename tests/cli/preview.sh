@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The quick look: a summary and a page without a command, also when a cable comes off in the middle of the landing. The links here are
+# The preview: a summary and a page without a command, also when a cable comes off in the middle of the landing. The links here are
 # sockets that bring what a board said, then nothing, and stay open. Two cases run side by side.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
@@ -49,11 +49,11 @@ os.set_blocking(log.stdout.fileno(), False)
 said, page = b"", tmp + "/" + name + ".html"
 while time.time() - begun < 10:
     said += log.stdout.read() or b""
-    if b"faults  " in said and os.path.exists(page) and b"</html>" in open(page, "rb").read():
+    if b"  more  " in said and os.path.exists(page) and b"</html>" in open(page, "rb").read():
         break
     time.sleep(0.05)
 else:
-    print("no quick look within 10 s")
+    print("no preview within 10 s")
 print("after %.1f s:" % (time.time() - begun))
 print(said.decode())
 log.terminate()
@@ -72,14 +72,14 @@ whole() { # for comparison: both links to their end
 }
 one_cable_off() {
     cat "$tmp/half.said"
-    ! grep -Eq 'no quick look|nothing comes any more' "$tmp/half.said" && grep -q '^RUN 1: landing 5, done' "$tmp/half.said" &&
+    ! grep -Eq 'no preview|nothing comes any more' "$tmp/half.said" && grep -q '^RUN 1: landing 5, done' "$tmp/half.said" &&
         [ "$(sqlite3 "$tmp/half.db" "select count(*) from gaps where cause='silence' and link=1")" = 1 ] || return 1
     # the edges come by CAN as well: what the whole record says
     whole && diff <(grep -E '^  touchdown' "$tmp/half.said") <(grep -E '^  touchdown' "$tmp/whole.said")
 }
 all_silent() {
     cat "$tmp/none.said"
-    ! grep -q 'no quick look' "$tmp/none.said" && grep -q 'nothing comes any more of RUN 1' "$tmp/none.said" &&
+    ! grep -q 'no preview' "$tmp/none.said" && grep -q 'nothing comes any more of RUN 1' "$tmp/none.said" &&
         grep -q '^  stop  *not known: the record ends while the gear moves' "$tmp/none.said" && grep -q '^  touchdown  *35\.[45]' "$tmp/none.said"
 }
 pages() {
