@@ -30,9 +30,12 @@ images := $(foreach board,$(boards),$(call image_files,$(call board_elf,$(board)
 board_tables := $(B)/host/firmware/boards/tables.o
 
 $(app_lib): $(call objects,host,$(app_src))
-# Where all is for size, what firmware/hot.txt has is for speed.
-hot := $(if $(filter -Os,$(ARM_CFLAGS)),$(shell awk '!/^\#/ {print $$2}' firmware/hot.txt))
-$(foreach folder,arm $(boards:%=arm/%),$(hot:%=$(B)/$(folder)/%.o)): ARM_FLAGS += -O2
+# Where all is for size, what firmware/hot.txt has is for speed, at the level that it gives.
+hot = $(if $(filter -Os,$(ARM_CFLAGS)),$(shell awk '$$3 == "$(1)" {print $$2}' firmware/hot.txt))
+define hot_rule
+$(foreach folder,arm $(boards:%=arm/%),$(patsubst %,$(B)/$(folder)/%.o,$(call hot,$(1)))): ARM_FLAGS += $(1)
+endef
+$(foreach level,-O2 -O3,$(if $(call hot,$(level)),$(eval $(call hot_rule,$(level)))))
 # The compiler would make calls of memset and memcpy of what these are.
 $(B)/arm/firmware/libc/libc.o: ARM_FLAGS += -fno-tree-loop-distribute-patterns -fno-builtin
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
