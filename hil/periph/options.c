@@ -2,6 +2,7 @@
 
 #include <stddef.h>
 
+#include "common/emulated.h"
 #include "common/image.h"
 
 #define P(letter, pin)      \
@@ -151,6 +152,6 @@ void hil_options_default(struct hil_options *options)
         .adc_noise = true,
         .cpi = 1.0,
         .temperature_c = 20.0,
-        .uid = {0x00310042u, 0x5847500fu, 0x20343635u},
+        .uid = {0x00310042u, MR_EMULATED_LOT << 8 | 0x0fu, 0x20343635u},
     };
 }

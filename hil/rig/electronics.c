@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "common/emulated.h"
 #include "hil/core/state.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/options.h"
@@ -211,13 +212,12 @@ void hil_electronics_make(struct hil_electronics *electronics, const struct hil_
 void hil_electronics_identity(uint64_t seed, uint32_t uid[3])
 {
     uint64_t random = seed * 0xd1342543de82ef95ull + 0x2545f4914f6cdd1dull;
-    uint8_t lot[7];
+    uint8_t lot[4];
     uint64_t place = mr_splitmix64(&random);
-    for (unsigned i = 0; i < 7; i++)
+    for (unsigned i = 0; i < 4; i++)
         lot[i] = (uint8_t)('0' + mr_splitmix64(&random) % 10u);
     uid[0] = (uint32_t)(place & 0xffu) | (uint32_t)(place >> 8 & 0xffu) << 16;
-    uid[1] = (uint32_t)(1u + (place >> 16) % 25u) | (uint32_t)lot[0] << 8 | (uint32_t)lot[1] << 16 |
-             (uint32_t)lot[2] << 24;
-    uid[2] = (uint32_t)lot[3] | (uint32_t)lot[4] << 8 | (uint32_t)lot[5] << 16 |
-             (uint32_t)lot[6] << 24;
+    uid[1] = (uint32_t)(1u + (place >> 16) % 25u) | MR_EMULATED_LOT << 8;
+    uid[2] = (uint32_t)lot[0] | (uint32_t)lot[1] << 8 | (uint32_t)lot[2] << 16 |
+             (uint32_t)lot[3] << 24;
 }

@@ -66,7 +66,7 @@ void hil_electronics_make(struct hil_electronics *electronics, const struct hil_
                           const struct hil_figures *figures);
 
 /* The unique identifier of the chip on the board that this seed draws: its place on the wafer, the
- * wafer and its lot (RM0090 39.1). */
+ * wafer and its lot (RM0090 39.1), which marks it as emulated (common/emulated.h). */
 void hil_electronics_identity(uint64_t seed, uint32_t uid[3]);
 
 /* Zero of a bridge whose balance trim reaches `range_lb` either way and is set to `left_lb`. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/emulated.h"
 #include "host/base/xmalloc.h"
 
 #define CLOCK_TOLERANCE  0.01   /* the internal oscillator's, taken as a standard error */
@@ -355,8 +356,6 @@ static void find_extremes(const struct measured *measured, struct measured_chann
                           size_t from)
 {
     measured_peaks(measured, channel, from, &channel->high, &channel->low);
-    bool up = fabs(channel->high) >= fabs(channel->low);
-    channel->peak = up ? channel->high : channel->low;
     channel->end = (double)NAN;
     if (measured->samples > MEASURED_END_BLOCKS)
         channel->end = measured_smooth(measured, channel,
@@ -365,8 +364,19 @@ static void find_extremes(const struct measured *measured, struct measured_chann
     double samples = measured_peak_samples(channel);
     channel->high_error = measured_error(measured, channel, channel->high, samples);
     channel->low_error = measured_error(measured, channel, channel->low, samples);
-    channel->error = up ? channel->high_error : channel->low_error;
     channel->end_error = measured_error(measured, channel, channel->end, MEASURED_END_BLOCKS);
+    /* The value at the end is one of those between the extremes, and has less noise than they. */
+    if (channel->end > channel->high) {
+        channel->high = channel->end;
+        channel->high_error = channel->end_error;
+    }
+    if (channel->end < channel->low) {
+        channel->low = channel->end;
+        channel->low_error = channel->end_error;
+    }
+    bool up = fabs(channel->high) >= fabs(channel->low);
+    channel->peak = up ? channel->high : channel->low;
+    channel->error = up ? channel->high_error : channel->low_error;
 }
 
 static void find_missing(const struct measured *measured, struct measured_channel *channel,
@@ -444,6 +454,12 @@ const char *measured_marks(const struct measured *measured)
 {
     static const char *const marks[] = {"", ", torn", ", UNCALIBRATED", ", torn, UNCALIBRATED"};
     return marks[measured->torn + 2 * measured->uncalibrated];
+}
+
+bool measured_is_emulated(const struct measured *measured)
+{
+    const char *uid = measured->landing.board_uid;
+    return strlen(uid) == 24 && strncmp(uid + 8, MR_EMULATED_LOT_TEXT, 6) == 0;
 }
 
 void measured_free(struct measured *measured)

@@ -665,12 +665,13 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
         const struct answer_item *column = &answer->item[index[c]];
-        fputs("<th>", out);
+        fputs(column->kind <= ANSWER_COUNT ? "<th class=\"n\">" : "<th>", out);
         for (const char *at = column->label; *at; at++)
             html_bytes(out, *at == '|' ? " " : at, 1);
         if (column->unit && column->unit->text[0]) {
-            fputs(", ", out);
+            fputs(" (", out);
             html_text(out, column->unit->text);
+            fputc(')', out);
         }
         fputs("</th>", out);
     }

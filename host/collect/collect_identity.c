@@ -256,27 +256,25 @@ static enum mr_status board_image(struct collector *collector, struct side *side
  *
  * The configuration that a board tells word by word, into the database. */
 
-static bool is_whole(const struct side *side)
+bool collector_config_take(struct collector_config *words, const struct mr_config_image *word,
+                           struct mr_config *config)
 {
-    for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {
-        if (!side->config_present[i])
-            return false;
-    }
-    return true;
+    if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
+        return false; /* of another table */
+    if (word->offset == 0)
+        memset(words->present, 0, sizeof words->present);
+    mr_put_u32(words->image + 4u * word->offset, word->value);
+    words->present[word->offset] = 1;
+    return word->offset == MR_CONFIG_WORDS - 1 &&
+           !memchr(words->present, 0, sizeof words->present) &&
+           mr_config_decode(words->image, MR_CONFIG_IMAGE, config) == MR_OK;
 }
 
 static enum mr_status config_word(struct collector *collector, struct side *side,
                                   const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
-    if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
-        return MR_OK; /* of another table */
-    if (word->offset == 0)
-        memset(side->config_present, 0, sizeof side->config_present);
-    mr_put_u32(side->config_image + 4u * word->offset, word->value);
-    side->config_present[word->offset] = 1;
-    if (word->offset != MR_CONFIG_WORDS - 1 || !is_whole(side) ||
-        mr_config_decode(side->config_image, MR_CONFIG_IMAGE, &config) != MR_OK)
+    if (!collector_config_take(&side->config, word, &config))
         return MR_OK;
     char *text = config_text_write(&config);
     /* the last word is the CRC */

@@ -87,8 +87,7 @@ struct side {
     unsigned others;       /* hellos and identities of another board since one of this board */
     bool own_heard;        /* an identity of this board came */
     uint32_t other_uid[2]; /* of the other one, words 0 and 1 */
-    uint8_t config_image[MR_CONFIG_IMAGE]; /* as the board tells it, word by word */
-    uint8_t config_present[MR_CONFIG_WORDS];
+    struct collector_config config;
 };
 
 /* Answers to one code that are the same within a second: a flood is told once a second. */

@@ -12,11 +12,13 @@
 #include <time.h>
 
 #include "common/command.h"
+#include "common/emulated.h"
 #include "common/fault.h"
 #include "common/quantity.h"
 #include "common/risk.h"
 #include "common/wire.h"
 #include "host/board/arm_client.h"
+#include "host/board/config_text.h"
 #include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
 #include "host/base/units.h"
@@ -58,6 +60,8 @@ struct live_hub {
     unsigned slots;
     bool other_layout; /* of the board: its other messages mean something else */
     bool warned, armed;
+    struct collector_config config[LINK_KINDS];
+    bool uncalibrated; /* by the configuration, where it was received */
     int64_t heard_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
@@ -143,7 +147,7 @@ static json_t *configuration_json(const struct live_source *source)
     json_t *from = json_pack("{sosososbss?}", "db", outside(source->db), "can",
                              outside(source->can), "serial", outside(source->serial), "commands",
                              source->commands, "no_commands", source->no_commands);
-    return json_pack("{sososisosososos[iii]sisisisisisfsi}", "units", units_json(source->si),
+    return json_pack("{sososisosososos[iii]sisisisisisfsisi}", "units", units_json(source->si),
                      "source", from, "layout", (int)MR_LAYOUT, "quantities", quantities_json(),
                      "faults", texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
                      texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
@@ -151,7 +155,7 @@ static json_t *configuration_json(const struct live_source *source)
                      MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS, "risk_of_plan",
                      MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM,
                      "disarm", MR_COMMAND_DISARM, "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0,
-                     "transducers", (int)MR_TRANSDUCERS);
+                     "transducers", (int)MR_TRANSDUCERS, "emulated_lot", (int)MR_EMULATED_LOT);
 }
 
 static void put_number(FILE *out, const char *key, double value, int digits)
@@ -396,10 +400,11 @@ static json_t *state_json(const struct live_hub *hub)
                              "bad", (json_int_t)counts->bad, "foreign", (json_int_t)counts->foreign,
                              "heard_us", (json_int_t)hub->heard_us[kind]));
     }
-    return json_pack(
-        "{sIsIsssIsoso}", "now_us", (json_int_t)link_now_us(), "block", (json_int_t)block, "source",
-        record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN", "late",
-        (json_int_t)hub->buckets.late, "links", links, "readings", readings_json(&hub->buckets));
+    return json_pack("{sIsIsssIsososb}", "now_us", (json_int_t)link_now_us(), "block",
+                     (json_int_t)block, "source",
+                     record >= 0 && block - record < RECORDS_FRESH ? "serial, each ms" : "CAN",
+                     "late", (json_int_t)hub->buckets.late, "links", links, "readings",
+                     readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
 }
 
 /* What is due. Locked by the caller. */
@@ -440,6 +445,7 @@ static bool is_shown(const struct mr_message *message)
 #include "common/catalogue.def"
     case MR_PLACE_CALIBRATION:
     case MR_PLACE_CLOCK:
+    case MR_PLACE_CONFIG_IMAGE:
     case MR_PLACE_CAN_HEALTH:
     case MR_PLACE_SERIAL_HEALTH: return false;
     default: return true;
@@ -529,6 +535,27 @@ static void forget_landing(struct live_hub *hub, bool faults)
     hub->warned = false;
 }
 
+/* Puts a message among those that go out. */
+static void put_waiting(struct live_hub *hub, const char *text)
+{
+    if (!hub->waiting)
+        hub->waiting = open_memstream(&hub->waiting_text, &hub->waiting_length);
+    if (hub->waiting)
+        fprintf(hub->waiting, "%c%s", ftell(hub->waiting) > 0 ? ',' : '[', text);
+}
+
+void live_hub_notice(struct live_hub *hub, const char *words)
+{
+    pthread_mutex_lock(&hub->lock);
+    char *text = dumped(json_pack("{sssIsisnssso}", "m", "notice", "t", (json_int_t)link_now_us(),
+                                  "l", (int)LINK_SERIAL, "b", "severity", "ALARM", "notice",
+                                  outside(words)));
+    if (text)
+        put_waiting(hub, text);
+    free(text);
+    pthread_mutex_unlock(&hub->lock);
+}
+
 static void show(struct live_hub *hub, const struct collector_event *event)
 {
     const struct mr_message *m = event->message;
@@ -542,10 +569,7 @@ static void show(struct live_hub *hub, const struct collector_event *event)
         free(text);
         return;
     }
-    if (!hub->waiting)
-        hub->waiting = open_memstream(&hub->waiting_text, &hub->waiting_length);
-    if (hub->waiting)
-        fprintf(hub->waiting, "%c%s", ftell(hub->waiting) > 0 ? ',' : '[', text);
+    put_waiting(hub, text);
     bool warns = m->place == MR_PLACE_ZONE_LEAD && m->as.zone_lead.warning;
     if (warns && !hub->warned) { /* the zone that a warning begins with, before its lead */
         const struct slot *zone = find_slot(hub, key_of(MR_PLACE_ZONE, event->link, 0));
@@ -571,6 +595,10 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
         forget_landing(hub, true);
         turn(hub);
     }
+    struct mr_config config;
+    if (m->place == MR_PLACE_CONFIG_IMAGE &&
+        collector_config_take(&hub->config[event->link], &m->as.config_image, &config))
+        hub->uncalibrated = config_text_undated(&config) != 0;
     if (m->place == MR_PLACE_HELLO)
         hub->other_layout = m->as.hello.layout != MR_LAYOUT;
     bool armed = m->place == MR_PLACE_LANDING && m->as.landing.state == MR_LANDING_ARMED;

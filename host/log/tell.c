@@ -319,7 +319,7 @@ void logger_note_orders(struct logger *logger)
         enum mr_status status = (enum mr_status)order.ack.status;
         bool is_typed = order.own && typed->sent && order.ack.tag == typed->command.tag &&
                         order.ack.code == typed->command.code;
-        char more[60] = "";
+        char more[60] = "", words[300];
         if (is_typed) { /* typed_turn reports its outcome */
             typed->answered = true;
             typed->answer = status;
@@ -327,11 +327,14 @@ void logger_note_orders(struct logger *logger)
         }
         if (order.more)
             snprintf(more, sizeof more, " (%u times more before)", order.more);
-        logger_clear_progress(logger);
-        cli_note(logger->cli, "%s \"%s\"; the board %s%s%s",
+        snprintf(words, sizeof words, "%s \"%s\"; the board %s%s%s",
                  order.own ? "the page ordered" : "another program ordered",
                  mr_command_name(order.ack.code), status == MR_OK ? "obeyed" : "refused it: ",
                  status == MR_OK ? "" : mr_status_text(status), more);
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s", words);
+        if (logger->live.hub && !order.own)
+            live_hub_notice(logger->live.hub, words);
     }
 }
 

@@ -28,44 +28,44 @@ static const struct report_moved *largest_movement(const struct report_facts *fa
     return largest;
 }
 
-/* "57.1 to 71.4" in the unit of its head; a dash where it is not known. */
-static struct answer_fact *span(struct answer *answer, const char *label, bool known,
-                                double start_ft, double end_ft)
+/* Two columns: "zone start" and "zone end"; dashes where they are not known. */
+static void span(struct answer *answer, const char *label, bool known, double start_ft,
+                 double end_ft)
 {
-    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     char head[CHART_LABEL];
-    chart_label(head, label, UNIT_STATION, answer_in_si(answer));
-    return known ? answer_words(answer, NULL, head, "%.1f to %.1f", station->factor * start_ft,
-                                station->factor * end_ft)
-                 : answer_words(answer, NULL, head, "\xe2\x80\x93");
+    snprintf(head, sizeof head, "%s start", label);
+    answer_value(answer, NULL, head, UNIT_STATION, known ? start_ft : none, 1);
+    snprintf(head, sizeof head, "%s end", label);
+    answer_value(answer, NULL, head, UNIT_STATION, known ? end_ft : none, 1);
 }
 
 static void summary_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *warning = &facts->warning;
     const struct report_moved *largest = largest_movement(facts);
-    char head[CHART_LABEL];
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
-    answer_words(answer, NULL, "landing", "%lld, %s%s", (long long)facts->landing.board_landing,
-                 mr_landing_state_text((unsigned)facts->landing.state), facts->marks);
+    answer_count(answer, NULL, "landing", facts->landing.board_landing);
+    answer_words(answer, NULL, "state", "%s%s%s",
+                 mr_landing_state_text((unsigned)facts->landing.state), facts->marks,
+                 facts->emulated ? ", emulated" : "");
     answer_words(answer, NULL, "switches", "%zu of %zu", facts->gates, facts->switches);
     answer_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
                     facts->speed_ft_s.error, 3);
     answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
                     facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
-    answer_value(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value, 1);
-    answer_value(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
-                 largest ? largest->peak : none, 3);
+    answer_estimate(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value, facts->stop_ft.error,
+                    3);
+    answer_estimate(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
+                    largest ? largest->peak : none, largest ? largest->error : none, 3);
     answer_value(answer, NULL, "at station", UNIT_STATION, largest ? largest->station_ft : none, 0);
-    if (warning->warned)
-        span(answer, "zone warned of", true, warning->start_ft, warning->end_ft)->warn = true;
-    else
-        answer_words(answer, NULL,
-                     chart_label(head, "zone warned of", UNIT_STATION, answer_in_si(answer)), "%s",
-                     facts->source == MEASURED_IMPORT ? "no board watched"
-                     : facts->unheard                 ? "not known"
-                                                      : "none");
+    answer_words(answer, NULL, "warning", "%s",
+                 warning->warned                    ? "yes"
+                 : facts->source == MEASURED_IMPORT ? "no board"
+                 : facts->unheard                   ? "not known"
+                                                    : "none")
+        ->warn = warning->warned;
+    span(answer, "zone", warning->warned, warning->most_start_ft, warning->most_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost);
 }
 
@@ -85,7 +85,11 @@ static void landings_table(const struct report *report, FILE *out, const char *n
 static void summary(const struct report *report, FILE *out)
 {
     if (report->landings)
-        landings_table(report, out, "\xc2\xb1 is one standard error.", summary_row);
+        landings_table(
+            report, out,
+            "\xc2\xb1 is one standard error. Zone: the longest one that the board warned "
+            "of.",
+            summary_row);
 }
 
 /* ---- cumulative displacement (report figs. 4.5, 4.6, 5.2) ---- */
@@ -138,7 +142,8 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
                                              profile->value, named ? half : NULL, MR_TRANSDUCERS});
         look += named;
     }
-    figure_end(&figure, NULL, "%s%s", caption, step > 1 ? " Not every line is named." : "");
+    figure_end(&figure, NULL, "%s%s", caption,
+               step > 1 ? " Thin lines: landings that the key leaves out." : "");
 }
 
 static void profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
@@ -196,9 +201,9 @@ static void cumulative(const struct report *report, FILE *out)
         }
         draw_profiles(out, profile, count, "cumulative displacement",
                       "cumulative displacement against station, after each landing",
-                      "Downfield is positive; the sum of what each landing left, with 95 % "
-                      "errors; where a reading is missing it is not known from then on. As report "
-                      "figs. 4.5 and 4.6.",
+                      "Sum of the displacements that remained after each landing, with 95 % "
+                      "intervals; downfield is positive. The sum ends where a reading is missing. "
+                      "Compare report figs. 4.5 and 4.6.",
                       si);
         profile_table(out, profile, count, si);
         last[series] = profile[count - 1];
@@ -209,16 +214,26 @@ static void cumulative(const struct report *report, FILE *out)
         fputs("<h3>Series against each other</h3>\n", out);
         draw_profiles(out, last, series, "cumulative displacement",
                       "cumulative displacement against station, of each series",
-                      "What each series left in all. As report fig. 5.2.", si);
+                      "Sum over each series. Compare report fig. 5.2.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
         profile_of(&report->facts[i], NULL, true, &profile[i]);
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
                   "peak movement against station, a line per landing",
-                  "Largest movement within each landing, by station.", si);
+                  "Largest movement during each landing, by station.", si);
     free(profile);
     free(last);
+}
+
+/* ---- two landings on one axis: the page draws it from the landings' own figures ---- */
+
+static void overlay(const struct report *report, FILE *out)
+{
+    struct figure figure = figure_begin(out, report->si, "two landings on one axis", 2,
+                                        FIGURE_EACH);
+    figure_end(&figure, NULL,
+               "Speed against time since touchdown, and displacement against gear position.");
 }
 
 /* ---- zones over the landings ---- */
@@ -283,12 +298,12 @@ static void zone_row(const struct zone_rows *rows, size_t row, const struct repo
 
 static void zones(const struct report *report, FILE *out)
 {
-    static const char *const keys[] = {"warned",   "longest zone while it warned",
+    static const char *const keys[] = {"warned",   "longest zone warned of",
                                        "reported", "longest zone reported, no warning",
-                                       "closed",   "found closed at the end",
-                                       "behind",   "reported last",
-                                       "stop",     "the stop",
-                                       "seen",     "wave or break seen, with its panels",
+                                       "closed",   "measured closed at the end",
+                                       "behind",   "last zone reported",
+                                       "stop",     "stop of the wheel",
+                                       "seen",     "wave or break observed, with its panels",
                                        NULL};
     for (size_t first = 0; first < report->landings; first += ZONE_ROWS) {
         size_t left = report->landings - first;
@@ -309,8 +324,9 @@ static void zones(const struct report *report, FILE *out)
             zone_row(&rows, i, report);
         figure_end(&figure, keys, "%s",
                    left > ZONE_ROWS ? ""
-                                    : "Reported: by the board's predictor. Found: from survey and "
-                                      "transducers (no bar: not surveyed, or open).");
+                                    : "Reported: by the board's predictor. Measured: from survey "
+                                      "and transducers; without a bar the joints were open or not "
+                                      "surveyed.");
     }
 }
 
@@ -328,7 +344,8 @@ static unsigned bands_of(const struct report *report)
 
 static void draw_tension(const struct report *report, unsigned bands, FILE *out)
 {
-    double *x = xmalloc(2 * (report->landings + 1) * sizeof *x), *y = x + report->landings + 1;
+    const size_t most = report->landings + 1;
+    double *x = xmalloc(3 * most * sizeof *x), *y = x + most, *half = y + most;
     char name[20];
     struct figure figure = figure_begin(
         out, report->si, "average change of band tension against deceleration", 1, FIGURE_ZERO);
@@ -347,16 +364,18 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
                 if (!facts->fitted || facts->band[b].gages == 0)
                     continue;
                 x[count] = facts->deceleration_ft_s2.value;
+                half[count] = SUMMARY_95 *
+                              (rose ? facts->band[b].rose_error_lb : facts->band[b].fell_error_lb);
                 y[count++] = rose ? facts->band[b].rose_lb : facts->band[b].fell_lb;
             }
-            const char *kind = b + 1 < bands ? "rings" : "points";
-            figure_series(&figure, &(struct chart_series){name, b, kind, x, y, NULL, count});
+            figure_series(&figure, &(struct chart_series){name, b, "apart", x, y, half, count});
         }
     }
-    figure_end(&figure, NULL,
-               "Change of tension after the first switch, mean over a band's gages: largest fall "
-               "(below 0) and largest rise (above). Where bands change alike the mark of one "
-               "lies inside that of the other. As report fig. 5.3.");
+    figure_end(
+        &figure, NULL,
+        "Change of tension after the first switch, mean over the gages of a band, with 95 %% "
+        "intervals: largest fall (below 0) and largest rise (above 0). Marks of the bands "
+        "stand side by side. Compare report fig. 5.3.");
     free(x);
 }
 
@@ -373,9 +392,11 @@ static void tension_row(const struct report_facts *facts, struct answer *answer)
         if (facts->band[b].gages == 0)
             continue;
         snprintf(head, sizeof head, "band %u: largest fall", b + 1);
-        answer_value(answer, NULL, head, UNIT_TENSION, facts->band[b].fell_lb, 2);
+        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fell_lb,
+                        facts->band[b].fell_error_lb, 2);
         snprintf(head, sizeof head, "band %u: largest rise", b + 1);
-        answer_value(answer, NULL, head, UNIT_TENSION, facts->band[b].rose_lb, 2);
+        answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].rose_lb,
+                        facts->band[b].rose_error_lb, 2);
     }
 }
 
@@ -406,16 +427,17 @@ static void compared_row(const struct report_facts *facts, struct answer *answer
     const struct compare_mean *mean = &compared->mean;
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
-    answer_words(answer, NULL, "against", "%s", compared->against);
+    answer_words(answer, NULL, "simulation", "%s", compared->against);
     answer_words(answer, NULL, "channels", "%zu of %zu", mean->channels, compared->channels);
-    answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean->bias_in, 4);
-    answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean->rms_in, 4);
-    answer_value(answer, NULL, "worst rms", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
-    answer_value(answer, NULL, "worst En of a peak", UNIT_NUMBER, mean->peak_en, 1)->bounded = true;
-    overlap(answer, "longest zone, mats", &compared->longest);
-    overlap(answer, "of the board, mats", &compared->longest_board);
-    overlap(answer, "zone at rest, mats", &compared->rest);
-    answer_value(answer, NULL, "own error", UNIT_DISPLACEMENT, compared->error_in, 4);
+    answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, mean->bias_in, 4);
+    answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, mean->rms_in, 4);
+    answer_value(answer, NULL, "worst channel, RMS", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
+    answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->peak_en, 1)->bounded =
+        true;
+    overlap(answer, "longest zone (mats)", &compared->longest);
+    overlap(answer, "longest zone by the board (mats)", &compared->longest_board);
+    overlap(answer, "zone at rest (mats)", &compared->rest);
+    answer_value(answer, NULL, "simulation error", UNIT_DISPLACEMENT, compared->error_in, 4);
 }
 
 static void compared(const struct report *report, FILE *out)
@@ -437,17 +459,17 @@ static void compared(const struct report *report, FILE *out)
     if (rows > 1) { /* all together, weighted by their samples */
         answer_row(answer);
         answer_words(answer, NULL, "RUN", "all");
-        answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, sum / samples, 4);
-        answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, sqrt(squares / samples), 4);
+        answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, sum / samples, 4);
+        answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, sqrt(squares / samples), 4);
     }
     answer_close(answer);
     if (rows)
         answer_sentence(answer, NULL,
-                        "Each landing with the newest comparison that the campaign keeps. "
-                        "Differences are measured less simulated, over all samples of all "
-                        "channels. Zones: mats that measured and simulated (or the board) both "
-                        "have, of those that either has. Own error: the simulation's own "
-                        "estimate.");
+                        "Newest comparison of each landing. Differences are measured minus "
+                        "simulated, over all samples of all channels. En: difference over its "
+                        "expanded (95 %%) uncertainty; up to 1 agrees. Zones: mats that both "
+                        "records have closed, of those that either has. Simulation error: the "
+                        "simulation's own estimate, one standard error.");
     report_answer(answer, out);
 }
 
@@ -460,26 +482,26 @@ static void predictor_row(const struct report_facts *facts, struct answer *answe
     const bool watched = facts->source != MEASURED_IMPORT;
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id);
-    answer_count(answer, NULL, "statements", (int64_t)facts->statements);
-    answer_words(answer, NULL, "worst", "%s%s",
+    answer_count(answer, NULL, "zone reports", (int64_t)facts->statements);
+    answer_words(answer, NULL, "highest level", "%s%s",
                  w->warned             ? "warning"
-                 : !watched            ? "no board watched"
+                 : !watched            ? "no board"
                  : worst == STORE_NONE ? "no warning"
                                        : mr_predictor_verdict_text((unsigned)worst),
-                 !w->warned && watched && facts->unheard ? ", as far as it was heard" : "")
+                 !w->warned && watched && facts->unheard ? ", as far as received" : "")
         ->warn = w->warned;
     answer_value(answer, NULL, "first warning", UNIT_TIME, w->warned ? w->t_s : none, 3);
     answer_words(
-        answer, NULL, "because", "%s",
+        answer, NULL, "reason", "%s",
         w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason) : "");
-    span(answer, "zone then", w->warned, w->start_ft, w->end_ft);
-    answer_value(answer, NULL, "wheel there after", UNIT_TIME,
+    span(answer, "first zone", w->warned, w->start_ft, w->end_ft);
+    answer_value(answer, NULL, "wheel at it after", UNIT_TIME,
                  w->warned && w->reached ? w->true_lead_s : none, 3);
-    answer_value(answer, NULL, "first lead given", UNIT_TIME, w->warned ? w->lead_s : none, 3);
-    answer_value(answer, NULL, "it became", UNIT_TIME, w->warned ? w->lead_became_s : none, 3);
-    answer_count(answer, NULL, "longest, mats", w->warned ? w->most_mats : ANSWER_UNKNOWN);
-    span(answer, "longest", w->warned, w->most_start_ft, w->most_end_ft);
-    span(answer, "last reported", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
+    answer_value(answer, NULL, "predicted lead", UNIT_TIME, w->warned ? w->lead_s : none, 3);
+    answer_value(answer, NULL, "actual lead", UNIT_TIME, w->warned ? w->lead_became_s : none, 3);
+    answer_count(answer, NULL, "longest zone (mats)", w->warned ? w->most_mats : ANSWER_UNKNOWN);
+    span(answer, "longest zone", w->warned, w->most_start_ft, w->most_end_ft);
+    span(answer, "last zone", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
 }
 
 static void predictor(const struct report *report, FILE *out)
@@ -489,42 +511,41 @@ static void predictor(const struct report *report, FILE *out)
         statements += report->facts[i].statements;
     if (statements)
         landings_table(report, out,
-                       "Times since touchdown, by the board's clock, at the beginning of the block "
-                       "that decided. A dash: none was given, or the wheel did not reach it in the "
-                       "record. No warning is no clearance.",
+                       "Times count from touchdown, by the board's clock, at the start of the "
+                       "block (1 ms) in which the board decided. Predicted lead: the first lead "
+                       "time that the board reported. A dash: no value, or the wheel did not reach "
+                       "the zone. The absence of a warning is not a clearance.",
                        predictor_row);
 }
 
 /* Advice, warnings and outcomes. */
 static void record_row(const struct record_row *row, struct answer *answer)
 {
-    static const char *const warned[] = {[RECORD_UNWATCHED] = "no board watched",
-                                         [RECORD_WARNED] = "warned",
-                                         [RECORD_QUIET] = "quiet",
-                                         [RECORD_UNHEARD] = "not all heard"};
-    static const char *const came[] = {"not known", "came", "did not come"};
+    static const char *const warned[] = {[RECORD_UNWATCHED] = "no board",
+                                         [RECORD_WARNED] = "yes",
+                                         [RECORD_QUIET] = "none",
+                                         [RECORD_UNHEARD] = "not known"};
+    static const char *const came[] = {"not known", "yes", "no"};
     const struct outcome *outcome = &row->outcome;
     answer_row(answer);
     answer_count(answer, NULL, "RUN", row->run);
-    answer_words(answer, NULL, "advice", "%s%s", row->advised ? row->advice.verdict : "none",
-                 row->advised && row->off_plan ? ", landed otherwise" : "");
-    answer_value(answer, NULL, "zone, %", UNIT_NUMBER,
-                 row->advised ? 100.0 * row->advice.zone : none, 0);
-    answer_words(answer, NULL, "the board", "%s", warned[row->warned])->warn = row->warned ==
-                                                                               RECORD_WARNED;
-    answer_value(answer, NULL, "at", UNIT_TIME, row->warned_t_s, 3);
-    answer_value(answer, NULL, "zone start", UNIT_STATION, row->warned_ft, 1);
-    answer_value(answer, NULL, "risk, most", UNIT_NUMBER, row->risk_most, 2);
-    answer_words(answer, NULL, "a zone", "%s", row->is_void ? "void" : came[outcome->came]);
-    answer_count(answer, NULL, "longest, mats", outcome->mats);
-    answer_value(answer, NULL, "start", UNIT_STATION, outcome->mats > 0 ? outcome->start_ft : none,
-                 1);
-    answer_value(answer, NULL, "50 mats at", UNIT_TIME, outcome->t_s, 2);
-    answer_count(answer, NULL, "left at the wheel, mats", outcome->left_mats);
-    answer_words(answer, NULL, "waves, breaks seen", "%zu, %zu", outcome->waves, outcome->breaks);
     answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
-    answer_value(answer, NULL, "lead", UNIT_TIME, row->lead_s, 2);
-    answer_words(answer, NULL, "known by", "%s",
+    answer_words(answer, NULL, "advice", "%s%s", row->advised ? row->advice.verdict : "none",
+                 row->advised && row->off_plan ? ", not flown as planned" : "");
+    answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
+                 row->advised ? 100.0 * row->advice.zone : none, 0);
+    answer_words(answer, NULL, "warning", "%s", warned[row->warned])->warn = row->warned ==
+                                                                             RECORD_WARNED;
+    answer_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
+    answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->risk_most, 2);
+    answer_words(answer, NULL, "zone reached", "%s", row->is_void ? "void" : came[outcome->came]);
+    answer_count(answer, NULL, "measured zone (mats)", outcome->mats);
+    answer_value(answer, NULL, "50 mats reached at", UNIT_TIME, outcome->t_s, 2);
+    answer_count(answer, NULL, "closed mats after", outcome->left_mats);
+    answer_count(answer, NULL, "waves observed", (int64_t)outcome->waves);
+    answer_count(answer, NULL, "breaks observed", (int64_t)outcome->breaks);
+    answer_value(answer, NULL, "lead time", UNIT_TIME, row->lead_s, 2);
+    answer_words(answer, NULL, "evidence", "%s",
                  row->verdict == RECORD_NOT_KNOWN ? row->why : outcome_basis_text(outcome->basis));
 }
 
@@ -539,11 +560,12 @@ static void warnings(const struct report *report, FILE *out)
     for (size_t i = 0; i < record->rows; i++)
         record_row(&record->row[i], answer);
     answer_close(answer);
-    answer_sentence(answer, NULL,
-                    "A zone: 50 closed mats or more that the wheel reached before it stopped, by "
-                    "survey and transducers or by what people saw, never by the predictor. "
-                    "Longest: of those that the wheel reached. Times since touchdown. Left at the "
-                    "wheel: by the survey after the landing.");
+    answer_sentence(
+        answer, NULL,
+        "Zone reached: the wheel reached at least 50 closed mats before it stopped, by "
+        "survey and transducers or by observation, never by the predictor. Measured "
+        "zone: the longest one that the wheel reached. Closed mats after: at the wheel, "
+        "by the survey after the landing. Times count from touchdown.");
     report_answer(answer, out);
 }
 
@@ -567,26 +589,27 @@ static void advice_row(const struct report *report, const struct store_advice *a
     const struct report_facts *facts = landing_after(report, advice);
     answer_row(answer);
     answer_count(answer, NULL, "advice", (int64_t)number);
-    answer_words(answer, NULL, "verdict", "%s", advice->verdict)->warn = strcmp(advice->verdict,
-                                                                                "against") == 0;
+    answer_words(answer, NULL, "recommendation", "%s", advice->verdict)->warn =
+        strcmp(advice->verdict, "against") == 0;
     answer_value(answer, NULL, "planned speed", UNIT_SPEED, advice->speed_ft_s, 1);
     answer_value(answer, NULL, "planned braking", UNIT_DECELERATION, advice->deceleration_ft_s2, 2);
-    answer_value(answer, NULL, "zone, %", UNIT_NUMBER, 100.0 * advice->zone, 0);
-    answer_words(answer, NULL, "95 % of it", "%.0f to %.0f", 100.0 * advice->zone_low,
+    answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER, 100.0 * advice->zone, 0);
+    answer_words(answer, NULL, "95 % interval (%)", "%.0f to %.0f", 100.0 * advice->zone_low,
                  100.0 * advice->zone_high);
-    answer_value(answer, NULL, "limit, %", UNIT_NUMBER, 100.0 * advice->most, 0);
-    answer_value(answer, NULL, "hardest braking", UNIT_DECELERATION, advice->hardest_ft_s2, 1);
+    answer_value(answer, NULL, "limit (%)", UNIT_NUMBER, 100.0 * advice->most, 0);
+    answer_value(answer, NULL, "hardest braking allowed", UNIT_DECELERATION, advice->hardest_ft_s2,
+                 1);
     answer_count(answer, NULL, "RUN", facts ? facts->landing.id : ANSWER_UNKNOWN);
-    answer_value(answer, NULL, "its speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : none, 1);
-    answer_value(answer, NULL, "its braking", UNIT_DECELERATION,
+    answer_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : none, 1);
+    answer_value(answer, NULL, "braking", UNIT_DECELERATION,
                  facts ? facts->deceleration_ft_s2.value : none, 2);
-    answer_words(answer, NULL, "the board then", "%s",
-                 !facts                      ? "to come"
-                 : !facts->warning.warned    ? "no warning"
-                 : facts->warning.reached    ? "warned, the wheel reached the zone"
-                 : facts->warning.path_known ? "warned, the wheel did not reach it"
-                                             : "warned");
-    answer_words(answer, NULL, "why", "%s", advice->reason);
+    answer_words(answer, NULL, "warning in the landing", "%s",
+                 !facts                      ? "no landing yet"
+                 : !facts->warning.warned    ? "none"
+                 : facts->warning.reached    ? "yes, wheel reached the zone"
+                 : facts->warning.path_known ? "yes, wheel stopped before the zone"
+                                             : "yes");
+    answer_words(answer, NULL, "reason", "%s", advice->reason);
 }
 
 static void advice(const struct report *report, FILE *out)
@@ -601,9 +624,9 @@ static void advice(const struct report *report, FILE *out)
     answer_close(answer);
     if (count)
         answer_sentence(answer, NULL,
-                        "By matrig advise before the landing beside it: the probability of a zone "
-                        "of 50 mats, with its sampling interval, and the limit from which on the "
-                        "advice is against it. No warning is no clearance.");
+                        "Recommendations of matrig advise, each beside the landing that followed "
+                        "it. Zone probability: of a zone of 50 closed mats, with its sampling "
+                        "interval; matrig advises against a landing from the limit on.");
     report_answer(answer, out);
     free(advice);
 }
@@ -625,10 +648,9 @@ static void series_row(const struct store_landing *landing, const struct journal
     answer_words(answer, NULL, "pattern", "%s", series->pattern);
     answer_words(answer, NULL, "modification", "%s", series->modification);
     if (journal->is_void)
-        answer_words(answer, NULL, "counts", "void: %s", journal->void_reason)->warn = true;
+        answer_words(answer, NULL, "valid", "void: %s", journal->void_reason)->warn = true;
     else
-        answer_words(answer, NULL, "counts",
-                     recalibrated ? "yes; with a corrected calibration" : "yes");
+        answer_words(answer, NULL, "valid", recalibrated ? "yes, recalibrated" : "yes");
 }
 
 static void journal(const struct report *report, FILE *out)
@@ -746,8 +768,8 @@ static void surveys_table(FILE *out, const struct store_gage_survey *rows, size_
         survey_time_text(rows[i].made_us, when, sizeof when);
         answer_row(answer);
         answer_words(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
-                     rows[i].ended_us == STORE_NONE ? ", goes on" : "");
-        answer_words(answer, NULL, "begun", "%s", when);
+                     rows[i].ended_us == STORE_NONE ? ", in progress" : "");
+        answer_words(answer, NULL, "started", "%s", when);
         answer_count(answer, NULL, "after RUN", rows[i].after_run);
         answer_words(answer, NULL, "by", "%s", rows[i].who);
         answer_words(answer, NULL, "note", "%s", rows[i].note);
@@ -762,8 +784,8 @@ static void survey_words(FILE *out, const struct survey *survey, const struct su
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
                       *station = unit_of(UNIT_STATION, si);
     fprintf(out,
-            "<p class=\"say\">Survey %lld: %zu of %zu places read, %zu confirmed; %zu of %u "
-            "segments have an opening.",
+            "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
+            "known for %zu of %u segments.",
             (long long)survey->row.id, survey_desk_read(&survey->desk), survey->desk.plan.count,
             survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))
@@ -844,16 +866,19 @@ static void draw_slow(FILE *out, const struct store_slow *rows, const double *ho
                                         FIGURE_EACH);
     struct chart_axes axes = {.x_unit = UNIT_NUMBER, .x_high = hours[count - 1], .height_px = 130};
     for (int warm = 0; warm < 2; warm++) {
-        axes.y = warm ? "temperature, C" : "mean tension";
+        axes.y = warm ? "temperature (\xc2\xb0"
+                        "C)"
+                      : "mean tension";
         axes.y_unit = warm ? UNIT_NUMBER : UNIT_TENSION;
-        axes.x = warm ? "time since the first row, h" : NULL;
+        axes.x = warm ? "time since the first row (h)" : NULL;
         figure_plot(&figure, &axes);
         for (size_t i = 0; i < count; i++)
             values[i] = warm ? rows[i].temperature_c : mean_tension(&rows[i]);
         figure_series(&figure, &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
     }
     figure_end(&figure, NULL,
-               "The slow log, a row a minute: mean of the gages, temperature of the mat.");
+               "One row a minute between the landings: mean tension of the gages, temperature of "
+               "the mat.");
 }
 
 static void slow(const struct report *report, FILE *out)
@@ -870,13 +895,14 @@ static void slow(const struct report *report, FILE *out)
 const struct report_section report_sections[] = {
     {"summary", "Summary", summary, 1},
     {"cumulative", "Cumulative displacement", cumulative, 2},
-    {"zones", "Zone map over the landings", zones, 2},
+    {"zones", "Zone map of all landings", zones, 2},
+    {"overlay", "Two landings compared", overlay, 2},
     {"tension", "Band tension against deceleration", tension, 2},
     {"advice", "Advice before the landings", advice, 0},
     {"record", "Warnings and their outcome", warnings, 0},
     {"predictor", "Predictions", predictor, 2},
     {"compared", "Measured against simulated", compared, 2},
-    {"slow", "Between the landings", slow, 0},
+    {"slow", "Tension and temperature between landings", slow, 0},
     {"journal", "Observations and notes", journal, 0},
     {"survey", "Surveys of the mat", surveys, 0},
     {NULL, NULL, NULL, 0},

@@ -16,12 +16,6 @@
 /* title, label and distance of a plot: its place is kept until it is drawn */
 #define AROUND_PX     40u
 
-const char *chart_label(char label[CHART_LABEL], const char *what, enum unit_kind kind, bool si)
-{
-    snprintf(label, CHART_LABEL, "%s, %s", what, unit_of(kind, si)->text);
-    return label;
-}
-
 /* ---- JSON inside <script> ---- */
 
 static void put_text(FILE *out, const char *text)
@@ -43,12 +37,12 @@ static void put_named(FILE *out, const char *name, const char *text)
     put_text(out, text ? text : "");
 }
 
-/* "moved, in"; nothing where an axis has no name. */
+/* "displacement (in)"; nothing where an axis has no name. */
 static void put_axis(FILE *out, const char *name, const char *what, const struct unit *unit)
 {
     char label[CHART_LABEL] = "";
     if (what)
-        snprintf(label, sizeof label, "%s%s%s", what, unit->text[0] ? ", " : "", unit->text);
+        snprintf(label, sizeof label, unit->text[0] ? "%s (%s)" : "%s", what, unit->text);
     put_named(out, name, label);
 }
 

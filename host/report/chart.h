@@ -12,7 +12,7 @@
 
 #define CHART_BEFORE_S  0.3 /* how long before touchdown and after the stop traces are shown */
 #define CHART_SETTLED_S 0.6
-#define CHART_TIME      "time since touchdown, s"
+#define CHART_TIME      "time since touchdown (s)"
 #define CHART_RUNWAY_FT 120.0
 #define CHART_LABEL     60u
 
@@ -51,8 +51,9 @@ void figure_plot(struct figure *figure, const struct chart_axes *axes);
 struct chart_series {
     const char *name; /* of its key; NULL: none */
     unsigned look;    /* colour, dash and mark */
-    /* "line", "marked" (with a few marks), "marks" (one at each point), "points", "rings" (around
-     * points of others), "dots", "whiskers" (marks with their interval), "sim", "faint" */
+    /* "line", "marked" (with a few marks), "marks" (one at each point), "points", "dots",
+     * "whiskers" (marks with their interval), "apart" (likewise, beside those of other looks),
+     * "sim", "faint" */
     const char *kind;
     const double *x, *y; /* x rises or falls; NaN: a hole */
     const double *half;  /* of an interval or band; NULL: none */
@@ -63,8 +64,5 @@ void figure_series(struct figure *figure, const struct chart_series *series);
  * in x0 or y0: over all of that axis. */
 void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
                   double y1, const char *text);
-
-/* "moved, in" */
-const char *chart_label(char label[CHART_LABEL], const char *what, enum unit_kind kind, bool si);
 
 #endif

@@ -11,6 +11,7 @@ const matrigCharts = (() => {
     if (text) e.textContent = text;
     return e;
   };
+  const squared = (text) => text.replace('/s2', '/s²');
   const number = (v) => String(Number(v.toPrecision(5)));
   Dygraph.PLUGINS = [Dygraph.Plugins.Axes, Dygraph.Plugins.Grid]; /* its legend needs styles that a strict page refuses */
 
@@ -26,7 +27,7 @@ const matrigCharts = (() => {
 
   /* ---- marks and shapes ---- */
   const CORNERS = [0, 4, 3, 4, 3], TURNED = [0, Math.PI / 4, -Math.PI / 2, 0, Math.PI / 2]; /* circle, square, triangles and a diamond */
-  const mark = (context, look, x, y, r, hollow) => {
+  const mark = (context, look, x, y, r) => {
     const n = CORNERS[look % 5];
     context.beginPath();
     if (!n) context.arc(x, y, r, 0, 2 * Math.PI);
@@ -35,13 +36,11 @@ const matrigCharts = (() => {
       context.lineTo(x + 1.3 * r * Math.cos(a), y + 1.3 * r * Math.sin(a));
     }
     context.closePath();
-    if (hollow) context.stroke();
-    else context.fill();
+    context.fill();
   };
-  const drawMark = (look, hollow) => (g, name, context, x, y, colour, size) => {
-    context.fillStyle = context.strokeStyle = colour;
-    context.lineWidth = 1.6;
-    mark(context, look, x, y, size, hollow);
+  const drawMark = (look) => (g, name, context, x, y, colour, size) => {
+    context.fillStyle = colour;
+    mark(context, look, x, y, size);
   };
   /* A line through [low, high] at each point. */
   const whiskers = (e) => {
@@ -64,6 +63,15 @@ const matrigCharts = (() => {
     const points = e.points.filter((p) => !isNaN(p.yval) && p.yval !== null), step = Math.ceil(points.length / MARKS);
     e.drawingContext.fillStyle = e.color;
     for (let i = Math.floor(step * (look % 6) / 6); i < points.length; i += step) mark(e.drawingContext, look, points[i].canvasx, points[i].canvasy, 3);
+  };
+  /* Points with their intervals, those of each look beside those of the others: none hides another. */
+  const APART_PX = 12;
+  const apart = (s, spec) => (e) => {
+    const looks = [...new Set(spec.series.filter((o) => o.k === 'apart').map((o) => o.l))];
+    for (const p of e.points) p.canvasx += APART_PX * (looks.indexOf(s.l) - (looks.length - 1) / 2);
+    whiskers(e);
+    e.drawingContext.fillStyle = e.color;
+    for (const p of e.points) if (!isNaN(p.canvasy)) mark(e.drawingContext, s.l, p.canvasx, p.canvasy, 3);
   };
   const FILLS = { closed: ['closed', 0.75], behind: ['closed', 0.28], reported: ['a', 0.3], band: ['a', 0.15] };
   /* Lines that go on from one rectangle to the next; an edge where there is room for it. */
@@ -185,9 +193,9 @@ const matrigCharts = (() => {
   const lookOf = (s) => ({
     color: hue(s.k === 'sim' ? 'b' : s.k === 'faint' ? 'rule' : HUES[s.l % 6]),
     strokePattern: s.k === 'sim' ? [5, 3] : DASHES[s.l % 6].length ? DASHES[s.l % 6] : null,
-    strokeWidth: ['points', 'rings', 'dots'].includes(s.k) ? 0 : 1.4,
-    drawPoints: ['points', 'rings', 'dots', 'marks', 'whiskers'].includes(s.k), marked: s.k === 'marked', pointSize: { dots: 1.6, rings: 6 }[s.k] || 3, hollow: s.k === 'rings',
-    drawPointCallback: drawMark(s.l, s.k === 'rings'), drawHighlightPointCallback: drawMark(s.l, s.k === 'rings'),
+    strokeWidth: ['points', 'dots', 'apart'].includes(s.k) ? 0 : 1.4,
+    drawPoints: ['points', 'dots', 'marks', 'whiskers'].includes(s.k), marked: ['marked', 'apart'].includes(s.k), pointSize: s.k === 'dots' ? 1.6 : 3,
+    drawPointCallback: drawMark(s.l), drawHighlightPointCallback: drawMark(s.l),
   });
   class Plot {
     constructor(figure, given) {
@@ -196,11 +204,11 @@ const matrigCharts = (() => {
       this.root = make(figure.plots, 'div', 'plot');
       const head = make(this.root, 'p', 'head');
       make(head, 'strong', '', given.t);
-      make(head, 'span', 'unit', given.y);
+      make(head, 'span', 'unit', squared(given.y));
       this.output = make(head, 'output');
       this.box = make(this.root, 'div', 'box');
       this.box.style.height = given.h + 'px';
-      make(this.root, 'p', 'x', given.x);
+      make(this.root, 'p', 'x', squared(given.x));
       this.xr = given.xr || xRangeOf(this.spec);
       this.graph = null;
     }
@@ -209,7 +217,7 @@ const matrigCharts = (() => {
       const escaped = (text) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;');
       const ticks = (list) => list && (() => list.map(([v, text]) => ({ v, label: escaped(text) })));
       const series = {};
-      spec.series.forEach((s, k) => { series['s' + k] = { ...lookOf(s), ...(s.k === 'whiskers' ? { plotter: (e) => { whiskers(e); Dygraph.Plotters.linePlotter(e); } } : s.k === 'marked' ? { plotter: marked(s.l) } : {}) }; });
+      spec.series.forEach((s, k) => { series['s' + k] = { ...lookOf(s), ...(s.k === 'whiskers' ? { plotter: (e) => { whiskers(e); Dygraph.Plotters.linePlotter(e); } } : s.k === 'marked' ? { plotter: marked(s.l) } : s.k === 'apart' ? { plotter: apart(s, spec) } : {}) }; });
       const y = spec.yt ? { ticker: ticks(spec.yt), drawGrid: false } : {};
       this.graph = plot(this.box, rowsOf(spec), {
         labels: ['x', ...(labels.length ? labels : ['none'])], series, dateWindow: this.xr, valueRange: this.yr, pixelRatio: ratio, axes: { y },
@@ -280,15 +288,51 @@ const matrigCharts = (() => {
           context.lineWidth = 1.6;
           if (look.strokeWidth) { context.setLineDash(look.strokePattern || []); context.beginPath(); context.moveTo(0, 6); context.lineTo(30, 6); context.stroke(); }
           context.setLineDash([]);
-          if (look.drawPoints || look.marked) mark(context, s.l, 15, 6, Math.min(look.pointSize, 5), look.hollow);
+          if (look.drawPoints || look.marked) mark(context, s.l, 15, 6, look.pointSize);
         });
       }
       for (const [kind, text] of this.given.k || []) this.key(text, (context) => shape(context, kind, kind === 'seen' || kind === 'sensor' ? 15 : 2, kind in FILLS || kind === 'warned' ? 1 : 6, 28, kind in FILLS || kind === 'warned' ? 11 : 6, 1));
     }
   }
 
+  /* ---- two landings on one axis, from the data of their own figures ---- */
+  const OVERLAID = { 'speed and deceleration': 1, 'displacement of eight': 8 }; /* so many plots of each figure */
+  const overlaid = (landing, look) => Object.entries(OVERLAID).flatMap(([name, most]) => {
+    const figure = [...landing.querySelectorAll('figure.chart')].find((f) => f.getAttribute('aria-label').startsWith(name));
+    return figure ? JSON.parse(figure.querySelector('script').textContent).p.slice(0, most).map((p) => ({
+      ...p, h: 150, xr: p.xr && p.xr[0] < 0 ? undefined : p.xr, yr: undefined, x: p.x || 'time since touchdown (s)',
+      i: p.i.filter((s) => Array.isArray(s) ? !look : s.k === 'line').map((s) => (Array.isArray(s) ? s : { ...s, n: 'RUN ' + landing.id.slice(3), l: look, k: look ? 'sim' : 'line' })),
+    })) : [];
+  });
+  const overlay = (root, changed) => {
+    const landings = [...document.querySelectorAll('section.landing')].filter((l) => overlaid(l, 0).length);
+    const line = root.insertBefore(document.createElement('p'), root.firstChild), data = root.querySelector('script');
+    const choices = [0, landings.length - 1].map((at, k) => {
+      line.append(k ? ' and ' : 'Compare ');
+      const choice = make(line, 'select');
+      choice.setAttribute('aria-label', k ? 'second landing' : 'first landing');
+      landings.forEach((l, i) => choice.add(new Option(l.querySelector('h2').textContent, i, i === at, i === at)));
+      choice.addEventListener('change', () => { write(); changed(); });
+      return choice;
+    });
+    const write = () => {
+      const [first, second] = choices.map((c, k) => overlaid(landings[c.value], k));
+      data.textContent = JSON.stringify({ p: first.map((p) => ({ ...p, i: p.i.concat((second.find((q) => q.t === p.t && q.y === p.y) || { i: [] }).i) })) });
+    };
+    if (landings.length > 1) write();
+    else root.closest('section').hidden = true;
+  };
+
   /* ---- a page ---- */
   const start = () => {
+    const both = document.querySelector('#overlay figure');
+    if (both) overlay(both, () => {
+      const entry = figures.find((f) => f.root === both);
+      if (entry.figure) entry.figure.clear();
+      both.querySelector('.plots').replaceChildren();
+      entry.figure = null;
+      of(entry).draw();
+    });
     const figures = [...document.querySelectorAll('figure.chart')].map((root) => ({ root, figure: null }));
     const of = (entry) => entry.figure || (entry.figure = new Figure(entry.root));
     const near = new IntersectionObserver((seen) => {

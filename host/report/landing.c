@@ -1,5 +1,5 @@
-/* A landing's sections: its facts, how the gear moved, what mat and bands did, whether the
- * instrument was well. */
+/* Sections of a landing: facts, motion of the gear, movement of the mat, tension of the bands,
+ * health of the instrument. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -30,11 +30,21 @@ static void facts(const struct report *report, const struct report_landing *land
     const struct store_session_row *session = &landing->summary.session;
     struct answer *answer = answer_new(report->si);
     summary_facts_answer(&landing->summary, answer);
-    answer_words(answer, NULL, "recorded over", "CAN %s, serial %s",
+    answer_words(answer, NULL, "links", "CAN %s, serial %s",
                  session->can_link[0] ? session->can_link : "not used",
                  session->serial_link[0] ? session->serial_link : "not used");
     answer_words(answer, NULL, "survey", "%zu of %u segments", landing->survey.surveyed,
                  MR_SEGMENTS);
+    if (landing->summary.measured.source != MEASURED_IMPORT)
+        answer_words(answer, NULL, "sample rate and filter",
+                     "1 kHz; a sample is the mean of 8 conversions at 8 kHz (-3 dB at 443 Hz). %s "
+                     "Plots show samples without further filtering",
+                     landing->summary.measured.source == MEASURED_CAN
+                         ? "From CAN: means of 2 ms (displacement) and 4 ms (tension)."
+                         : "");
+    answer_words(answer, NULL, "raw data", "matrig export %s %lld --format csv -o run%lld.csv",
+                 report_name(report), (long long)landing->summary.measured.landing.id,
+                 (long long)landing->summary.measured.landing.id);
     report_answer(answer, out);
 }
 
@@ -46,7 +56,7 @@ struct curve {
 
 static void draw_curve(struct figure *figure, const struct curve *curve)
 {
-    figure_series(figure, &(struct chart_series){"fit, with its 95 % band", 0, "line", curve->t_s,
+    figure_series(figure, &(struct chart_series){"fit with 95 % band", 0, "line", curve->t_s,
                                                  curve->value, curve->half, CURVE_POINTS + 1});
 }
 
@@ -68,9 +78,9 @@ static void draw_online(struct figure *figure, const struct report_landing *land
                         : 0.0;
         value[count++] = v;
     }
-    figure_series(figure,
-                  &(struct chart_series){"the board, as it went", 2, speed ? "whiskers" : "points",
-                                         t_s, value, speed ? half : NULL, count});
+    figure_series(figure, &(struct chart_series){"board, during the landing", 2,
+                                                 speed ? "whiskers" : "points", t_s, value,
+                                                 speed ? half : NULL, count});
     free(t_s);
 }
 
@@ -99,8 +109,8 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
         t_s[count] = 0.5 * (from->t_s + to->t_s);
         mean[count++] = (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
     }
-    figure_series(figure, &(struct chart_series){"mean between switches; below, a switch", 1,
-                                                 "points", t_s, mean, NULL, count});
+    figure_series(figure, &(struct chart_series){"mean between two switches", 1, "points", t_s,
+                                                 mean, NULL, count});
     draw_online(figure, landing, true, most);
 }
 
@@ -176,10 +186,9 @@ static void speed(const struct report *report, const struct report_landing *land
     draw_deceleration(&figure, landing, axes);
     draw_residuals(&figure, measured, axes);
     figure_end(&figure, keys,
-               "From the switches; their places are the only measure of length. Residual: place of "
-               "a switch less the fit's when it opened (polynomial of order %u through %u of %zu "
-               "switches, residual standard deviation %.3f %s); shaded: 95 %% of what the switches "
-               "are placed to, &plusmn; %.3f %s.",
+               "Fit: polynomial of order %u through %u of %zu switches, residual standard "
+               "deviation %.3f %s. Residual: station of a switch minus the fit at the time when it "
+               "opened. Shaded: 95 %% interval of the position of a switch, &plusmn; %.3f %s.",
                measured->fit.order, measured->fit.count, measured->gates,
                measured->fit.residual_ft * IN_PER_FT * length->factor, length->text,
                SUMMARY_95 * measured->landing.switch_error_ft * IN_PER_FT * length->factor,
@@ -228,17 +237,30 @@ static void draw_trace(struct figure *figure, const char *name, unsigned look, c
     free(trace.x);
 }
 
+/* " (LV-1023)": the sensor that the configuration names; "": none. */
+#define SENSOR_TEXT 20
+static const char *sensor_text(const struct report_landing *landing, unsigned channel,
+                               char out[SENSOR_TEXT])
+{
+    const struct mr_channel_config *read = landing->config ? &landing->config->channel[channel]
+                                                           : NULL;
+    out[0] = '\0';
+    if (read && read->serial[0])
+        snprintf(out, SENSOR_TEXT, " (%.*s)", (int)sizeof read->serial, read->serial);
+    return out;
+}
+
 static void movement(const struct report *report, const struct report_landing *landing, FILE *out)
 {
-    static const char *const keys[] = {"mark", "the wheel is at the transducer", NULL};
+    static const char *const keys[] = {"mark", "wheel at the transducer", NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
-    char title[CHART_LABEL];
+    char title[CHART_LABEL], sensor[SENSOR_TEXT];
     if (!is_fitted(landing))
         return;
     struct figure figure = figure_begin(out, report->si,
-                                        "displacement of eight stations against gear position", 4,
+                                        "displacement of eight stations against gear position", 2,
                                         FIGURE_SHARED | FIGURE_ZERO);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
@@ -246,12 +268,13 @@ static void movement(const struct report *report, const struct report_landing *l
             continue;
         const struct measured_channel *channel = &measured->channel[c];
         double at = (double)channel->config.station_ft;
-        snprintf(title, sizeof title, "%u: station %.*f %s%s", number, report->si ? 1 : 0,
+        snprintf(title, sizeof title, "Transducer %u%s: %.*f %s%s", number,
+                 sensor_text(landing, (unsigned)c, sensor), report->si ? 1 : 0,
                  station->factor * at, station->text, channel->valid ? "" : ", not valid");
         figure_plot(&figure, &(struct chart_axes){.title = title,
                                                   .x = "gear position",
                                                   .x_unit = UNIT_STATION,
-                                                  .y = "moved",
+                                                  .y = "displacement",
                                                   .y_unit = UNIT_DISPLACEMENT,
                                                   .x_high = CHART_RUNWAY_FT,
                                                   .height_px = 150});
@@ -260,8 +283,8 @@ static void movement(const struct report *report, const struct report_landing *l
                    trace_of(landing, channel, AGAINST_STATION, 0.0, end_s));
     }
     figure_end(&figure, keys,
-               "Displacement against gear position (as report fig. 2.13). Downfield is positive, "
-               "since the mean of the half second before the first switch opened.");
+               "Displacement relative to the mean of the 0.5 s before the first switch opened; "
+               "downfield is positive. Compare report fig. 2.13.");
 }
 
 /* While the gear rolls: after the stop the distance shows nothing. */
@@ -276,9 +299,9 @@ static void wheel(const struct report *report, const struct report_landing *land
         out, report->si, "displacement against distance from the front wheel of the main bogie", 1,
         FIGURE_EACH);
     figure_plot(&figure,
-                &(struct chart_axes){.x = "transducer ahead of the front wheel (behind it: -)",
+                &(struct chart_axes){.x = "distance of the transducer ahead of the front wheel",
                                      .x_unit = UNIT_STATION,
-                                     .y = "moved",
+                                     .y = "displacement",
                                      .y_unit = UNIT_DISPLACEMENT,
                                      .x_low = -BEHIND_FT,
                                      .x_high = AHEAD_FT,
@@ -294,9 +317,10 @@ static void wheel(const struct report *report, const struct report_landing *land
                    trace_of(landing, &measured->channel[c], AGAINST_WHEEL, 0.0,
                             measured->summary.stop_t_s.value));
     }
-    figure_end(&figure, NULL,
-               "A line for each transducer, by its station; the wheel comes from the right. While "
-               "the gear rolls.");
+    figure_end(
+        &figure, NULL,
+        "One line for each transducer, named by its station, while the gear rolls. The wheel "
+        "approaches from the right; behind the wheel the distance is negative.");
 }
 
 #define PATH_POINTS 200
@@ -370,21 +394,21 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     if (!warning->warned)
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
-    const char *heard = zones_earlier_text(zones, doubt) ? " that was heard" : "";
+    const char *heard = zones_earlier_text(zones, doubt) ? " received" : "";
     if (warning->reached)
-        snprintf(text, sizeof text, "first warning%s: %lld mats, %.2f s before the wheel", heard,
+        snprintf(text, sizeof text, "first warning%s: %lld mats, %.3f s before the wheel", heard,
                  (long long)warning->mats, warning->true_lead_s);
     else
         snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
-                 warning->path_known ? "; the wheel stops before" : "");
+                 warning->path_known ? "; the wheel stopped before them" : "");
     figure_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft, warning->end_ft,
                  t_s, t_s, text);
 }
 
 static void zone_map(const struct report *report, const struct report_landing *landing, FILE *out)
 {
-    static const char *const keys[] = {"closed", "closed segments ahead of it",
-                                       "behind", "behind it",
+    static const char *const keys[] = {"closed", "closed segments ahead of the wheel",
+                                       "behind", "closed segments behind it",
                                        "warned", "zone warned of",
                                        "sensor", "transducers",
                                        NULL};
@@ -411,8 +435,8 @@ static void zone_map(const struct report *report, const struct report_landing *l
         t_s[i] = last_s * (double)i / PATH_POINTS;
         x[i] = measured_station_ft(measured, t_s[i]);
     }
-    figure_series(&figure, &(struct chart_series){"wheel, and switches it opened", 0, "line", x,
-                                                  t_s, NULL, PATH_POINTS + 1});
+    figure_series(&figure, &(struct chart_series){"wheel and the switches that it opened", 0,
+                                                  "line", x, t_s, NULL, PATH_POINTS + 1});
     for (size_t i = 0; i < measured->gates; i++) {
         gate_ft[gates] = measured->gate[i].station_ft;
         gate_s[gates] = measured->gate[i].t_s;
@@ -425,8 +449,8 @@ static void zone_map(const struct report *report, const struct report_landing *l
             figure_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
     figure_end(&figure, keys,
-               "Closed segments are found here from survey and transducers, the zone warned of is "
-               "what the board reported.");
+               "Closed segments: computed here from survey and transducers. Zone warned of: as the "
+               "board reported it.");
 }
 
 /* ---- the predictor ---- */
@@ -480,8 +504,8 @@ static void draw_mats(struct figure *figure, const struct report_landing *landin
         mats[count] = (double)landing->prediction[i].coming_mats;
         count += landing->prediction[i].coming_mats > 0;
     }
-    figure_series(figure, &(struct chart_series){"longest zone that it saw coming", 2, "dots", t_s,
-                                                 mats, NULL, count});
+    figure_series(figure, &(struct chart_series){"longest zone predicted", 2, "dots", t_s, mats,
+                                                 NULL, count});
     free(t_s);
 }
 
@@ -489,7 +513,7 @@ static void predictions(const struct report *report, const struct report_landing
                         FILE *out)
 {
     static const char *const keys[] = {
-        "warned", "closed zone ahead, warning", "reported", "the same, no warning",
+        "warned", "closed zone ahead, warning", "reported", "closed zone ahead, no warning",
         "mark",   "limits: 30 and 50 mats",     NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
@@ -503,7 +527,7 @@ static void predictions(const struct report *report, const struct report_landing
     struct figure figure =
         figure_begin(out, report->si, "zone that the board reported, against time", 1, FIGURE_EACH);
     draw_mats(&figure, landing, axes);
-    figure_end(&figure, keys, "Every statement of the board.");
+    figure_end(&figure, keys, "All zone reports of the board.");
 }
 
 /* ---- the bands ---- */
@@ -522,13 +546,13 @@ static void tensions(const struct report *report, const struct report_landing *l
     }
     if (!is_fitted(landing) || !any)
         return;
-    struct figure figure = figure_begin(out, report->si, "band tensions against time", 4,
+    struct figure figure = figure_begin(out, report->si, "band tensions against time", 2,
                                         FIGURE_SHARED);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         float station_ft = measured->channel[c].config.station_ft;
         if (drawn[c])
             continue;
-        snprintf(title, sizeof title, "station %.*f %s", report->si ? 1 : 0,
+        snprintf(title, sizeof title, "Station %.*f %s", report->si ? 1 : 0,
                  (double)station_ft * station->factor, station->text);
         figure_plot(&figure, &(struct chart_axes){.title = title,
                                                   .x = CHART_TIME,
@@ -548,7 +572,7 @@ static void tensions(const struct report *report, const struct report_landing *l
                        trace_of(landing, channel, AGAINST_TIME, -CHART_BEFORE_S, end_s));
         }
     }
-    figure_end(&figure, NULL, "Tension against time, station by station, as read.");
+    figure_end(&figure, NULL, "Tension against time at each station, unfiltered.");
 }
 
 /* Gages of a band by rising station; how many. */
@@ -585,7 +609,7 @@ static void along(const struct report *report, const struct report_landing *land
         if (!figure.out)
             figure = figure_begin(out, report->si, "change of tension along the bands", 2,
                                   FIGURE_SHARED | FIGURE_ZERO);
-        snprintf(title, sizeof title, "band %u", band);
+        snprintf(title, sizeof title, "Band %u", band);
         figure_plot(&figure, &(struct chart_axes){.title = title,
                                                   .x = "station",
                                                   .x_unit = UNIT_STATION,
@@ -607,9 +631,10 @@ static void along(const struct report *report, const struct report_landing *land
                                                           x, y[k], k < 2 ? half[k] : NULL, count});
     }
     if (figure.out)
-        figure_end(&figure, NULL,
-                   "Against the half second before the first switch opened: least and most after "
-                   "it, with 95 %% errors, and how it ended.");
+        figure_end(
+            &figure, NULL,
+            "Change since the 0.5 s before the first switch opened: least and most, with 95 %% "
+            "intervals, and value at the end.");
 }
 
 static void bands(const struct report *report, const struct report_landing *landing, FILE *out)
@@ -628,11 +653,11 @@ static void channels(const struct report *report, const struct report_landing *l
     struct answer *answer = answer_new(report->si);
     if (measured->samples > 0) {
         summary_channels_answer(measured, MR_KIND_DISPLACEMENT, "", answer);
-        answer_sentence(answer, NULL,
-                        "Peaks are extremes of an %d ms moving mean; \xc2\xb1 is one standard "
-                        "error, calibration and noise together%s.",
-                        MEASURED_WINDOW,
-                        landing->simulations ? "" : ". No comparison has been run: matrig compare");
+        answer_sentence(
+            answer, NULL,
+            "Peaks are extremes of an %d ms moving mean; the end is the mean of the last "
+            "%d ms. \xc2\xb1 is one standard error: calibration and noise.",
+            MEASURED_WINDOW, MEASURED_END_BLOCKS);
         summary_channels_answer(measured, MR_KIND_TENSION, "", answer);
     }
     report_answer(answer, out);
@@ -647,16 +672,14 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
     char sentence[COMPARE_SENTENCE];
     fputs("<p class=\"say\">", out);
     if (figures->against[0]) {
-        fputs("Against ", out);
+        fputs("Simulation: ", out);
         html_text(out, figures->against);
-        fputs(": ", out);
+        fputs(", ", out);
     }
     if (figures->seeds > 1)
         fprintf(out, "%lld runways, ", (long long)figures->seeds);
-    if (!isnan(figures->run_ms))
-        fprintf(out, "simulated in %.0f ms, ", figures->run_ms);
     if (!isnan(figures->error_in))
-        fprintf(out, "the simulation's own error estimate %.*f %s, ", si ? 2 : 4,
+        fprintf(out, "standard error by its own estimate %.*f %s, ", si ? 2 : 4,
                 figures->error_in * length->factor, length->text);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
     compare_agreement(figures, &agreement);
@@ -684,10 +707,9 @@ static void draw_compared(struct figure *figure, const struct compare_curves *cu
         y[count] = value[i];
         half[count++] = SUMMARY_95 * error[i];
     }
-    figure_series(figure, &(struct chart_series){simulated ? "simulated, with its 95 % band"
-                                                           : "measured, with its 95 % band",
-                                                 simulated, simulated ? "sim" : "line", t_s, y,
-                                                 half, count});
+    figure_series(figure, &(struct chart_series){
+                              simulated ? "simulated with 95 % band" : "measured with 95 % band",
+                              simulated, simulated ? "sim" : "line", t_s, y, half, count});
 }
 
 static void draw_comparison(const struct report_landing *landing, bool si, FILE *out)
@@ -707,19 +729,19 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
             continue;
         compare_curves(measured, &landing->compared->clock, &measured->channel[c], row, error_in,
                        &curves);
-        snprintf(title, sizeof title, "transducer %" PRId64 ", %.1f %s", row->number,
+        snprintf(title, sizeof title, "Transducer %" PRId64 ": %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);
         figure_plot(&figure, &(struct chart_axes){.title = title,
                                                   .x = CHART_TIME,
                                                   .x_unit = UNIT_NUMBER,
-                                                  .y = "movement",
+                                                  .y = "displacement",
                                                   .y_unit = UNIT_DISPLACEMENT,
                                                   .height_px = 150});
         for (int simulated = 0; simulated < 2; simulated++)
             draw_compared(&figure, &curves, measured->samples, simulated);
         free(curves.storage);
     }
-    figure_end(&figure, NULL, "Movement against time, each with its 95 %% band.");
+    figure_end(&figure, NULL, "Displacement against time.");
 }
 
 static void compared(const struct report *report, const struct report_landing *landing, FILE *out)
@@ -750,7 +772,7 @@ static void health(const struct report *report, const struct report_landing *lan
         most = backlog[i].waiting > most ? backlog[i].waiting : most;
     if (backlogs)
         answer_sentence(answer, NULL,
-                        "The predictor held up others in %zu blocks, at most %lld blocks' work.",
+                        "The predictor delayed other work in %zu blocks, by at most %lld blocks.",
                         backlogs, (long long)most);
     report_answer(answer, out);
     free(backlog);
@@ -759,7 +781,6 @@ static void health(const struct report *report, const struct report_landing *lan
 /* ---- the parts, in the order of the page ---- */
 
 const struct report_part report_parts[] = {
-    {NULL, facts},
     {"Speed and deceleration", speed},
     {"Movement of the mat", movement},
     {"Displacement against distance from the front wheel", wheel},
@@ -770,6 +791,7 @@ const struct report_part report_parts[] = {
     {"Bands", bands},
     {"Transducers and gages", channels},
     {"Measured against simulated", compared},
+    {"Record", facts},
     {"Health and losses", health},
     {NULL, NULL},
 };

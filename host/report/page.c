@@ -49,30 +49,49 @@ static void put_policy(FILE *out)
     fputs("'\">", out);
 }
 
-void page_head(FILE *out, const char *title)
+const char *report_name(const struct report *report)
 {
+    return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
+}
+
+/* How many landings are of emulated boards, and which. */
+static size_t emulated_of(const struct report *report, bool *of)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < report->landings; i++)
+        count += of[i] = report->facts[i].emulated;
+    return count;
+}
+
+static void page_head(FILE *out, const struct report *report)
+{
+    bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
           "<meta name=\"color-scheme\" content=\"light dark\">",
           out);
     put_policy(out);
     fputs("<title>", out);
-    html_text(out, title);
-    fputs("</title>\n<style>", out);
+    if (report->run)
+        fprintf(out, "RUN %lld, ", (long long)report->run);
+    html_text(out, report_name(report));
+    fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
+    if (emulated_of(report, of)) /* on every sheet of paper */
+        fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
+              "sans-serif}}",
+              out);
     fputs("</style></head>\n<body>", out);
+    free(of);
 }
 
-void page_foot(FILE *out, bool plots)
+static void page_foot(FILE *out)
 {
-    if (plots) {
-        fputs("<script>", out);
-        for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
-            put_asset(out, scripts[i]);
-        fputs("</script>\n", out);
-    }
-    fputs("</body></html>\n", out);
+    fputs("<script>", out);
+    for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
+        put_asset(out, scripts[i]);
+    fputs("</script>\n</body></html>\n", out);
 }
 
 void report_answer(struct answer *answer, FILE *out)
@@ -81,13 +100,8 @@ void report_answer(struct answer *answer, FILE *out)
     answer_free(answer);
 }
 
-static const char *name_of(const struct report *report)
-{
-    return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
-}
-
-/* ---- the front: what a reader looks for first. What is not known says so, with the command that
- * enters it; nothing stands in its place ---- */
+/* ---- the front: what a reader looks for first. A fact that is not known names the command that
+ * enters it ---- */
 
 static void begin_fact(FILE *out, const char *term)
 {
@@ -213,7 +227,8 @@ static void landings_fact(const struct report *report, FILE *out)
 
 /* ---- numbers ---- */
 
-/* "28.00 to 35.49 ft/s", of one landing with its error; and of how many it is not known. */
+/* "35.49 +- 0.02 ft/s" of one landing, "28.00 to 35.49 ft/s" of several with the largest error; and
+ * how many are not known. */
 struct number_row {
     const char *term;
     size_t offset; /* of a struct mr_estimate in struct report_facts */
@@ -235,18 +250,24 @@ static void number_fact(const struct report *report, const struct number_row *ro
         if (!isfinite(value.value))
             continue;
         known++;
-        error = unit->factor * value.error;
+        error = fmax(error, unit->factor * value.error);
         low = fmin(low, unit->factor * value.value);
         high = fmax(high, unit->factor * value.value);
     }
     if (known == 0)
         missing(out, row->unknown, row->how);
-    else if (known == 1 && isfinite(error))
-        fprintf(out, "%.*f &plusmn; %.*f %s", d, low, d, error, unit->text);
     else if (high - low < 0.5 * pow(10.0, -d))
-        fprintf(out, "%.*f %s", d, low, unit->text);
+        fprintf(out, "%.*f", d, low);
     else
-        fprintf(out, "%.*f to %.*f %s", d, low, d, high, unit->text);
+        fprintf(out, "%.*f to %.*f", d, low, d, high);
+    if (known == 1 && isfinite(error))
+        fprintf(out, " &plusmn; %.*f", d, error);
+    if (known) {
+        fputc(' ', out);
+        html_text(out, unit->text);
+    }
+    if (known > 1 && isfinite(error))
+        fprintf(out, " <small>each &plusmn; %.*f or less</small>", d, error);
     if (known && known < report->landings)
         fprintf(out, " <small>not known of %zu</small>", report->landings - known);
     end_fact(out);
@@ -256,6 +277,8 @@ static void movement_fact(const struct report *report, FILE *out)
 {
     const struct report_moved *largest = NULL;
     int64_t run = 0;
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
+    const int decimals = unit_decimals(UNIT_DISPLACEMENT, report->si, 3);
     char text[UNIT_TEXT];
     begin_fact(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
@@ -268,8 +291,8 @@ static void movement_fact(const struct report *report, FILE *out)
         }
     }
     if (largest) {
-        fputs(unit_value_text(UNIT_DISPLACEMENT, report->si, largest->peak, 3, text), out);
-        fprintf(out, " at %s",
+        fprintf(out, "%.*f &plusmn; %.*f %s at %s", decimals, length->factor * largest->peak,
+                decimals, length->factor * largest->error, length->text,
                 unit_value_text(UNIT_STATION, report->si, largest->station_ft, 0, text));
         if (!report->run)
             fprintf(out, ", RUN %lld", (long long)run);
@@ -286,7 +309,7 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
     const struct report_facts *longest = NULL;
     const double station = unit_of(UNIT_STATION, report->si)->factor;
     size_t warned = 0, unheard = 0, watched = 0;
-    begin_fact(out, "zones warned of");
+    begin_fact(out, "zone warned of");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
         of[i] = facts->warning.warned;
@@ -297,7 +320,7 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
             longest = facts;
     }
     if (watched == 0)
-        fputs("no board watched", out);
+        fputs("not known: no board recorded it", out);
     else if (warned == 0)
         fputs("none", out);
     else if (!report->run) {
@@ -305,11 +328,11 @@ static void zones_fact(const struct report *report, bool *of, FILE *out)
         runs_text(report, of, out);
     }
     if (longest)
-        fprintf(out, "%s%lld mats, %.1f to %.1f %s", report->run ? "" : "; longest ",
+        fprintf(out, "%s%lld mats, %.1f to %.1f %s", report->run ? "" : "; longest zone ",
                 (long long)longest->warning.most_mats, station * longest->warning.most_start_ft,
                 station * longest->warning.most_end_ft, unit_of(UNIT_STATION, report->si)->text);
     if (unheard)
-        fprintf(out, " <small>in %zu more a warning may have been missed by the log</small>",
+        fprintf(out, " <small>%zu more may have had a warning that the log missed</small>",
                 unheard);
     end_fact(out);
 }
@@ -372,6 +395,98 @@ static void wrong_fact(const struct report *report, bool *of, FILE *out)
 
 #define AT(member) offsetof(struct report_facts, member)
 
+/* What a landing came to: speed, deceleration, stop, movement and zone. */
+static void five_numbers(const struct report *report, bool *of, FILE *out)
+{
+    static const struct number_row numbers[] = {
+        {"touchdown speed", AT(speed_ft_s), UNIT_SPEED, 3, "not known", "too few switches"},
+        {"mean deceleration", AT(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
+         "too few switches"},
+        {"stop", AT(stop_ft), UNIT_STATION, 3, "not known", "too few switches"},
+    };
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        number_fact(report, &numbers[i], out);
+    movement_fact(report, out);
+    zones_fact(report, of, out);
+}
+
+/* "the board warned at 2.824 s, 0.94 s later", of what happened at `t_s` (NaN: not known). */
+static void warning_words(const struct report_facts *facts, double t_s, FILE *out)
+{
+    double after_s = facts->warning.t_s - t_s;
+    if (facts->source == MEASURED_IMPORT) {
+        fputs("no board recorded this landing", out);
+    } else if (!facts->warning.warned) {
+        fputs(facts->unheard ? "the log received no warning, but may have missed one"
+                             : "the board did not warn",
+              out);
+    } else {
+        fprintf(out, "the board warned at %.3f s", facts->warning.t_s);
+        if (isfinite(after_s))
+            fprintf(out, ", %.2f s %s", fabs(after_s), after_s > 0.0 ? "later" : "earlier");
+    }
+}
+
+/* The outcome of a landing in a sentence. */
+static void outcome_sentence(const struct report_facts *facts, FILE *out)
+{
+    const struct outcome *outcome = &facts->record.outcome;
+    fputs("<p class=\"outcome\"><strong>Outcome: ", out);
+    html_text(out, record_verdict_text(facts->record.verdict));
+    fputs(".</strong> ", out);
+    if (outcome->came == OUTCOME_CAME && isfinite(outcome->t_s))
+        fprintf(out, "The wheel reached %d closed mats %.2f s after touchdown; ", OUTCOME_MATS,
+                outcome->t_s);
+    else if (outcome->came == OUTCOME_CAME)
+        fprintf(out, "The wheel reached a closed zone (%s); ", outcome_basis_text(outcome->basis));
+    else if (outcome->came == OUTCOME_DID_NOT)
+        fprintf(out, "The wheel reached no zone of %d closed mats; ", OUTCOME_MATS);
+    else
+        fputs("Whether the wheel reached a closed zone is not known; ", out);
+    warning_words(facts, outcome->came == OUTCOME_CAME ? outcome->t_s : (double)NAN, out);
+    if (facts->why[0]) {
+        fputs(" (", out);
+        html_text(out, facts->why);
+        fputc(')', out);
+    }
+    fputs(".</p>\n", out);
+}
+
+/* Emulated boards play synthetic landings: no reader may take these for a test. */
+static void emulated_banner(const struct report *report, FILE *out)
+{
+    bool *of = xcalloc(report->landings + 1, sizeof *of);
+    size_t count = emulated_of(report, of);
+    if (count) {
+        fputs("<p class=\"emulated\"><strong>Emulated board, synthetic data.</strong> No "
+              "hardware and no mat took part",
+              out);
+        if (count < report->landings) {
+            fputs(" in ", out);
+            runs_text(report, of, out);
+        }
+        fputs(".</p>\n", out);
+    }
+    free(of);
+}
+
+/* A landing's outcome and its five numbers, as the front has them of all. */
+static void lead(const struct report *report, struct report_facts *facts, FILE *out)
+{
+    bool of[1];
+    struct report one = *report;
+    one.facts = facts;
+    one.landings = 1;
+    one.run = facts->landing.id;
+    emulated_banner(&one, out);
+    outcome_sentence(facts, out);
+    if (report->run) /* the front has the numbers */
+        return;
+    fputs("<dl class=\"first\">\n", out);
+    five_numbers(&one, of, out);
+    fputs("</dl>\n", out);
+}
+
 static void facts(const struct report *report, bool *of, FILE *out)
 {
     bool read = false;
@@ -379,21 +494,17 @@ static void facts(const struct report *report, bool *of, FILE *out)
         read |= report->facts[i].config_read;
     const struct text_row texts[] = {
         {"place", AT(site),
-         read ? "site.name of the configuration" : "the configuration was not read; its site.name"},
+         read ? "site.name of the configuration" : "site.name; the configuration was not read"},
         {"runway", AT(series.runway), "matrig landing DB --series NAME --runway"},
         {"series", AT(series.name), "matrig landing DB --series NAME"},
         {"pattern", AT(series.pattern), "matrig landing DB --series NAME --pattern"},
         {"modification", AT(series.modification), "matrig landing DB --series NAME --modification"},
         {"operator", AT(series.who), "matrig landing DB --series NAME --who"},
     };
-    static const struct number_row numbers[] = {
-        {"gear weight", AT(weight_lb), UNIT_TENSION, 1, "not entered",
-         "matrig landing DB RUN --correct weight_lb=POUNDS"},
-        {"touchdown speed", AT(speed_ft_s), UNIT_SPEED, 3, "not known", "too few switches"},
-        {"mean deceleration", AT(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
-         "too few switches"},
-        {"stop", AT(stop_ft), UNIT_STATION, 1, "not known", "too few switches"},
-    };
+    static const struct number_row weight = {
+        "gear weight", AT(weight_lb),
+        UNIT_TENSION,  1,
+        "not entered", "matrig landing DB RUN --correct weight_lb=POUNDS"};
     fputs("<dl class=\"first\">\n", out);
     date_fact(report, out);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
@@ -401,10 +512,8 @@ static void facts(const struct report *report, bool *of, FILE *out)
             landings_fact(report, out);
         text_fact(report, &texts[i], out);
     }
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        number_fact(report, &numbers[i], out);
-    movement_fact(report, out);
-    zones_fact(report, of, out);
+    number_fact(report, &weight, out);
+    five_numbers(report, of, out);
     verdicts_fact(report, out);
     wrong_fact(report, of, out);
     fputs("</dl>\n", out);
@@ -419,8 +528,9 @@ static void cover_write(const struct report *report, FILE *out)
     else
         fputs("Campaign report", out);
     fputs("</h1>\n<p>", out);
-    html_text(out, name_of(report));
+    html_text(out, report_name(report));
     fputs(", on the model landing-mat runway</p>\n", out);
+    emulated_banner(report, out);
     facts(report, of, out);
     fputs("</header>\n", out);
     free(of);
@@ -442,7 +552,7 @@ static void general(const struct report *report, struct answer *answer)
     survey_time_text(now_us(), when, sizeof when);
     answer_words(answer, NULL, "made by", "matrig " VERSION_TEXT);
     answer_words(answer, NULL, "made", "%s", when);
-    answer_words(answer, NULL, "database", "%s, version %d", name_of(report), STORE_VERSION);
+    answer_words(answer, NULL, "database", "%s, version %d", report_name(report), STORE_VERSION);
     if (stat(report->path, &file) == 0)
         answer_words(answer, NULL, "its size", "%lld bytes", (long long)file.st_size);
 }
@@ -571,20 +681,21 @@ static char *collected(FILE *into, char **text, const size_t *size)
     return NULL;
 }
 
-static void write_landing(const struct report *report, const struct report_landing *landing,
-                          FILE *out)
+static void write_landing(const struct report *report, struct report_facts *facts,
+                          const struct report_landing *landing, FILE *out)
 {
     char heading[SUMMARY_HEADING];
     summary_heading(&landing->summary, heading);
     fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n",
             (long long)landing->summary.measured.landing.id, heading);
+    lead(report, facts, out);
     for (const struct report_part *part = report_parts; part->write; part++) {
         char *text = NULL;
         size_t size = 0;
         FILE *into = xopen_memstream(&text, &size);
         part->write(report, landing, into);
         text = collected(into, &text, &size);
-        if (text && part->title)
+        if (text)
             fprintf(out, "<h3>%s</h3>\n", part->title);
         fputs(text ? text : "", out);
         free(text);
@@ -598,7 +709,7 @@ static void write_landings(struct report *report, FILE *out)
     struct report_landing *landing = xmalloc(sizeof *landing);
     for (size_t i = 0; i < report->landings && report->error->status == MR_OK; i++) {
         if (report_landing_load(report, i, landing, report->error) == MR_OK)
-            write_landing(report, landing, out);
+            write_landing(report, &report->facts[i], landing, out);
         report_landing_free(landing);
     }
     free(landing);
@@ -641,7 +752,7 @@ static void make_front(const struct report *report, char **text, size_t *length)
     fclose(sections);
     fprintf(out,
             "<noscript><style>.plots{min-height:0!important}</style><p class=\"say\">The plots "
-            "need a script; the tables stand without it."
+            "need JavaScript; the tables do not."
             "</p></noscript>\n<nav aria-label=\"contents\"><ul>\n%s<li><a "
             "href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n%s",
             contents, body);
@@ -665,16 +776,16 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     if (error->status == MR_OK)
         make_front(report, &front, &length);
     if (error->status == MR_OK) {
-        page_head(out, name_of(report));
+        page_head(out, report);
         fwrite(front, 1, length, out);
         rewind(landings);
         for (size_t count; (count = fread(bytes, 1, COPIED_BYTES, landings)) > 0;)
             fwrite(bytes, 1, count, out);
-        fputs("<p>Lines are thinned to what can be seen: of each column of a plot the least and "
-              "the greatest value stay, where they were measured.</p>\n</main>",
+        fputs("<p>Plots are thinned: each column of pixels keeps its least and its greatest "
+              "reading.</p>\n</main>",
               out);
         provenance_write(report, out);
-        page_foot(out, true);
+        page_foot(out);
     }
     answer_free(report->calibrations);
     report->calibrations = NULL;

@@ -15,14 +15,14 @@ const char *report_wrong_text(unsigned i)
     static const char *const text[REPORT_WRONGS] = {
         "a wave was seen",
         "a break was seen",
-        "a zone without a warning, or before it",
-        "a warning without a zone",
-        "its first edges are missing",
+        "missed or late warning",
+        "false warning",
+        "the first switch edges are missing",
         "speed or stop is not known",
         "a transducer or gage was not valid",
         "the board reported a fault",
         "frames were lost, or a link was silent",
-        "the check before it: NO-GO",
+        "NO-GO in the check before the landing",
     };
     return i < REPORT_WRONGS ? text[i] : "";
 }
@@ -54,12 +54,16 @@ static void take_bands(const struct measured *measured, struct report_facts *fac
         struct report_band *change = &facts->band[band - 1];
         change->fell_lb += channel->low - channel->baseline;
         change->rose_lb += channel->high - channel->baseline;
+        change->fell_error_lb = hypot(change->fell_error_lb, channel->low_error);
+        change->rose_error_lb = hypot(change->rose_error_lb, channel->high_error);
         change->gages++;
     }
     for (unsigned b = 0; b < REPORT_BANDS; b++) {
         double gages = facts->band[b].gages ? (double)facts->band[b].gages : (double)NAN;
         facts->band[b].fell_lb /= gages;
         facts->band[b].rose_lb /= gages;
+        facts->band[b].fell_error_lb /= gages;
+        facts->band[b].rose_error_lb /= gages;
     }
 }
 
@@ -181,6 +185,7 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->series = landing->series;
     facts->source = measured->source;
     facts->torn = measured->torn;
+    facts->emulated = measured_is_emulated(measured);
     facts->marks = measured_marks(measured);
     facts->recalibrated = measured->recalibrated;
     facts->fitted = measured->fit_status == MR_OK;

@@ -53,7 +53,7 @@ struct report_facts {
     struct store_series series; /* id 0: none */
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
-    bool torn, fitted, config_read;
+    bool torn, fitted, config_read, emulated;
     const char *marks; /* measured_marks */
     int64_t recalibrated;
     size_t gates, switches, surveyed, statements;
@@ -63,7 +63,7 @@ struct report_facts {
     } moved[MR_TRANSDUCERS];
     /* mean over the gages of the band of least and most against before */
     struct report_band {
-        double fell_lb, rose_lb;
+        double fell_lb, rose_lb, fell_error_lb, rose_error_lb;
         size_t gages;
     } band[REPORT_BANDS];
     struct zone_warning warning;
@@ -125,9 +125,12 @@ extern const struct report_section { /* of the campaign, in the order of the pag
     size_t least; /* landings that it takes */
 } report_sections[];
 extern const struct report_part { /* of each landing */
-    const char *title;            /* NULL: none of its own */
+    const char *title;
     void (*write)(const struct report *report, const struct report_landing *landing, FILE *out);
 } report_parts[];
+
+/* The database's name without its folder. */
+const char *report_name(const struct report *report);
 
 /* An answer on the page; frees the answer. */
 void report_answer(struct answer *answer, FILE *out);
@@ -136,11 +139,6 @@ void report_answer(struct answer *answer, FILE *out);
 void provenance_calibration(const struct report_landing *landing, struct answer *answer);
 
 /* ---- the page ---- */
-
-/* A page up to and with <body>: style and colours that every page here has. */
-void page_head(FILE *out, const char *title);
-/* Its end; `plots`: with the script that draws them (chart.h). */
-void page_foot(FILE *out, bool plots);
 
 /* All of a report that report_begin has begun. Reads one landing after the other; nothing is
  * written when one cannot be read. Fails with a section's error. */

@@ -72,7 +72,7 @@ class Browser:
             self.send("Page.handleJavaScriptDialog", {"accept": False})
         return True
 
-    def call(self, method, parameters=None, wait_s=30):
+    def call(self, method, parameters=None, wait_s=100):
         number, until = self.send(method, parameters), time.monotonic() + wait_s
         while number not in self.answers:
             if time.monotonic() > until or not self.take(wait_s):
@@ -115,7 +115,7 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", {"media": media, "features": [{"name": "prefers-color-scheme", "value": theme}]})
 
     def picture(self, path):
-        data = self.call("Page.captureScreenshot", {"format": "png"})["data"]
+        data = self.call("Page.captureScreenshot", {"format": "png"}, 120)["data"]
         with open(path, "wb") as out:
             out.write(base64.b64decode(data))
 

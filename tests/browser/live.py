@@ -182,8 +182,8 @@ def landing(browser, port):
     advised = browser.wait("document.querySelector('#tile-warning').className === 'tile advised' && document.querySelector('#warning').hidden && !window.seen"
                            " && document.querySelector('#tile-warning').innerText", 20)
     tap.check("what the predictor advises is shown as an advisory, with its reason, before any warning",
-              advised and re.search(r"advisory\s+(a closed zone lies ahead|the model expects a closed zone ahead before the gear stops): \d+ mats, the wheel then at "
-                                    r"\d+\.\d ft\. No warning: the lamp is dark", advised), advised)
+              advised and re.search(r"advisory\s+(a closed zone lies ahead|the model expects a closed zone ahead before the gear stops): \d+ mats with the wheel at "
+                                    r"\d+\.\d ft\. The lamp is off", advised), advised)
     warned = browser.wait("window.seen > 0 && window.seen", 20)
     browser.wait("matrigLive.state.gear.station_ft > 60 && matrigLive.state.warning.on", 15)
     visible = browser.js("(() => { const r = document.querySelector('#warning').getBoundingClientRect(); return r.top >= 0 && r.height > 80 && r.width > 800"
@@ -229,10 +229,15 @@ BOARD = """(() => {
   say('zone_lead', 0, 2100, { lead_s: 0.5, wheel_ft: 60, warning: 1, inferred_percent: 10 });
   out.halves = board.warning.on;
   zone(0, 2150, 1, 60); zone(1, 2100, 0, 5);
-  out.newer = [board.warning.on, board.warning.first_decided_block, board.zone.mats];
+  out.newer = [board.warning.on, board.warning.first_decided_block, board.zone.mats, board.gear().station_ft];
   zone(1, 2200, 0, 5);
+  out.held = board.warning.on;
+  t += 1e6;
+  zone(1, 2250, 0, 5);
   out.over = [board.warning.on, board.warning.since_us > 0, board.warning.zone.mats];
-  say('edge', 0, 2210, { position: 3, count: 1 });
+  say('motion', 0, 2255, { position_ft: 58, speed_ft_s: 20, deceleration_ft_s2: 5 });
+  out.gear = board.gear().station_ft;
+  say('edge', 0, 2260, { position: 3, count: 1 });
   say('hello', 0, 1100, { layout: 1, major: 0, minor: 2, patch: 0 });
   out.restart = [board.restarts, board.state().opened.length, board.warning.since_us, board.notices[board.notices.length - 1].text];
   return JSON.stringify(out);
@@ -243,7 +248,9 @@ def board_state(browser):
     out = json.loads(browser.js(BOARD))
     tap.check("an advisory is no warning", out["advised"] == [True, False, "armed, landing 4|advisory: later"], out)
     tap.check("halves of two statements are none", out["halves"] is False, out)
-    tap.check("the newer statement of the two links counts", out["newer"] == [True, 2150, 60] and out["over"] == [False, True, 60], out)
+    tap.check("the newer statement of the two links counts", out["newer"] == [True, 2150, 60, 60] and out["over"] == [False, True, 60], out)
+    tap.check("a warning stays for a second", out["held"] is True, out)
+    tap.check("the gear does not roll back", out["gear"] == 60, out)
     tap.check("a restart of the board begins anew", out["restart"] == [1, 0, 0, "the board started again"], out)
 
 
@@ -289,7 +296,7 @@ def crowded_tabs(browser, address):
 
 def silence(browser, idle):
     """A board that is silent is told across the page, and no banner moves what is pressed."""
-    top = "document.querySelector('#disarm').getBoundingClientRect().top"
+    top = "['#disarm', '#runway'].map((e) => document.querySelector(e).getBoundingClientRect().top).join()"
     before = browser.js(top)
     idle.send_signal(signal.SIGSTOP)
     begun = time.monotonic()
@@ -299,7 +306,7 @@ def silence(browser, idle):
     idle.send_signal(signal.SIGCONT)
     tap.check("a board that falls silent is told across the page", told and browser.wait("document.querySelector('#offline').hidden"))
     browser.js("document.querySelector('#warning').hidden = false")
-    tap.check("no banner moves the buttons", [during, browser.js(top)] == [before, before], before, during, browser.js(top))
+    tap.check("no banner moves the buttons, or what is below", [during, browser.js(top)] == [before, before], before, during, browser.js(top))
 
 
 def latency(db, warned):

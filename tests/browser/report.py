@@ -57,9 +57,9 @@ def make_hostile(path):
     return changed
 
 
-SECTIONS = ["summary", "cumulative", "zones", "tension", "record", "predictor", "compared", "journal", "survey", "run1", "run2", "provenance"]
+SECTIONS = ["summary", "cumulative", "zones", "overlay", "tension", "record", "predictor", "compared", "journal", "survey", "run1", "run2", "provenance"]
 FIGURES = ["cumulative displacement", "peak movement", "zones of each landing", "average change of band tension", "opening of joints", "speed and deceleration",
-           "displacement of eight", "displacement against distance", "zone map", "zone that the board reported", "band tensions", "change of tension along",
+           "displacement of eight", "two landings on one axis", "displacement against distance", "zone map", "zone that the board reported", "band tensions", "change of tension along",
            "movement of the mat, measured and simulated"]
 # Of each figure that is on the screen, by its plots: pixels of any colour in the lower canvas.
 DRAWN = """(() => [...document.querySelectorAll('figure.chart')].map(f => [f.getAttribute('aria-label'), [...f.querySelectorAll('.box')].map(b => {
@@ -107,6 +107,7 @@ def check_hostile(browser, db):
     tap.check("and the markup is told, escaped", "&lt;script&gt;" in source and source.lower().count("<script") == source.count('<script type="application/json">{') + 1, re.findall(".{80}alert.{40}", source)[:3])
     facts = browser.js("document.body.innerText")
     tap.check("touchdown speed and stop are there", re.search(r"35\.4\d+ ± 0\.0\d+ ft/s", facts) and re.search(r"90\.\d+", facts), facts[:1200])
+    tap.check("units and errors are written as on paper", "ft/s²" in facts and "/s2" not in facts and "+-" not in facts, re.findall(r".{30}(?:/s2|\+-).{10}", facts)[:3])
     sections = browser.js("[...document.querySelectorAll('section')].map(s => s.id)")
     tap.check("every section is there", sections == SECTIONS, sections)
     figures = whole(browser)
@@ -127,8 +128,21 @@ def check_looks(browser, db):
         tap.check("numbers at the axes are numbers", not bad, bad[:12])
         wide = browser.js("[...document.querySelectorAll('.plot')].filter(p => p.querySelector('canvas').getBoundingClientRect().right > p.getBoundingClientRect().right + 1).length")
         tap.check("a plot is no wider than its place", wide == 0, wide)
-        bare = browser.js("[...document.querySelectorAll('figure.chart .plot')].filter(p => !/, |mats|^$/.test(p.querySelector('.unit').textContent)).map(p => p.innerText)")
+        bare = browser.js("[...document.querySelectorAll('figure.chart .plot')].filter(p => !/ \\(|mats|^$/.test(p.querySelector('.unit').textContent)).map(p => p.innerText)")
         tap.check("what a plot shows has its unit beside it", not bare, bare[:3])
+
+
+def check_overlay(browser, db):
+    """Two landings on one axis: each plot has a line of each, the keys name them, and another choice draws anew."""
+    show(browser, make_page(db, "overlay.html"))
+    whole(browser)
+    tap.check("each landing begins with its outcome, and is marked as emulated", browser.js(
+        "[...document.querySelectorAll('.landing')].every(l => l.children[1].className === 'emulated' && /^Outcome: /.test(l.children[2].textContent) && l.children[3].children.length === 5)"))
+    both = "document.querySelector('#overlay')"
+    keys = both + ".querySelector('.keys').textContent"
+    tap.check("two landings are on one axis", browser.js(keys) == "RUN 1RUN 2" and browser.js(both + ".querySelectorAll('.plot').length") == 9, browser.js(keys))
+    browser.js("(() => { const c = document.querySelector('#overlay select'); c.value = 1; c.dispatchEvent(new Event('change')); })()")
+    tap.check("another choice is drawn", browser.wait(keys + " === 'RUN 2'") and browser.wait(both + ".querySelectorAll('canvas').length >= 18"), browser.js(keys))
 
 
 def plot(label, at=0):
@@ -150,7 +164,7 @@ def check_plots(browser, db):
     left, top, width, height = browser.js("(() => { const r = %s.querySelector('.box').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()" % speed)
     mouse(browser, "mouseMoved", left + 0.5 * width, top + 0.5 * height)
     said = browser.js(speed + ".querySelector('output').textContent")
-    found = re.match(r"([0-9.]+): fit, with its 95 % band ([0-9.]+)", said)
+    found = re.match(r"([0-9.]+): fit with 95 % band ([0-9.]+)", said)
     run = sqlite3.connect(db).execute("select min(board_us) from edges where landing = 2").fetchone()
     tap.check("the pointer has the values that were drawn there", run and found and 0.0 < float(found[1]) < 6.0 and 0.0 < float(found[2]) < 40.0, said)
     others = browser.js("[0, 1, 2].map(i => %s.parentNode.children[i].querySelector('output').textContent.split(':')[0])" % speed)
@@ -174,21 +188,21 @@ def check_plots(browser, db):
 
 
 def drawn_on_pages(path):
-    """How far down each page of a PDF something is drawn, as a share of its height; upright pages alone."""
+    """How far down each page of a PDF something is drawn above its page number, as a share of its height; upright pages alone."""
     pages = subprocess.run(["pdftoppm", "-r", "30", "-gray", path], check=True, capture_output=True).stdout
     drawn = []
     while pages:
         kind, size, most, pixels = pages.split(b"\n", 3)
         width, height = (int(v) for v in size.split())
         assert kind == b"P5" and most == b"255"
-        rows = [r for r in range(height) if min(pixels[r * width:(r + 1) * width]) < 220]
+        rows = [r for r in range(int(0.94 * height)) if min(pixels[r * width:(r + 1) * width]) < 220]
         drawn.append((max(rows) + 1) / height if rows and height > width else 0.0)
         pages = pixels[width * height:]
     return drawn
 
 
 # What a reader looks for first, and how a browser shows it: the first screen, before anything is scrolled.
-FIRST = ["date (UTC)", "place", "runway", "series", "landings", "operator", "gear weight", "touchdown speed", "stop", "largest movement", "zones warned of",
+FIRST = ["date (UTC)", "place", "runway", "series", "landings", "operator", "gear weight", "touchdown speed", "stop", "largest movement", "zone warned of",
          "warnings by outcome", "what went wrong"]
 
 
@@ -196,7 +210,7 @@ def check_front(browser, db):
     show(browser, make_page(db, "front.html"))
     for width, height in ((1200, 900), (800, 1100), (390, 844)):
         browser.size(width, height)
-        shown = browser.js("[...document.querySelectorAll('.cover dt')].map(t => [t.innerText, t.nextSibling.innerText, t.parentNode.getBoundingClientRect().bottom, "
+        shown = browser.js("[...document.querySelectorAll('.cover dt')].map(t => [t.textContent, t.nextSibling.innerText, t.parentNode.getBoundingClientRect().bottom, "
                            "parseFloat(getComputedStyle(t.nextSibling).fontSize)])")
         first = {term: (text, bottom, size) for term, text, bottom, size in shown}
         tap.check("the first screen of %d points says it" % width, all(t in first and first[t][0].strip() and first[t][1] <= height and first[t][2] >= 14 for t in FIRST), shown)
@@ -217,12 +231,17 @@ def check_print(browser, db):
     tap.check("paper is white", browser.js("getComputedStyle(document.body).backgroundColor") in ("rgb(255, 255, 255)", "rgba(255, 255, 255, 1)"),
               browser.js("getComputedStyle(document.body).backgroundColor"))
     for name, paper in (("letter", {}), ("A4", {"paperWidth": 8.27, "paperHeight": 11.69}), ("A4 turned", {"paperWidth": 8.27, "paperHeight": 11.69, "landscape": True})):
-        pdf = base64.b64decode(browser.call("Page.printToPDF", {"printBackground": False, **paper})["data"])
+        pdf = base64.b64decode(browser.call("Page.printToPDF", {"printBackground": False, **paper}, 200)["data"])
         with open("%s/%s.pdf" % (OUT, name), "wb") as out:
             out.write(pdf)
         drawn = drawn_on_pages(out.name)
         tap.check("the browser prints it on " + name, pdf[:5] == b"%PDF-" and len(drawn) >= 6, len(pdf), drawn)
-        tap.check("no page but the last is nearly empty, upright", drawn and min(drawn[:-1]) > 0.45, drawn)
+        empty = sum(1 for d in drawn[:-1] if 0.0 < d <= 0.45)
+        tap.check("no page is nearly empty, upright, but the last of each part", drawn and empty <= 3, drawn)
+        text = subprocess.run(["pdftotext", "-layout", out.name, "-"], check=True, capture_output=True, text=True).stdout.split("\f")[:-1]
+        tap.check("each page has its number, and that the board was emulated", all("%d of %d" % (n + 1, len(text)) in t and "EMULATED BOARD, SYNTHETIC DATA" in t
+                                                                                for n, t in enumerate(text)), text[:2])
+        tap.check("each landing begins a page", all(sum(bool(re.search(r"\A\s*EMULATED[^\n]*\s+RUN %d: landing" % run, t)) for t in text) == 1 for run in (1, 2)), text)
     browser.call("Emulation.setEmulatedMedia", {"media": "", "features": []})
 
 
@@ -241,8 +260,10 @@ def check_live(browser, db):
             return
         browser.requests.clear()
         browser.open(address)
-        tap.check("its last state is shown", browser.wait("document.querySelector('#state-big').textContent === 'IDLE' && /SILENT/.test(document.querySelector('#board-big').textContent)"),
+        tap.check("its last state is shown", browser.wait("document.querySelector('#state-big').textContent === 'IDLE' && document.querySelector('#board-big').textContent === 'ended'"),
                   browser.js("document.body.innerText"))
+        tap.check("an ended campaign is no alarm, and known as emulated", browser.js("!document.querySelector('.tile.bad')") and
+                  browser.js("document.querySelector('#marks').textContent") == "EMULATED BOARD, SYNTHETIC DATA", browser.js("document.querySelector('header').innerText"))
         tap.check("with all of its strips", browser.wait("matrigLive.fine.count > 380"), browser.js("matrigLive.fine.count"))
         time.sleep(0.5)
         browser.pump()
@@ -277,6 +298,7 @@ def main():
         check_front(browser, clean)
         check_print(browser, clean)
         check_plots(browser, clean)
+        check_overlay(browser, clean)
         check_live(browser, db)
     finally:
         browser.close()

@@ -118,7 +118,7 @@ json_says_the_same() {
 import json, sys
 d = json.load(open(sys.argv[1]))
 lines = {l["name"]: l for l in d["lines"]}
-assert d["verdict"] == "look" and d["board"] == "003100425847500F20343635" and d["section"] == "report" and len(d["lines"]) == 97
+assert d["verdict"] == "look" and d["board"] == "00310042554D450F20343635" and d["section"] == "report" and len(d["lines"]) == 97
 assert lines["watchdog"]["value"] == 500.999 and lines["watchdog"]["least"] == 340 and lines["watchdog"]["verdict"] == "ok"
 assert lines["brown_out"]["verdict"] == "look" and "brown-out" in lines["brown_out"]["advice"]
 assert lines["package"]["value"] is None and lines["chip"]["value"] == "0x413"

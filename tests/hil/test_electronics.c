@@ -572,9 +572,11 @@ TEST(a_drawn_board_has_its_own_identity)
         hil_electronics_identity(options.board_seed, own);
         hil_electronics_identity(options.board_seed, again);
         assert_memory_equal(own, again, sizeof again);
+        assert_memory_equal((const uint8_t *)own + 5, "EMU", 3);
         for (uint64_t i = 0; i < options.board_seed; i++)
             assert_memory_not_equal(uid[i], own, sizeof uid[i]);
     }
+    assert_memory_equal((const uint8_t *)usual.uid + 5, "EMU", 3);
     options.board_seed = 7;
     struct hil_board *drawn = hil_board_create(&options), *ideal = hil_board_create(&usual);
     assert_memory_equal(drawn->options.uid, uid[7], sizeof uid[7]);

@@ -197,8 +197,9 @@ TEST(a_table_in_three_forms)
                         "{\"number\":9,\"hidden\":1,\"x0_in\":1000.0,\"why\":\"\"},"
                         "{\"number\":10,\"hidden\":2,\"x0_in\":null,\"why\":\"\"}],\"last\":1}");
     expect(answer, answer_html,
-           "<h3>channels</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th><th>peak number "
-           "0, in</th><th>why</th></tr></thead><tbody>\n"
+           "<h3>channels</h3>\n<div class=\"scroll\"><table><thead><tr><th "
+           "class=\"n\">no</th><th class=\"n\">peak number "
+           "0 (in)</th><th>why</th></tr></thead><tbody>\n"
            "<tr><td class=\"n\">8</td><td></td><td>too late</td></tr>\n"
            "<tr><td class=\"n\">9</td><td class=\"n\">&gt;999</td><td></td></tr>\n"
            "<tr><td class=\"n\">10</td><td class=\"n\">\xe2\x80\x93</td><td></td></tr>\n"
@@ -320,13 +321,13 @@ TEST(what_is_not_there_and_what_is_there_twice)
     expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"lasted_s\":20.0,"
                         "\"lasted_error_s\":0.29,"
                         "\"rows\":[{\"number\":8}]}");
-    expect(
-        answer, answer_html,
-        "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
-        "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd "
-        "class=\"warn\">two</dd></div>\n"
-        "<div><dt>lasted</dt><dd>20.00 \xc2\xb1 0.29 s</dd></div>\n</dl>\n"
-        "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
-        "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
+    expect(answer, answer_html,
+           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
+           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd "
+           "class=\"warn\">two</dd></div>\n"
+           "<div><dt>lasted</dt><dd>20.00 \xc2\xb1 0.29 s</dd></div>\n</dl>\n"
+           "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th "
+           "class=\"n\">no</th></tr></thead><tbody>\n"
+           "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
     answer_free(answer);
 }

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "common/command.h"
+#include "common/wire.h"
 #include "host/live/buckets.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
@@ -277,6 +278,64 @@ TEST(a_warning_is_an_event_at_once)
     assert_non_null(strstr(text,
                            "{\"m\":\"zone\",\"t\":1700000000000000,\"l\":0,\"b\":1000,\"mats\":40,"
                            "\"start_ft\":60,\"end_ft\":71.4,\"block16\":1000}"));
+    free(text);
+    live_hub_close(hub);
+}
+
+/* Sends a whole configuration, word by word. */
+static void hub_configuration(struct live_hub *hub, const struct mr_config *config)
+{
+    static uint8_t image[MR_CONFIG_IMAGE];
+    uint8_t payload[MR_MESSAGE_MAX];
+    mr_config_encode(config, image);
+    for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {
+        const uint8_t *p = image + 4u * i;
+        size_t length = mr_config_image_put(&(struct mr_config_image){.offset = (uint16_t)i,
+                                                                      .words = MR_CONFIG_WORDS,
+                                                                      .value = mr_get_u32(&p)},
+                                            payload);
+        say_to_hub(hub, MR_ID_CONFIG_IMAGE, payload, length, -1);
+    }
+}
+
+static void snapshot_has(struct live_hub *hub, const char *part)
+{
+    char *text = live_hub_snapshot(hub);
+    assert_non_null(text);
+    assert_non_null(strstr(text, part));
+    free(text);
+}
+
+TEST(sensors_without_a_date_of_calibration_are_reported)
+{
+    static struct mr_config config;
+    struct live_hub *hub;
+    struct error error = {0};
+    assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
+    snapshot_has(hub, "\"uncalibrated\":false"); /* nothing is known */
+    config.channel[0].kind = MR_KIND_DISPLACEMENT;
+    hub_configuration(hub, &config);
+    snapshot_has(hub, "\"uncalibrated\":true");
+    config.channel[0].calibrated_day = 20000;
+    hub_configuration(hub, &config);
+    snapshot_has(hub, "\"uncalibrated\":false");
+    live_hub_close(hub);
+}
+
+TEST(a_notice_of_the_log_is_a_message)
+{
+    struct live_hub *hub;
+    struct error error = {0};
+    struct live_viewer viewer = {.fresh = true};
+    size_t length;
+    assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
+    free(live_hub_next(hub, &viewer, 0, &length));
+    live_hub_notice(hub, "another program ordered \"disarm\"; the board obeyed");
+    live_hub_end(hub, "over");
+    char *text = next_with(hub, &viewer, "\"m\":\"notice\"");
+    assert_non_null(text);
+    assert_non_null(strstr(text, "event: messages\n"));
+    assert_non_null(strstr(text, "another program ordered \\\"disarm\\\"; the board obeyed"));
     free(text);
     live_hub_close(hub);
 }

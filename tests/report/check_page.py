@@ -91,7 +91,7 @@ class Plot:
 
 def table(text, first_head):
     for found in re.finditer(r"<table>.*?</table>", text, re.S):
-        heads = re.findall(r"<th>(.*?)</th>", found.group(0))
+        heads = re.findall(r"<th(?: [^>]*)?>(.*?)</th>", found.group(0))
         if heads[0] == first_head or first_head in heads:
             return heads, [re.findall(r"<td[^>]*>(.*?)</td>", row, re.S) for row in re.findall(r"<tr>(.*?)</tr>", found.group(0), re.S)[1:]]
     raise SystemExit("no table: " + first_head)
@@ -112,10 +112,15 @@ def cumulative():
             near("cumulative displacement of transducer %d after RUN %d" % (i + 1, k + 1), number(cells[k][i + 1]), should, 2e-4 * (k + 1))
             near("  as drawn", line["y"][i], number(cells[k][i + 1]), plot.step)
             near("  where", line["x"][i], station_ft[i + 1], 0.05)
-    check("every column is a station", heads[1:] == ["at %.0f ft, in" % station_ft[i + 1] for i in range(8)], heads)
+    check("every column is a station", heads[1:] == ["at %.0f ft (in)" % station_ft[i + 1] for i in range(8)], heads)
 
 
 def peaks():
+    for heads, cells in (table(section("run1"), name) for name in ("transducer", "gage")):
+        rows_ = [dict(zip((h.split(" (")[0] for h in heads), row)) for row in cells]
+        past = [r for r in rows_ if not number(r.get("least", "-99999")) <= number(r["at the end"]) <= number(r.get("most", "99999")) or
+                "peak" in r and abs(number(r["at the end"])) > abs(number(r["peak"]))]
+        check("no value at the end lies beyond the extremes", not past, past)
     plot, = plots(section("cumulative"), "peak movement")
     for i in range(8):
         near("peak of transducer %d" % (i + 1), plot.named("RUN 1")["y"][i], max(moving_mean(moved_in[i]), key=abs), 0.006)
@@ -147,7 +152,7 @@ def traces():
     stations = dict(db.execute("select number, station_ft from channels where landing = 1 and kind = 2"))
     for plot in plots(section("run1"), "band tensions"):
         for line in plot.series:
-            n = next(n for n in stations if plot.title == "station %.0f ft" % stations[n] and line["name"] == "band %d" % band[n])
+            n = next(n for n in stations if plot.title == "Station %.0f ft" % stations[n] and line["name"] == "band %d" % band[n])
             shown = [v for v, t in zip(tension_lb[n - 1], time_s) if v is not None and -0.3 <= t <= time_s[0] + line["x"][-1] - time_s[0]]
             near("least tension %d" % n, min(line["y"]), min(shown), 2 * plot.step + 1e-3)
 
@@ -174,7 +179,7 @@ def tension():
 
 
 def along():
-    plot = next(p for p in plots(section("run1"), "change of tension along") if p.title == "band 1")
+    plot = next(p for p in plots(section("run1"), "change of tension along") if p.title == "Band 1")
     after = next(k for k, t in enumerate(time_s) if t >= first_edge_s)
     before = [k for k, t in enumerate(time_s) if first_edge_s - 0.5 <= t < first_edge_s]
     line = plot.named("least")
@@ -215,11 +220,16 @@ def predictor():
     heads, cells = table(section("predictor"), "RUN")
     row = dict(zip(heads, cells[0]))
     warned_s = block / 1000 - t0_s
-    near("first warning, s", number(row["first warning, s"]), warned_s, 0.0011)
-    check("zone then", row["zone then, ft"] == "%.1f to %.1f" % (start, end), row)
-    if number(row["wheel there after, s"]) > 0:
+    near("first warning, s", number(row["first warning (s)"]), warned_s, 0.0011)
+    check("the first zone", (row["first zone start (ft)"], row["first zone end (ft)"]) == ("%.1f" % start, "%.1f" % end), row)
+    longest = db.execute("select start_ft, end_ft from zones where landing = 1 and warning = 1 order by mats desc, block limit 1").fetchone()
+    summed = dict(zip(*(r[0] if n else r for n, r in enumerate(table(section("summary"), "RUN")))))
+    told = [(of["%s start (ft)" % name], of["%s end (ft)" % name]) for of, name in ((row, "longest zone"), (summed, "zone"))]
+    check("summary and predictions have the same longest zone", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
+    check("so has the front", ", %.1f to %.1f ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1))
+    if number(row["wheel at it after (s)"]) > 0:
         k = next(k for k, g in enumerate(gear_ft) if g is not None and g >= start)
-        near("the wheel there after, s", number(row["wheel there after, s"]), time_s[k] - warned_s, 0.003)
+        near("wheel at it after, s", number(row["wheel at it after (s)"]), time_s[k] - warned_s, 0.003)
     check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
 
 

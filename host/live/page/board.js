@@ -26,11 +26,12 @@ class Board {
   }
   forgetLanding() {
     this.zone = { block: -1, mats: 0, start_ft: null, end_ft: null, lead_s: null, wheel_ft: null, warning: false, inferred_percent: 0 };
-    this.warning = { on: false, since_us: 0, received_us: 0, first_decided_block: null, zone: this.zone };
+    this.warning = { on: false, since_us: 0, received_us: 0, off_us: 0, first_decided_block: null, zone: this.zone };
     this.verdict = null;
     this.advised = { since_us: 0, reason: '', told: new Set() };
     this.risk = null;
     this.motion = null;
+    this.reached_ft = null;
     this.touchdown = this.stop = null;
     this.opened = new Set();
     this.edges = 0;
@@ -43,7 +44,7 @@ class Board {
   /* ---- messages ---- */
   take(m) {
     const link = this.links[m.l], block = m.b === null ? -1 : m.b;
-    link.heard = Math.max(link.heard, m.t);
+    if (m.m !== 'notice') link.heard = Math.max(link.heard, m.t); /* which is of the log */
     if (block >= 0 && link.newest - block >= 1000) this.restart(m.t);
     link.newest = Math.max(link.newest, block);
     if (m.quantity) this.quantities[m.quantity] = { value: m.value, error: m.error };
@@ -126,15 +127,23 @@ class Board {
     const w = this.warning, on = this.zone.warning, begins = on && !w.on;
     if (on) {
       w.received_us = m.t;
+      w.off_us = 0;
       if (begins || this.zone.mats >= w.zone.mats) w.zone = this.zone;
-    }
-    if (on === w.on) return;
-    w.on = on;
+    } else if (w.on && !w.off_us) w.off_us = m.t;
     if (begins) {
+      w.on = true;
       w.since_us = m.t;
       if (w.first_decided_block === null) w.first_decided_block = block;
       this.notice('alarm', m.t, 'WARNING: ' + this.zone.mats + ' closed mats ahead, stations ' + Number(this.zone.start_ft).toFixed(1) + ' to ' + Number(this.zone.end_ft).toFixed(1) + ' ft');
-    } else this.notice('note', m.t, 'the warning is over');
+    }
+    this.endWarning(m.t);
+  }
+  /* It may come and go with each statement: it begins at once, and is over when a second had none. */
+  endWarning(us) {
+    const w = this.warning;
+    if (!w.on || !w.off_us || us - w.off_us < 1e6) return;
+    w.on = false;
+    this.notice('note', us, 'the warning is over');
   }
   take_zone_coming(m, link) { link.coming = m; }
   take_zone_press(m, link) { link.press = m; }
@@ -196,7 +205,7 @@ class Board {
       ...this.fixed, limits: this.limits,
       board: {
         uid: this.uid.some((word) => word) ? this.uid.map((word) => word.toString(16).toUpperCase().padStart(8, '0')).join('') : '',
-        firmware: hello ? hello.firmware : '', commit: this.commit || '', other_layout: hello !== null && hello.layout !== this.fixed.layout,
+        emulated: this.uid[1] >>> 8 === this.fixed.emulated_lot, firmware: hello ? hello.firmware : '', commit: this.commit || '', other_layout: hello !== null && hello.layout !== this.fixed.layout,
       },
       channels: this.channels.map((c, i) => ({
         name: (i < transducers ? 'D' : 'T') + (c.number || (i < transducers ? i + 1 : i - transducers + 1)),
@@ -210,8 +219,10 @@ class Board {
   }
   gear() {
     const m = this.motion, t = this.touchdown, s = this.stop, z = this.zone;
+    const at_ft = z.wheel_ft !== null && z.block >= (m ? m.block : -1) ? z.wheel_ft : m ? m.position_ft : null;
+    if (at_ft !== null && !(at_ft < this.reached_ft)) this.reached_ft = at_ft; /* the gear does not roll back: the newer of two estimates may */
     return {
-      station_ft: s ? s.station_ft : z.wheel_ft !== null && z.block >= (m ? m.block : -1) ? z.wheel_ft : m ? m.position_ft : null,
+      station_ft: s ? s.station_ft : this.reached_ft,
       speed_ft_s: m ? m.speed_ft_s : null, speed_error_ft_s: m ? m.speed_error_ft_s : null,
       deceleration_ft_s2: m ? m.deceleration_ft_s2 : null, deceleration_error_ft_s2: m ? m.deceleration_error_ft_s2 : null, edges: this.edges,
       final: t || s ? {
@@ -255,11 +266,12 @@ class Board {
   }
   state() {
     const host = this.host;
+    this.endWarning(host.now_us);
     return {
       now_us: host.now_us, heard_us: Math.max(0, ...host.links.map((link) => link.heard_us), this.links[0].heard, this.links[1].heard), block: host.block,
       state: this.landing ? this.landing.text : 'unknown', landing: this.landing ? this.landing.landing : 0, source: host.source, late: host.late,
       warning: this.warning, verdict: this.shownVerdict(), risk: this.shownRisk(), zone: this.zone, gear: this.gear(), opened: [...this.opened],
-      readings: host.readings, bands: [...this.bands.values()], links: host.links, health: this.shownHealth(), notices: this.notices,
+      readings: host.readings, bands: [...this.bands.values()], links: host.links, health: this.shownHealth(), notices: this.notices, uncalibrated: host.uncalibrated,
     };
   }
 }

@@ -10,6 +10,7 @@
   const ANSWER_MS = ORDER_MS + 4000;
   const STREAMS = 4; /* a browser has six connections to one address: two are left for orders and pages */
   const LOST_MS = 1700; /* a board that says nothing for so long is told across the page, as in the terminal */
+  const ENDED_MS = 10000; /* a campaign without news for so long is not being logged */
   const STALE_MS = 2000, SILENT_MS = 1000, DRAW_MS = 200;
   const token = location.hash.slice(1);
   let board = null, configuration = null, state = null, stateAt = 0, heardFrom = 0, connected = false, span = 10, seen = 0;
@@ -131,11 +132,14 @@
     strips = configuration.channels.map((channel, i) => (channel.fitted ? makeStrip(i, channel, $(i < TRANSDUCERS ? 'displacements' : 'tensions')) : null)).filter((s) => s);
     strips.forEach(makePlot);
     for (const kind of ['displacement', 'tension']) {
-      say(kind + '-says', strips.filter((s) => s.kind === kind).length + ' channels, ' + unit(kind).text + ' against board time, s; beside each name its least and most since arming');
+      say(kind + '-says', strips.filter((s) => s.kind === kind).length + ' channels, ' + unit(kind).text + ' against board time, s; range: least and most since arming');
     }
     $('tensions').style.gridTemplateRows = 'repeat(' + Math.max(1, Math.ceil(strips.filter((s) => s.kind === 'tension').length / 2)) + ',auto)';
   };
-  const resize = () => strips.forEach((s) => s.plot.resize());
+  const resize = () => {
+    strips.forEach((s) => s.plot.resize());
+    if (map && WIDTH !== Math.max(280, $('runway').clientWidth)) { drawRunway(); updateRunway(); }
+  };
 
   const endOfTime = () => (newestBucket < 0 ? span : (newestBucket + 1) * (configuration ? configuration.bucket_s : 0.02));
   /* One scale for all of a kind, so that they compare; it grows at once and is a round number. */
@@ -169,7 +173,8 @@
   };
 
   /* ---- the runway ---- */
-  const SVG = 'http://www.w3.org/2000/svg', LEFT = 24, WIDTH = 1150, RIGHT = 24;
+  const SVG = 'http://www.w3.org/2000/svg', LEFT = 24, RIGHT = 24;
+  let WIDTH = 1150; /* of its place: a point of the map is one of the screen, so that labels can be read on a telephone */
   const svg = (name, attributes, text) => {
     const made = document.createElementNS(SVG, name);
     for (const key in attributes) made.setAttribute(key, attributes[key]);
@@ -196,8 +201,9 @@
     return { fill: 'var(--tight)', 'fill-opacity': (0.85 * (1 - open)).toFixed(2) };
   };
   const drawRunway = () => {
+    WIDTH = Math.max(280, $('runway').clientWidth);
     const end = runwayEnd(), u = unit('station');
-    const root = svg('svg', { class: 'map', viewBox: '0 0 ' + WIDTH + ' 178', role: 'img', 'aria-label': 'runway' });
+    const root = svg('svg', { class: 'map', viewBox: '0 0 ' + WIDTH + ' 156', role: 'img', 'aria-label': 'runway' });
     root.append(patterns());
     for (const s of configuration.runway.segments) {
       const rect = svg('rect', { x: atFt(s.start_ft), y: 62, width: Math.max(1, atFt(s.end_ft) - atFt(s.start_ft)), height: 44, ...shade(s) });
@@ -218,13 +224,12 @@
       map.switches.set(s.position, mark);
       root.append(mark);
     }
-    const step = u.text === 'm' ? 5 : 10;
+    const step = [5, 10, 20, 50].find((s) => atFt(s / u.factor) - atFt(0) >= 32);
     for (let at = 0; at / u.factor <= end + 0.01; at += step) {
       const x = atFt(at / u.factor);
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 130, y2: 136 }), svg('text', { class: 'soft', x, y: 149, 'text-anchor': 'middle' }, String(at)));
     }
-    root.append(svg('text', { class: 'soft caption', x: WIDTH / 2, y: 168, 'text-anchor': 'middle' }, 'station, ' + u.text +
-      ' · ▼ transducer · ▮ switch, filled: the gear has passed · stronger shade: smaller openings, dotted: not surveyed · hatched: closed joints'));
+    say('legend', 'Station (' + u.text + ') · ▼ transducer · ▮ switch, filled: passed by the gear · dark shade: small openings, dots: not surveyed · hatched: closed joints');
     if (configuration.runway.touchdown_ft !== null) {
       const x = atFt(configuration.runway.touchdown_ft);
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 36, y2: 106, 'stroke-dasharray': '4 3' }), svg('text', { class: 'soft', x: x + 3, y: 46 }, 'touchdown'));
@@ -243,7 +248,7 @@
     if (on) {
       map.zone.setAttribute('x', atFt(zone.start_ft));
       map.zone.setAttribute('width', Math.max(2, atFt(zone.end_ft) - atFt(zone.start_ft)));
-      map.zoneText.setAttribute('x', Math.min(WIDTH - 190, Math.max(190, (atFt(zone.start_ft) + atFt(zone.end_ft)) / 2)));
+      map.zoneText.setAttribute('x', Math.min(WIDTH - 120, Math.max(120, (atFt(zone.start_ft) + atFt(zone.end_ft)) / 2)));
     }
     map.zoneText.textContent = on ? zone.mats + ' mats closed, ' + fixed(zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) : '';
     map.gear.setAttribute('visibility', gear === null ? 'hidden' : 'visible');
@@ -268,26 +273,26 @@
     say(name + '-big', big);
     say(name + '-small', small);
   };
-  const leadWords = (zone) => (zone.lead_s === null ? 'no time to it known' : zone.lead_s === 0 ? 'the wheel is at it' : 'wheel there in ' + fixed(zone.lead_s, 2) + ' s');
+  const leadWords = (zone) => (zone.lead_s === null ? 'time to zone not known' : zone.lead_s === 0 ? 'wheel at the zone' : 'time to zone ' + fixed(zone.lead_s, 2) + ' s');
   const zoneWords = (zone, lead) => zone.mats + ' mats closed ahead, stations ' + fixed(zone.start_ft === null ? null : zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) +
-    (lead ? '; ' + leadWords(zone) : '') + '; ' + zone.inferred_percent + ' % of it by the survey alone';
-  /* An advisory may come and go 20 times a second: it is shown for a second at least. */
+    (lead ? '; ' + leadWords(zone) : '');
+  /* An advisory may come and go 20 times a second: the tile shows it for at least a second. */
   const ADVICE_MS = 1000;
   let advice = null, advisedAt = -ADVICE_MS;
-  const adviceWords = (v) => v.reason + (v.coming_mats !== null ? ': ' + v.coming_mats + ' mats, the wheel then at ' + shown(v.coming_wheel_ft, 'station', 1)
+  const adviceWords = (v) => v.reason + (v.coming_mats !== null ? ': ' + v.coming_mats + ' mats with the wheel at ' + shown(v.coming_wheel_ft, 'station', 1)
     : v.compression_lb !== null ? ': ' + fixed(v.compression_lb * unit('tension').factor, 0) + ' of ' + shown(v.critical_lb, 'tension', 0) : '');
   const advised = () => {
     const v = state.verdict;
     if (v && v.advisory) { advice = v; advisedAt = performance.now(); }
     return advice !== null && performance.now() - advisedAt < ADVICE_MS;
   };
-  const quietWords = () => (state.zone.mats > 0 ? 'longest closed run: ' + state.zone.mats + ' mats; warned of from ' + configuration.limits.warning_mats : 'no closed joints ahead') +
-    (state.verdict && state.verdict.since_us > 0 ? '; advised at ' + clock(state.verdict.since_us) + ': ' + state.verdict.since_reason : '');
+  const quietWords = () => (state.zone.mats > 0 ? 'longest closed zone: ' + state.zone.mats + ' mats; the board warns from ' + configuration.limits.warning_mats : 'no closed joints ahead') +
+    (state.verdict && state.verdict.since_us > 0 ? '; advisory at ' + clock(state.verdict.since_us) + ': ' + state.verdict.since_reason : '');
   /* Of the landing: the probability of a zone, from where on the lamp warns, the time to where failure is expected. */
   const riskWords = () => {
     const r = state.risk;
     if (!r || r.risk === null) return '';
-    return '; risk ' + fixed(r.risk, 2) + (r.lamp_limit !== null ? ' (the lamp warns from ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ' by chart and plan' : r.of_plan ? ' by the plan' : '') +
+    return '; risk ' + fixed(r.risk, 2) + (r.lamp_limit !== null ? ' (lamp limit ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ', from chart and plan' : r.of_plan ? ', from the plan' : '') +
       (r.failure_s !== null ? ', failure expected at ' + shown(r.failure_ft, 'station', 1) + ' in ' + fixed(r.failure_s, 2) + ' s' : '');
   };
   const showWarning = () => {
@@ -296,24 +301,25 @@
     box.className = w.on ? '' : 'past';
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
-      say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'Warned (received at ' + clock(w.since_us) + '), over now');
-      say('warning-text', w.on ? zoneWords(state.zone, true) : 'first decided in block ' + w.first_decided_block + ' of the board; longest: ' + zoneWords(w.zone, false));
+      say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
+      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : 'first warning in block ' + w.first_decided_block + '; longest zone: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
     document.title = (lost() ? '✕ BOARD SILENT · ' : w.on ? '▲ WARNING · ' : advises ? 'advisory · ' : '') + state.state + ' · matrig live';
     sound(w.on);
-    if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(state.zone) + riskWords());
-    else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. No warning: the lamp is dark' + riskWords());
-    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', quietWords() + riskWords());
+    if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(w.off_us ? w.zone : state.zone) + riskWords());
+    else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. The lamp is off' + riskWords());
+    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'over' : 'none', quietWords() + riskWords());
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
   const lost = () => !!configuration && configuration.source.commands && isFinite(silentMs()) && silentMs() > LOST_MS;
   const showBoard = () => {
     const b = configuration.board, faults = state.health.faults.length, ms = silentMs();
     const who = b.uid ? 'firmware ' + b.firmware + (b.commit ? ', ' + b.commit : '') + ', board ' + b.uid : '';
-    if (b.other_layout) tile('board', 'bad', '✕', 'other version', 'it speaks another layout: use firmware and matrig of one version');
-    else if (!isFinite(ms)) tile('board', '', '…', 'waiting', 'nothing heard yet');
+    if (b.other_layout) tile('board', 'bad', '✕', 'other version', 'the board uses another message layout: install firmware and matrig of one version');
+    else if (!isFinite(ms)) tile('board', '', '…', 'waiting', 'no message received yet');
+    else if (ended || (!configuration.source.commands && ms > ENDED_MS)) tile('board', '', '■', 'ended', 'last message at ' + clock(state.heard_us) + '; ' + who);
     else if (ms > SILENT_MS) tile('board', 'bad', '✕', 'SILENT', 'no message on any link for ' + fixed(ms / 1000, ms < 10000 ? 1 : 0) + ' s; ' + who);
     else tile('board', faults ? '' : 'good', faults ? '▲' : '●', faults ? 'alive, ' + faults + (faults > 1 ? ' faults' : ' fault') : 'alive', who);
   };
@@ -330,7 +336,7 @@
     const small = f ? 'touchdown ' + shown(f.touchdown_ft_s, 'speed', 3) + (f.touchdown_error_ft_s === null ? '' : ' ± ' + fixed(f.touchdown_error_ft_s * unit('speed').factor, 3)) +
       (f.deceleration_ft_s2 === null ? '' : ', ' + shown(f.deceleration_ft_s2, 'deceleration', 3)) + (f.after_s === null ? '' : ', stopped after ' + fixed(f.after_s, 2) + ' s')
       : g.speed_ft_s === null ? 'no speed yet' : shown(g.speed_ft_s, 'speed', 2) + ' ± ' + fixed(g.speed_error_ft_s === null ? null : g.speed_error_ft_s * unit('speed').factor, 2) + ', deceleration ' + shown(g.deceleration_ft_s2, 'deceleration', 2) + ', at the last switch';
-    tile('gear', '', '', g.station_ft === null ? 'not seen' : shown(g.station_ft, 'station', 1), small);
+    tile('gear', '', '', g.station_ft === null ? 'not detected' : shown(g.station_ft, 'station', 1), small);
   };
 
   /* ---- tables ---- */
@@ -366,18 +372,17 @@
   };
   const showHealth = () => {
     const h = state.health;
-    fact('faults since reset', !h.known ? 'not told yet' : h.faults.length ? h.faults.map((f) => f.text + (f.count ? ' (' + f.count + ' times)' : '')).join('; ') : 'none', h.faults.length > 0, true);
+    fact('faults since reset', !h.known ? 'not reported yet' : h.faults.length ? h.faults.map((f) => f.text + (f.count ? ' (' + f.count + ' times)' : '')).join('; ') : 'none', h.faults.length > 0, true);
     fact('restarts seen', String(h.restarts), h.restarts > 0);
     fact('blocks lost, ms', String(h.blocks_lost), h.blocks_lost > 0);
-    fact('CAN, by the board', h.can || '–', !h.can_good);
+    fact('CAN as the board reports it', h.can || '–', !h.can_good);
     fact('black box', (h.black_box || '–') + (h.black_box ? ', ' + h.black_box_records + ' records' : '') + (h.black_box_wait_s ? ', ready in ' + fixed(h.black_box_wait_s, 0) + ' s' : ''), !h.black_box_good);
     for (const q of configuration.quantities) {
       const value = h[q.key], error = h[q.error_key];
       fact(q.words, value === null ? '–' : fixed(value, q.decimals) + (error === null ? ' ' : ' ± ' + fixed(error, q.decimals) + ' ') + q.unit, false);
     }
-    fact('stack used', h.stack_size ? h.stack_used + ' of ' + h.stack_size + ' bytes' : '–', false);
     for (const b of state.bands) fact('band ' + b.band + ', least / mean / most', [b.least_lb, b.mean_lb, b.most_lb].map((v) => fixed(v === null ? null : v * unit('tension').factor, 1)).join(' / ') + ' ' + unit('tension').text, false);
-    fact('readings from', state.source + (state.late ? '; ' + state.late + ' came too late to be drawn' : ''), state.late > 0);
+    fact('readings from', state.source + (state.late ? '; ' + state.late + ' arrived too late to be drawn' : ''), state.late > 0);
   };
   let notices = 0;
   const showNotices = () => {
@@ -404,6 +409,11 @@
   const showState = () => {
     if (!configuration || !state) return;
     showWarning(); /* first: it must not wait for the rest */
+    const marks = [configuration.board.emulated && 'EMULATED BOARD, SYNTHETIC DATA', state.uncalibrated && 'UNCALIBRATED'].filter((t) => t).join(' · ');
+    say('marks', marks);
+    $('marks').hidden = !marks;
+    const newest = state.notices[state.notices.length - 1];
+    say('newest', newest ? clock(newest.us) + '  ' + newest.text : '');
     showBoard(); showLanding(); showGear(); updateRunway(); showReadings(); showLinks(); showHealth(); showNotices();
   };
 
@@ -440,9 +450,9 @@
     pending = command;
     const armed = state.state === 'armed';
     say('confirm-title', command === 'arm' ? 'Arm for a landing?' : 'Disarm?');
-    say('confirm-text', command === 'arm' ? 'The board records from now on until the gear has stopped and the mat is at rest.'
-      : armed ? 'The board goes back to idle; nothing has been recorded of this landing yet.'
-      : state.state === 'done' ? 'The landing is over and kept; the board goes back to idle.' : 'A LANDING IS GOING ON. Its record ends here.');
+    say('confirm-text', command === 'arm' ? 'The board records until the gear has stopped and the mat is at rest.'
+      : armed ? 'The board returns to idle. This landing has no readings yet.'
+      : state.state === 'done' ? 'The landing is stored. The board returns to idle.' : 'A LANDING IS IN PROGRESS. Its record ends now.');
     $('confirm-number').hidden = command !== 'arm';
     say('confirm-yes', command === 'arm' ? 'Arm' : 'Disarm');
     $('confirm').showModal();
@@ -464,7 +474,7 @@
       try { told = JSON.parse(text); } catch (e) { /* plain words */ }
       say('command-said', body.command + (told.done ? ': done, ' + new Date().toLocaleTimeString('en-GB') : ': ' + (told.error || 'failed')));
     } catch (e) {
-      say('command-said', body.command + ': matrig did not answer, and refuses it from now on; give it again');
+      say('command-said', body.command + ': no answer from matrig, which now refuses this order; repeat it');
     }
   };
 
@@ -477,7 +487,7 @@
     const s = told.source;
     say('source', s.db + '  ·  ' + [s.can && 'CAN ' + s.can, s.serial && 'serial ' + s.serial].filter((t) => t).join('  ·  '));
     if (!s.commands) say('command-said', 'Watching only: ' + (s.no_commands || ''));
-    else if (!token) say('command-said', 'Watching only: open the address that matrig printed, with what follows #');
+    else if (!token) say('command-said', 'Watching only: open the whole address that matrig printed, including the part after #');
     if (changed) { makeStrips(); drawRunway(); }
     showState();
   };
@@ -485,7 +495,7 @@
   const tabs = new BroadcastChannel('matrig');
   const refresh = () => {
     due = false;
-    if (!board) return;
+    if (!board || !board.host.links.length) return; /* its first state follows */
     const warned = state && state.warning.on;
     state = board.state();
     if (!configuration || configuration.of !== board || configuration.configured !== board.configured) takeConfiguration(Object.assign(board.configuration(), { of: board, configured: board.configured }));
@@ -572,14 +582,14 @@
     $('offline').className = old && ended ? 'ended' : '';
     document.body.classList.toggle('stale', old || silent);
     if (old) {
-      say('offline', ended ? ended + '. What is shown is how it was then'
-        : crowded ? '✕ ' + STREAMS + ' other tabs or windows of this browser show this page, and it may have no more: close one of them'
-        : '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old');
+      say('offline', ended ? ended + '. This page shows the last state'
+        : crowded ? '✕ ' + STREAMS + ' other tabs or windows of this browser show this page, which is the limit: close one of them'
+        : '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: this page is out of date');
       document.title = (ended ? 'log ended' : crowded ? 'too many tabs' : 'no connection') + ' · matrig live';
       sound(false);
       if ((ended || ms > 5000) && !retry) again();
     } else if (configuration && state) {
-      if (silent) say('offline', '✕ THE BOARD IS SILENT for ' + fixed(silentMs() / 1000, 0) + ' s: nothing is recorded; look at its power and cables');
+      if (silent) say('offline', '✕ THE BOARD IS SILENT for ' + fixed(silentMs() / 1000, 0) + ' s: nothing is recorded; check its power and cables');
       showBoard();
     }
   };

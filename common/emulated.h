@@ -1,0 +1,10 @@
+/* How a record tells an emulated board from hardware: by the unique identifier of its chip. Bytes 1
+ * to 7 of words 1 and 2 are the lot in ASCII (RM0090 39.1); that of an emulated chip begins with
+ * "EMU". */
+#ifndef MATRIG_COMMON_EMULATED_H
+#define MATRIG_COMMON_EMULATED_H
+
+#define MR_EMULATED_LOT      0x554d45u /* upper 24 bits of word 1 */
+#define MR_EMULATED_LOT_TEXT "554D45"  /* digits 9 to 14 of the identifier's 24 */
+
+#endif
