@@ -43,6 +43,7 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
         {"MDF     ", "an MDF4 file", "export it as CSV"},
         {"# matrig configuration", "a board's configuration", "matrig board config set takes it"},
         {"<!DOCTYPE", "a page", "give the file that it was made from"},
+        {"\377\376", "a text in UTF-16", "save it as CSV UTF-8"},
     };
     char begins[32] = "";
     struct stat kind;
@@ -56,6 +57,11 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
             return error_set(error, MR_MALFORMED, "%s, no %s: %s; %s", kinds[i].kind, wanted, path,
                              kinds[i].advice);
     return MR_OK;
+}
+
+size_t output_mark(const char *text, size_t length)
+{
+    return length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
 }
 
 static enum mr_status cannot(const char *path, struct error *error)
@@ -195,23 +201,26 @@ static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64]
     return fd;
 }
 
+/* `error` may end the program: not before the draft is gone. */
 static enum mr_status replace(const struct output *output, struct error *error)
 {
     char target[PATH_MAX], draft[PATH_MAX + 64];
+    struct error failed = {0};
     if (find_target(output->path, target, error) != MR_OK)
         return error->status;
     int fd = make_draft(target, output->executable ? 0777 : 0666, draft);
     if (fd < 0)
         return cannot(output->path, error);
     if (!write_all(fd, output->text, output->length))
-        cannot(output->path, error);
+        cannot(output->path, &failed);
     else
-        finish(fd, draft, target, output->path, error);
-    if (close(fd) != 0 && error->status == MR_OK)
-        cannot(output->path, error);
-    if (error->status != MR_OK)
-        unlink(draft);
-    return error->status;
+        finish(fd, draft, target, output->path, &failed);
+    if (close(fd) != 0)
+        cannot(output->path, &failed);
+    if (failed.status == MR_OK)
+        return MR_OK;
+    unlink(draft);
+    return error_set(error, failed.status, "%s", failed.text);
 }
 
 /* To a pipe, a terminal or a device. */

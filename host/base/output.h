@@ -52,5 +52,8 @@ bool output_is_database(const char *path);
 /* MR_MALFORMED: what is to be read as `wanted` ("survey sheet") is a file of another kind, by its
  * first bytes: "a spreadsheet, no survey sheet: F; save it as CSV". */
 enum mr_status output_other_kind(const char *path, const char *wanted, struct error *error);
+/* How many bytes at the beginning of a text are the mark of UTF-8, which spreadsheets write: 0
+ * or 3. */
+size_t output_mark(const char *text, size_t length);
 
 #endif

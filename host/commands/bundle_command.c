@@ -1,4 +1,5 @@
 /* matrig bundle: a campaign of one landing with the image that recorded it, to pass on. */
+#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -77,7 +78,8 @@ static enum mr_status make(struct request *r, const struct cli *cli, size_t *ima
         store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length, error) ==
             MR_OK &&
         rename(draft, r->path) != 0)
-        error_set(error, MR_IO, "cannot be written: %s; check path and rights", r->path);
+        error_set(error, MR_IO, "cannot be written (%s): %s; check path and rights",
+                  strerror(errno), r->path);
     store_close(store);
     remove_draft(draft);
     free(draft);

@@ -105,7 +105,7 @@ static const char *probe(int fd, int *number)
     void *shared = MAP_FAILED;
     if (ftruncate(fd, PROBE_BYTES) == 0) {
         shared = mmap(NULL, PROBE_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
-        *number = shared == MAP_FAILED ? errno : 0;
+        *number = shared == MAP_FAILED && errno != ENOMEM ? errno : 0; /* that is no disk's */
     }
     if (shared != MAP_FAILED)
         munmap(shared, PROBE_BYTES);
