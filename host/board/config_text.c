@@ -12,6 +12,7 @@
 #include "common/decimal.h"
 #include "common/gain.h"
 #include "common/wire.h"
+#include "host/base/output.h"
 #include "host/base/xmalloc.h"
 #include "host/calibrate/jump.h"
 
@@ -648,7 +649,7 @@ enum mr_status config_text_load(const char *path, struct mr_config *config, stru
         status = error_set(error, MR_MALFORMED,
                            "no text: %s; is it the file that matrig board config get wrote?", path);
     else
-        status = config_text_read(text, path, config, error);
+        status = config_text_read(text + output_mark(text, length), path, config, error);
     free(text);
     return status;
 }

@@ -10,9 +10,8 @@
 #include "host/base/output.h"
 #include "host/base/quantity.h"
 
-#define BLANKS          " \t\r\n"
-#define LINE_MAX_BYTES  300
-#define BYTE_ORDER_MARK "\xef\xbb\xbf" /* some programs begin a text with these bytes */
+#define BLANKS         " \t\r\n"
+#define LINE_MAX_BYTES 300
 
 struct reader {
     const char *path;
@@ -137,8 +136,7 @@ static enum mr_status read_point(struct reader *r, char *line, char *comma)
 
 static enum mr_status read_line(struct reader *r, char *line)
 {
-    if (r->line == 1 && strncmp(line, BYTE_ORDER_MARK, 3) == 0)
-        line += 3;
+    line += r->line == 1 ? output_mark(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
@@ -170,6 +168,9 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
                    ? complain(&r, MR_MALFORMED, "a line too long", "write VALUE,CODE")
                    : read_line(&r, line);
     }
+    if (status == MR_OK && ferror(file))
+        status = error_set(error, MR_IO, "cannot read (%s): %s; check path and rights",
+                           strerror(errno), path);
     fclose(file);
     return status;
 }

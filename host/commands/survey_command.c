@@ -449,6 +449,17 @@ static void take_sheet(struct typist *typist)
 
 /* ---- one run of the command ---- */
 
+/* A sheet that cannot be read begins no survey, and no campaign. */
+static void check_sheet(const struct request *request)
+{
+    static struct survey_desk desk;
+    static struct survey_sheet sheet;
+    if (!request->from)
+        return;
+    survey_desk_init(&desk, request->edges);
+    survey_sheet_read(request->from, &desk.plan, &sheet, fatal);
+}
+
 static void begin(const struct request *request, struct store *store, struct survey *survey)
 {
     bool found = false;
@@ -460,11 +471,7 @@ static void begin(const struct request *request, struct store *store, struct sur
                  survey->desk.plan.count);
         return;
     }
-    if (request->from) { /* a sheet that cannot be read begins no survey */
-        static struct survey_sheet sheet;
-        survey_desk_init(&survey->desk, request->edges);
-        survey_sheet_read(request->from, &survey->desk.plan, &sheet, fatal);
-    }
+    check_sheet(request);
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(),
                                     .error_in = request->error_in,
                                     .closed_in = request->closed_in};
@@ -753,6 +760,8 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     command_parse(&command_survey, argc, argv, cli, &r, &r.db, fatal);
     check(&r);
+    if (access(r.db, F_OK) != 0)
+        check_sheet(&r);
     return run(&r);
 }
 

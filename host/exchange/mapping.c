@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "common/channels.h"
+#include "host/base/output.h"
 #include "host/base/xmalloc.h"
 #include "host/base/quantity.h"
 
@@ -327,7 +328,8 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
     json_error_t where;
     const struct reader r = {path, error};
     *mapping = (struct mapping){0};
-    json_t *root = json_loadb(json, length, JSON_REJECT_DUPLICATES, &where);
+    size_t mark = output_mark(json, length);
+    json_t *root = json_loadb(json + mark, length - mark, JSON_REJECT_DUPLICATES, &where);
     if (!root)
         return error_set(error, MR_MALFORMED, "no JSON: %s line %d, column %d: %s", path,
                          where.line, where.column, where.text);

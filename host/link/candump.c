@@ -181,18 +181,22 @@ bool candump_is_of(const struct candump_line *line, const char *interface)
 bool candump_log_take(struct candump_log *log, const char *text, size_t length, bool whole,
                       struct candump_line *line)
 {
-    log->line++;
+    /* a mark of UTF-8, or candump's own "Warning: console output active while logging!" */
+    const char *begin = log->line++ == 0 ? memchr(text, '(', length) : NULL;
+    size_t before = begin ? (size_t)(begin - text) : 0;
+    text += before;
+    length -= before;
     if (length == 0)
         return false;
     enum mr_status status = candump_parse_line(text, length, line);
     if (!whole) { /* a whole frame may be the beginning of a longer one */
-        verdict_set(&log->verdict, MR_TRUNCATED, log->line, length + 1,
+        verdict_set(&log->verdict, MR_TRUNCATED, log->line, before + length + 1,
                     "the log ends inside a line");
         return false;
     }
     if (status != MR_OK) {
         log->verdict.bad_lines++;
-        verdict_set(&log->verdict, MR_MALFORMED, log->line, line->column,
+        verdict_set(&log->verdict, MR_MALFORMED, log->line, before + line->column,
                     memmem(text, length, "##", 2) ? "a CAN FD frame; matrig's bus has none"
                                                   : "no line of `candump -L`");
         return false;

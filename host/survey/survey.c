@@ -477,7 +477,8 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
             status = error_set(error, MR_MALFORMED, "line too long: %s, line %zu; is it a sheet?",
                                path, number);
         else if (number == 1)
-            status = find_columns(path, cell, split(line, cell), column, &mm, error);
+            status = find_columns(path, cell, split(line + output_mark(line, strlen(line)), cell),
+                                  column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
             status = take_row(path, number, cell, split(line, cell), column, mm, plan, sheet,
                               error);

@@ -79,7 +79,8 @@ sheet() {
     # every gap 0.01 in closed on line 1, 0.02 in on line 2; stations where they were
     awk -F, 'NR == 1 {print; next} $1 == "gap" {$4 = $5 - 0.01 * $2} $1 == "station" {$4 = 0} {printf "%s,%s,%s,%s,,,\n", $1, $2, $3, $4}' \
         "$tmp/sheet.csv" >"$tmp/filled.csv"
-    $matrig --json survey "$tmp/a.db" --new --edges both --from "$tmp/filled.csv" >"$tmp/sheet.json" || return 1
+    printf '\357\273\277' | cat - "$tmp/filled.csv" >"$tmp/marked.csv" # as a spreadsheet's "CSV UTF-8" begins
+    $matrig --json survey "$tmp/a.db" --new --edges both --from "$tmp/marked.csv" >"$tmp/sheet.json" || return 1
     python3 - "$tmp/sheet.json" <<'EOF'
 import json, sys
 o = json.load(open(sys.argv[1]))
@@ -105,7 +106,7 @@ sheet_faults() {
     printf 'kind,line,place,reading_in\ngap,1,0,33.5x\n' >"$tmp/bad.csv"
     fails_with 4 'not a reading, .33.5x.' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,where\n' >"$tmp/bad.csv"
-    fails_with 4 'no column place' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv"
+    fails_with 4 'no column place' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" && [ ! -e "$tmp/b.db" ]
 }
 
 board() { # can|serial...
