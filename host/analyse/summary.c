@@ -781,9 +781,11 @@ static void import_answer(const struct summary *summary, struct answer *answer)
         return;
     }
     answer_open(answer, "import", "");
-    answer_words(answer, NULL, "imported from", "%s (%s, %lld bytes, SHA-256 %s)", import->file,
-                 import->format, (long long)import->bytes, import->sha256);
+    answer_words(answer, NULL, "imported from", "%s (%s%s%s, %lld bytes, SHA-256 %s)", import->file,
+                 import->format, import->bus[0] ? " of " : "", import->bus,
+                 (long long)import->bytes, import->sha256);
     answer_words(answer, "file", NULL, "%s", import->file);
+    answer_words_or_none(answer, "bus", NULL, import->bus[0] ? import->bus : NULL, NULL);
     answer_words(answer, "verdict", "the file", "%s", import->verdict);
     answer_words(answer, "sha256", NULL, "%s", import->sha256);
     answer_count(answer, "bytes", NULL, import->bytes);

@@ -48,6 +48,8 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     answer_words(answer, "sha256", "sha256", "%s", row->sha256);
     answer_words(answer, "format", NULL, "%s", row->format);
     answer_count(answer, "session", NULL, result->session);
+    answer_words_or_none(answer, "bus", row->bus[0] ? "bus" : NULL, row->bus[0] ? row->bus : NULL,
+                         NULL);
     answer_count(answer, "other_interfaces", result->elsewhere ? "other buses" : NULL,
                  (int64_t)result->elsewhere)
         ->end = " frames, left out";
@@ -76,8 +78,7 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
                                    struct error *error)
 {
     int64_t session = 0;
-    enum mr_status status = store_import_find(store, row->sha256, row->mapping, request->base,
-                                              &session, error);
+    enum mr_status status = store_import_find(store, row, request->base, &session, error);
     if (status == MR_OK && session && !again)
         status =
             error_set(error, MR_USAGE,
@@ -93,7 +94,7 @@ static enum mr_status read_readings(const struct textfile *file,
                                     struct import_result *result, struct error *error)
 {
     if (!mapping->text)
-        return import_candump_check(file, request, error);
+        return import_candump_check(file, request, result, error);
     return mapping->signals ? import_read_signals(file, request, mapping, result, error)
                             : csv_read(file->text, file->length, request->path, mapping,
                                        &result->rows, &result->verdict, error);
@@ -105,6 +106,7 @@ static enum mr_status import(struct store *store, const struct textfile *file,
                              struct store_import *row, bool again, struct import_result *result,
                              struct error *error)
 {
+    snprintf(row->bus, sizeof row->bus, "%s", result->bus);
     enum mr_status status = store_begin(store, error)
                               ?: refuse_twice(store, row, request, again, error)
                               ?: (mapping->text

@@ -36,15 +36,18 @@ struct import_result {
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
-    size_t rows;        /* taken: frames, or rows of a table */
-    uint64_t elsewhere; /* frames of other interfaces */
+    size_t rows;                 /* taken: frames, or rows of a table */
+    char bus[CANDUMP_INTERFACE]; /* whose frames are taken; "": a table */
+    uint64_t elsewhere;          /* frames of other interfaces */
     int64_t trouble[LINK_TROUBLES];
     struct store_link_counts counts;
 };
 
-/* There is a frame in it, else MR_MALFORMED; MR_USAGE: boards speak on several of its buses. */
+/* There is a frame in it, else MR_MALFORMED; sets the result's bus. MR_USAGE: boards speak on
+ * several. */
 enum mr_status import_candump_check(const struct textfile *file,
-                                    const struct import_request *request, struct error *error);
+                                    const struct import_request *request,
+                                    struct import_result *result, struct error *error);
 /* Frames of our own boards: landings as if they had been logged. A transaction is
  * open; it is committed now and then. */
 enum mr_status import_candump(struct store *store, const struct textfile *file,

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "common/decimal.h"
+#include "host/base/output.h"
 #include "host/base/xmalloc.h"
 #include "host/collect/collect.h"
 
@@ -234,8 +235,7 @@ static enum mr_status take_header(struct table *t, struct error *error)
     const char *line;
     size_t length;
     bool whole;
-    if (t->end - t->at >= 3 && memcmp(t->at, "\xef\xbb\xbf", 3) == 0) /* a mark of UTF-8 */
-        t->at += 3;
+    t->at += output_mark(t->at, (size_t)(t->end - t->at));
     for (unsigned i = 0; i < m->header_lines; i++) {
         if (!next_line(t, true, &line, &length, &whole))
             return error_set(
@@ -423,6 +423,7 @@ enum mr_status import_read_signals(const struct textfile *file,
     double value;
     if (find_signals(file, request, mapping, log.interface, error) != MR_OK)
         return error->status;
+    memcpy(result->bus, log.interface, sizeof result->bus);
     while (candump_log_next(&log, file, &at, &line)) {
         bool taken = false;
         first_us = frames++ ? first_us : line.frame.host_us;
@@ -462,10 +463,13 @@ static enum mr_status open_log(const struct textfile *file, const struct import_
 }
 
 enum mr_status import_candump_check(const struct textfile *file,
-                                    const struct import_request *request, struct error *error)
+                                    const struct import_request *request,
+                                    struct import_result *result, struct error *error)
 {
     struct link *link = NULL;
     enum mr_status status = open_log(file, request, &link, error);
+    if (status == MR_OK)
+        memcpy(result->bus, link_candump(link)->interface, sizeof result->bus);
     link_close(link);
     return status;
 }

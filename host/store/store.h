@@ -376,9 +376,9 @@ enum mr_status store_predict_config(struct store *store, int64_t run,
 /* Of a session; `*found` false: it was logged. Its mapping is not read. */
 enum mr_status store_import_get(struct store *store, int64_t session, struct store_import *import,
                                 bool *found, struct error *error);
-/* The session that took in a file of this hash with this mapping (NULL: none), and of the board at
- * this base, to its end; 0: none has. */
-enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
+/* The session that took in a file of this hash with this mapping (NULL: none), of this bus and of
+ * the board at this base, to its end; 0: none has. */
+enum mr_status store_import_find(struct store *store, const struct store_import *import,
                                  uint16_t can_base, int64_t *session, struct error *error);
 
 /* Readings of one channel by 1 ms blocks, in its unit. */

@@ -631,12 +631,13 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_import_find(struct store *store, const char *sha256, const char *mapping,
+enum mr_status store_import_find(struct store *store, const struct store_import *import,
                                  uint16_t can_base, int64_t *session, struct error *error)
 {
     *session = 0;
-    enum mr_status status = STORE_NUMBER(store, error, IMPORT_FIND, session, BIND(sha256),
-                                         BIND(mapping), BIND((int64_t)can_base));
+    enum mr_status status = STORE_NUMBER(store, error, IMPORT_FIND, session, BIND(import->sha256),
+                                         BIND(import->mapping), BIND(import->bus),
+                                         BIND((int64_t)can_base));
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 

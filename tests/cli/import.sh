@@ -36,7 +36,7 @@ three_at_once_make_one() { # whoever comes second sees the first one's
     [ $good = 1 ] && [ "$(grep -c 'imported already, as session 1' "$tmp/once.err")" = 2 ] && [ "$(sqlite3 "$tmp/once.db" 'SELECT count(*) FROM landings')" = 1 ]
 }
 it_stands_in_report_and_summary() {
-    m report "$db" -o "$tmp/report.html" && grep -q "imported from</dt><dd>$tmp/can (candump, [0-9]* bytes, SHA-256 $(sha256sum <"$tmp/can" | cut -c1-64))" "$tmp/report.html"
+    m report "$db" -o "$tmp/report.html" && grep -q "imported from</dt><dd>$tmp/can (candump of can0, [0-9]* bytes, SHA-256 $(sha256sum <"$tmp/can" | cut -c1-64))" "$tmp/report.html"
 }
 a_cut_log_keeps_what_is_whole() {
     head -c 500010 "$tmp/can" >"$tmp/cut.log"
@@ -71,7 +71,21 @@ two_boards_are_a_question() {
     fails_with 2 "$asked" build/matrig import "$tmp/both.db" "$tmp/both.log" && fails_with 2 "$asked" build/matrig log --can "file:$tmp/both.log" --db "$tmp/both.db" &&
         [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of can7: .*it has those of can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
     m import "$tmp/both.db" "$tmp/both.log" --interface can2 >/dev/null && m log --can "file:$tmp/both.log,interface=can0" --db "$tmp/both.db" >/dev/null &&
-        [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(n) FROM (SELECT count(*) AS n FROM frames GROUP BY session)')" = "$(wc -l <"$tmp/other"),$lines" ]
+        [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(n) FROM (SELECT count(*) AS n FROM frames GROUP BY session)')" = "$(wc -l <"$tmp/other"),$lines" ] || return 1
+    # the other bus is not the same file twice; each is
+    fails_with 2 'imported already' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can2 && m import "$tmp/both.db" "$tmp/both.log" --interface can0 >"$tmp/out" && grep -q '^bus  *can0$' "$tmp/out" &&
+        fails_with 2 'imported already' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can0 && [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(bus) FROM imports')" = can2,can0 ] &&
+        m landing "$tmp/both.db" 3 >/dev/null && m report "$tmp/both.db" -o "$tmp/both.html" && grep -q 'both.log (candump of can2, ' "$tmp/both.html" && grep -q 'both.log (candump of can0, ' "$tmp/both.html"
+}
+# A mark of UTF-8, and what candump -l -L -s0 of before 2019 says without a newline.
+before_the_first_frame() {
+    local begin
+    for begin in '\357\273\277' 'Warning: console output active while logging!'; do
+        printf "$begin" | cat - "$tmp/can" >"$tmp/begun.log"
+        rm -f "$tmp/begun.db"
+        m import "$tmp/begun.db" "$tmp/begun.log" >/dev/null && m log --can "file:$tmp/begun.log" --db "$tmp/begun.db" >/dev/null &&
+            [ "$(sqlite3 "$tmp/begun.db" 'SELECT group_concat(n) FROM (SELECT count(*) AS n FROM frames GROUP BY session)')" = "$lines,$lines" ] || return 1
+    done
 }
 # One log with all that other programs and a bus put into it: padded names, CRLF, another bus, others' frames, bus-off, bus errors, damage.
 every_road_gives_the_same_rows() {
@@ -121,6 +135,7 @@ instruments() {
  "align": {"column": "Trigger", "threshold": 2.5, "edge": "falling", "switch": 3},
  "channels": [{"column": "Weg 2", "channel": "d2", "unit": "mm", "scale": 4, "offset": -10, "error": 0.0254}]}
 J
+    printf '\357\273\277' | cat - "$tmp/lvdt.json" >"$tmp/marked.json"
     cat >"$tmp/gear.json" <<'J'
 {"time": {"column": 1, "unit": "s"}, "touchdown_ft": 3, "switch_error_ft": 0.001,
  "channels": [{"column": "x", "channel": "gear", "unit": "m"}, {"column": 3, "channel": "t1", "unit": "N"}]}
@@ -132,7 +147,7 @@ J
 }
 # Against the closed form the data was made of: 500 Hz, straight lines between: (0.002 s)^2 / 8 of the second derivative, 1.3e-5 mm.
 a_foreign_table_lies_where_its_trigger_says() {
-    build/matrig import "$db" "$tmp/lvdt.csv" --map "$tmp/lvdt.json" --like 1 >"$tmp/out" || { cat "$tmp/out"; return 1; }
+    build/matrig import "$db" "$tmp/lvdt.csv" --map "$tmp/marked.json" --like 1 >"$tmp/out" || { cat "$tmp/out"; return 1; }
     local run=$(cell 'SELECT max(id) FROM landings')
     m export "$db" "$run" --format csv -o "$tmp/lvdt.out" || return 1
     python3 - "$tmp/lvdt.out" "$switch3" <<'PYTHON' || return 1
@@ -242,6 +257,7 @@ check "a log that was cut keeps what is whole" a_cut_log_keeps_what_is_whole
 check "a damaged line costs itself alone, and is counted as lost" a_damaged_line_costs_itself
 check "frames of another bus are left out" another_bus_is_left_out
 check "boards on two buses are a question" two_boards_are_a_question
+check "what stands before the first frame costs none" before_the_first_frame
 check "import and log of a file or a pipe give the same rows" every_road_gives_the_same_rows
 instruments
 check "another logger's table lies where its trigger says, its gap kept" a_foreign_table_lies_where_its_trigger_says
