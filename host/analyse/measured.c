@@ -452,8 +452,11 @@ void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_
 
 const char *measured_marks(const struct measured *measured)
 {
-    static const char *const marks[] = {"", ", torn", ", UNCALIBRATED", ", torn, UNCALIBRATED"};
-    return marks[measured->torn + 2 * measured->uncalibrated];
+    static const char *const marks[3][2] = {
+        {"", ", torn"},
+        {", UNCALIBRATED", ", torn, UNCALIBRATED"},
+        {", calibration unknown", ", torn, calibration unknown"}};
+    return marks[!measured->dates_known ? 2 : measured->uncalibrated][measured->torn];
 }
 
 bool measured_is_emulated(const struct measured *measured)

@@ -128,7 +128,8 @@ void measured_free(struct measured *measured);
 void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_TEXT]);
 /* The landing's board was an emulated one, so its readings are synthetic (common/emulated.h). */
 bool measured_is_emulated(const struct measured *measured);
-/* What a reader must know of any number of it: "", ", torn", ", UNCALIBRATED", or both. Static. */
+/* What a reader must know of any number of it: "", ", torn", then ", UNCALIBRATED" or ",
+ * calibration unknown" (its configuration was not read), or both. Static. */
 const char *measured_marks(const struct measured *measured);
 /* Of MR_TRUNCATED: why no stop is known, as part of a sentence. */
 #define MEASURED_REASON 100

@@ -31,7 +31,9 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
     measured_torn_text(measured, torn);
     if (torn[0])
         fprintf(out, "# %s\n", torn);
-    if (measured->uncalibrated)
+    if (!measured->dates_known)
+        fputs("# calibration unknown: the configuration of the board was not read\n", out);
+    else if (measured->uncalibrated)
         fputs("# UNCALIBRATED: sensors without a date of calibration\n", out);
     fprintf(out,
             "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",

@@ -65,12 +65,16 @@ static void preview_free(struct preview *preview)
 
 /* ---- a row ---- */
 
+/* Of a calibration that is not known the notes say so: most landings that were read from files. */
 static void state_text(const struct preview *preview, char *out, size_t size)
 {
+    const struct measured *measured = &preview->measured;
     snprintf(out, size, "%lld, %s%s%s%s", (long long)preview->measured.landing.board_landing,
              mr_landing_state_text((unsigned)preview->measured.landing.state),
              preview->journal.is_void ? ", VOID" : "", preview->imported ? ", imported" : "",
-             measured_marks(&preview->measured));
+             measured->dates_known ? measured_marks(measured)
+             : measured->torn      ? ", torn"
+                                   : "");
 }
 
 static void motion_answer(const struct measured *measured, struct answer *answer)
@@ -135,7 +139,7 @@ static void add(char *out, size_t size, const char *text)
 /* The newest note, how many there are besides, what was seen, and what else is to be known. */
 static void notes_answer(const struct preview *preview, struct answer *answer)
 {
-    char text[NOTE_SHOWN + 120] = "", part[NOTE_SHOWN + 40];
+    char text[NOTE_SHOWN + 140] = "", part[NOTE_SHOWN + 40];
     const char *newest = NULL;
     size_t notes = 0;
     for (size_t i = 0; i < preview->journal.changes; i++) {
@@ -144,6 +148,8 @@ static void notes_answer(const struct preview *preview, struct answer *answer)
         newest = preview->journal.change[i].value;
         notes++;
     }
+    if (!preview->measured.dates_known)
+        add(text, sizeof text, "calibration unknown");
     if (preview->same) {
         snprintf(part, sizeof part, "the same landing as RUN %lld", (long long)preview->same);
         add(text, sizeof text, part);

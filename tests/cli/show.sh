@@ -36,7 +36,7 @@ check "nor a landing" fails_with 2 "no such landing: RUN 7 in $db" $matrig show 
 again() { show "$db" 1 >"$tmp/again.txt" && cmp "$tmp/log.txt" "$tmp/again.txt"; }
 check "a landing in the words that log had" again
 undated() { # read from a file without times
-    show "$db" | grep -q '^ *1  no date ' && $matrig --json show "$db" | grep -q '"armed":null.*"uncalibrated":null' && ! show "$db" | grep 1970 && $matrig report "$db" -o "$tmp/dates.html" 2>/dev/null && ! grep -q '1970-' "$tmp/dates.html"
+    show "$db" | grep -q '^ *1  no date ' && $matrig --json show "$db" | grep -q '"armed":null.*"uncalibrated":null' && show "$db" | grep 'calibration unknown$' && show "$db" 1 | grep 'done, calibration unknown$' && $matrig export "$db" 1 --format csv | grep '^# calibration unknown' && ! show "$db" | grep 1970 && $matrig report "$db" -o "$tmp/dates.html" 2>/dev/null && ! grep -q '1970-' "$tmp/dates.html"
 }
 check "a recording without times has no date" undated
 who_says_so() { # the login name where no shell has set USER, an empty one too
