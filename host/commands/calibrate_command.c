@@ -27,8 +27,9 @@
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 
-#define DAY_S      86400
-#define VALID_DAYS 365.0
+#define DAY_S        86400
+#define VALID_DAYS   365.0
+#define MISS_PERCENT 1.0 /* of the span: a sensor that is in order fits better */
 
 struct request {
     const struct cli *cli;
@@ -164,15 +165,18 @@ static void check_gain(const struct request *r, const struct mr_config *config,
 }
 
 /* Points that do not fit as a sensor does are a slip of the pen, or a sensor that is ill: the table
- * is shown, nothing is written, but with --accept. */
+ * is shown, nothing is written, but with --accept. A wider --miss is a reason that is kept, too. */
 static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
     char mend[200] = "no single point explains it: read them again";
     double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
     struct error error = {0};
-    if (fit->miss <= most)
+    if (fit->miss <= fmin(r->miss_percent, MISS_PERCENT) / 100.0 * span)
         r->accept = NULL;
+    else if (fit->miss <= most && !r->accept)
+        r->accept = xasprintf("--miss %g: the points miss their fit by %.2g %% of their span",
+                              r->miss_percent, 100.0 * fit->miss / span);
     if (fit->miss <= most || r->accept)
         return;
     size_t i = calibrate_outlier(points->point, points->count, r->table, most, channel, &rest);
@@ -189,8 +193,8 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
     r->output = NULL;
     if (r->cli->json) /* into the object */
         exit(tell(r, points, fit, channel, cli_fail(&error)));
-    (void)tell(r, points, fit, channel, 0);
-    exit(cli_fail(&error));
+    int shown = tell(r, points, fit, channel, 0);
+    exit(shown != 0 ? shown : cli_fail(&error));
 }
 
 /* ---- points from a board ---- */
@@ -332,7 +336,7 @@ static void read_board(const struct request *r, struct mr_config *config,
     dialogue_close(dialogue);
 }
 
-static void calibrate(struct request *r)
+static int calibrate(struct request *r)
 {
     static struct mr_config config;
     static struct calibrate_points points;
@@ -360,7 +364,7 @@ static void calibrate(struct request *r)
     check_fit(r, &points, &fit, channel);
     if (r->output)
         write_config(r, &config);
-    (void)tell(r, &points, &fit, channel, 0);
+    return tell(r, &points, &fit, channel, 0);
 }
 
 /* ---- certificates ---- */
@@ -414,7 +418,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
     return values;
 }
 
-static void recompute(struct request *r)
+static int recompute(struct request *r)
 {
     static struct mr_config config;
     struct store_landing *rows = NULL;
@@ -437,18 +441,21 @@ static void recompute(struct request *r)
         landings++;
         json_array_append_new(
             list, json_pack("{sIsi}", "run", (json_int_t)rows[i].id, "values", (int)values));
-        if (!r->cli->json)
-            printf(
-                "RUN %lld: %u values of its calibration are different now; the old ones are kept\n",
-                (long long)rows[i].id, values);
     }
     if (landings == 0)
         error_set(fatal, MR_UNKNOWN, "no such landings: %s; matrig show DB lists them", r->word);
     store_commit(store, fatal);
     free(rows);
     if (r->cli->json)
-        cli_print_json(json_pack("{sO}", "landings", list), 0);
+        return cli_print_json(json_pack("{so}", "landings", list), 0);
+    json_t *item;
+    size_t at;
+    json_array_foreach(list, at, item)
+        printf("RUN %lld: %d values of its calibration are different now; the old ones are kept\n",
+               (long long)json_integer_value(json_object_get(item, "run")),
+               (int)json_integer_value(json_object_get(item, "values")));
     json_decref(list);
+    return 0;
 }
 
 /* ---- the command line ---- */
@@ -541,12 +548,11 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     output_keep(r.output, r.force, fatal);
     output_check(r.output, r.points, fatal);
     if (r.recompute)
-        recompute(&r);
-    else if (r.serial || r.points)
-        calibrate(&r);
+        return recompute(&r);
+    int code = r.serial || r.points ? calibrate(&r) : 0;
     if (r.certificate)
         enter_certificate(&r);
-    return 0;
+    return code;
 }
 
 #define VALUES struct request
@@ -570,7 +576,7 @@ static const struct command_part parts[] = {
                 "standard error common to all known values, in or lb, or with its unit (0.05mm)"),
     OPTION_FLAG("--table", table,
                 "store the values as a table of points (2 to 8); default: a straight line"),
-    OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, 1.0,
+    OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
                   "largest misfit of a point, in % of the span of the known values; default "
                   "{standard}. Beyond it nothing is\n"
                   "written, and the output names the point that explains the misfit"),

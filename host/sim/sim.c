@@ -78,7 +78,8 @@ static void fail_at(const struct sim_result *result, const struct sim_scene *sce
                  result->solver);
     else if (underflow)
         snprintf(why, size,
-                 "still differs with a step of %g s; give a larger rtol or an earlier tend",
+                 "still differs with a step of %g s; give solver event, a larger rtol or an "
+                 "earlier tend",
                  result->dt_s);
     else if (result->dt_s > result->dt_limit_s)
         snprintf(why, size,

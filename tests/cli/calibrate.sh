@@ -146,11 +146,31 @@ silly() {
         fails_with 2 'one of them' $matrig calibrate d1 && fails_with 2 'why\?' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&
         fails_with 2 'too long' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" --sensor 0123456789abc
 }
+one_error_when_nothing_can_be_shown() {
+    local output=/dev/full words
+    printf 'lb,codes\n0,100\n50,1400\n100,2600\n' >"$tmp/off.csv"
+    for words in "t2 --points $tmp/points.csv" "t2 --points $tmp/off.csv" "t2 --points $tmp/points.csv --table"; do
+        $matrig calibrate $words --config "$tmp/rig.cfg" >$output 2>"$tmp/err"
+        [ $? = 3 ] && [ "$(wc -l <"$tmp/err")" = 1 ] && grep -q 'cannot write the result' "$tmp/err" || { cat "$tmp/err"; return 1; }
+    done
+    $matrig --json calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" --reason x >$output 2>"$tmp/err"
+    [ $? = 3 ] && [ "$(wc -l <"$tmp/err")" = 1 ]
+}
+# As spreadsheets save a file as "CSV UTF-8", and others as "Unicode text".
+begins_with_a_mark() {
+    local file
+    for file in points.csv rig.cfg; do printf '\357\273\277' | cat - "$tmp/$file" >"$tmp/marked-$file"; done
+    $matrig calibrate t2 --points "$tmp/marked-points.csv" --config "$tmp/marked-rig.cfg" -o "$tmp/marked.cfg" --sensor SG-0042 --days 30 --known 0.05 >/dev/null && cmp "$tmp/marked.cfg" "$tmp/new.cfg" || return 1
+    iconv -t UTF-16 "$tmp/points.csv" >"$tmp/wide.csv"
+    fails_with 4 'a text in UTF-16, no file of points: .*wide.csv; save it as' $matrig calibrate t2 --points "$tmp/wide.csv" --config "$tmp/rig.cfg"
+}
 check "a configuration to begin with" gets_a_configuration
 check "from a file of points" from_points
 check "guided, on the emulated board" guided
 check "recorded landings get a corrected calibration; the old one is kept" recomputes
 check "a series that is not there, a channel that is another" a_series_only
 check "a certificate is entered without points; half of one is refused" certificate_without_points
+check "an output that takes nothing is one error" one_error_when_nothing_can_be_shown
+check "a mark of UTF-8 is no part of a file, UTF-16 is named" begins_with_a_mark
 check "silly words" silly
 finish
