@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One call of the system fails: write, sync, rename, open or mmap, of log, import, survey, landing --note, report, bundle and export; each call in
-# turn in `make long`, six of each in `make test` (kth.py).
+# turn in `make long`, three of each in `make test` (kth.py).
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
 begun_landing "$tmp/base.db"
