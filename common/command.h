@@ -47,7 +47,7 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
  * all rights, gives MR_COMMAND_NONE in its place, so that as many answers go out. */
 static inline bool mr_command_giver_refused(int status)
 {
-    return status <= MR_CABLE && status >= MR_REPLAY;
+    return status <= MR_CABLE && status >= MR_LOCKOUT;
 }
 
 /* Of a command code; MR_PRIVILEGE_OPEN where there is no such code. */

@@ -31,7 +31,9 @@
     X(MR_WAIT,             -18,   3,   "not ready yet: try again later")                   \
     X(MR_CABLE,            -19,   2,   "only over serial, or with the maintenance jumper") \
     X(MR_JUMPER,           -20,   2,   "only over serial, with the maintenance jumper")    \
-    X(MR_REPLAY,           -21,   2,   "an input of replays: this is none")
+    X(MR_REPLAY,           -21,   2,   "an input of replays: this is none")                \
+    X(MR_PROOF,            -22,   2,   "it needs the board's key")                         \
+    X(MR_LOCKOUT,          -23,   2,   "too many wrong proofs on this link: wait a second")
 /* clang-format on */
 
 enum mr_status {

@@ -83,6 +83,14 @@ void app_configured(struct app *app)
     else if (app->box.state == MR_BOX_MISSING)
         blackbox_start(&app->box);
     runwaystore_follow(&app->runwaystore, app->box.state != MR_BOX_MISSING);
+    keystore_follow(&app->keystore, app->box.state != MR_BOX_MISSING);
+}
+
+static void note_key(struct app *app)
+{
+    app->telemetry.bus_key = (struct mr_bus_key){.state = (uint8_t)app->keystore.state,
+                                                 .refused = app->proof.refused,
+                                                 .changes = app->keystore.change};
 }
 
 static void tell_configuration(struct app *app)
@@ -104,11 +112,14 @@ void app_start(struct app *app)
     forget_survey(app);
     calibrate_start(&app->calibrate);
     runwaystore_start(&app->runwaystore);
+    keystore_start(&app->keystore);
     predict_start(&app->predict);
     thermometer_start(&app->thermometer);
     app_configured(app);
+    keystore_look(&app->keystore);
     telemetry_start(&app->telemetry, &app->box);
     healthlink_start(&app->healthlink);
+    note_key(app);
     tell_configuration(app);
     board_warn(false);
 }
@@ -170,7 +181,7 @@ static enum mr_status obey_arm(struct app *app, const struct mr_command *command
     /* nothing is measured: it would be armed for nothing */
     if (app->ticks_without_block >= STALL_TICKS)
         return MR_NOT_NOW;
-    if (calibrate_busy(&app->calibrate))
+    if (calibrate_busy(&app->calibrate) || keystore_writing(&app->keystore))
         return MR_WAIT;
     enum mr_status status = blackbox_ready(&app->box);
     if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
@@ -360,6 +371,14 @@ static enum mr_status obey_box(struct app *app, const struct mr_command *command
     return boxlink_obey(&app->boxlink, &app->box, &app->telemetry, command);
 }
 
+static enum mr_status obey_key(struct app *app, const struct mr_command *command)
+{
+    if (app->box.state != MR_BOX_MISSING && !blackbox_idle(&app->box))
+        return MR_WAIT; /* it may erase for minutes */
+    enum mr_status status = keystore_obey(&app->keystore, command);
+    return status == MR_OK ? NO_ANSWER : status; /* when it is done */
+}
+
 /* The part that obeys it. No call through a pointer: the stack's bound rests on there being
  * none. */
 static enum mr_status hand_on(struct app *app, const struct mr_command *command)
@@ -373,12 +392,13 @@ static enum mr_status hand_on(struct app *app, const struct mr_command *command)
     }
 }
 
-/* Of each code: enum mr_command_when, 0: there is no such code; enum mr_command_links. */
+/* Of each code: enum mr_command_when, 0: there is no such code; enum mr_command_links; enum
+ * mr_privilege. */
 static const struct allowed {
-    uint8_t when, links;
+    uint8_t when, links, privilege;
 } allowed[] = {
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning) \
-    [code] = {MR_WHEN_##states, MR_LINKS_##links},
+    [code] = {MR_WHEN_##states, MR_LINKS_##links, MR_PRIVILEGE_##privilege},
 #include "common/catalogue.def"
 };
 
@@ -394,11 +414,19 @@ static enum mr_status check_link(const struct app *app, enum mr_command_links li
     }
 }
 
-static enum mr_status obey(struct app *app, const struct mr_command *command)
+static enum mr_status obey(struct app *app, const struct mr_command *command,
+                           const uint8_t *payload)
 {
     if (command->code >= sizeof allowed / sizeof allowed[0] || !allowed[command->code].when)
         return MR_UNKNOWN;
     const struct allowed *rule = &allowed[command->code];
+    /* before all else: an order that is refused now may not be given again by who overheard it */
+    if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
+        enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
+                                            app->by_serial, payload);
+        if (status != MR_OK)
+            return status;
+    }
     /* the state first: a landing that is replayed, by whatever link, is answered the same */
     if (!(rule->when >> app->landing.state & 1u))
         return MR_NOT_NOW;
@@ -413,7 +441,7 @@ static enum mr_status take_command(struct app *app, const uint8_t *payload, size
     if (status != MR_OK)
         return status;
     blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    status = obey(app, &command);
+    status = obey(app, &command, payload);
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     if (status != NO_ANSWER)
@@ -444,6 +472,8 @@ static void take_commands(struct app *app)
             (void)take_command(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
             take_word(app, can.data, can.length);
+        else if (can.id == MR_ID_PROOF)
+            proof_take(&app->proof, false, can.data, can.length);
     }
     app->by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
@@ -454,6 +484,10 @@ static void take_commands(struct app *app)
             status = take_command(app, frame.payload, frame.length);
         else if (status == MR_OK && frame.type == MR_ID_CONFIG_WORD)
             take_word(app, frame.payload, frame.length);
+        else if (status == MR_OK && frame.type == MR_ID_PROOF)
+            proof_take(&app->proof, true, frame.payload, frame.length);
+        else if (status == MR_OK && frame.type == MR_ID_KEY_WORD)
+            keystore_word(&app->keystore, frame.payload, frame.length);
         if (status != MR_OK && status != MR_TOO_FEW) {
             if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;
@@ -550,6 +584,8 @@ static void take_block(struct app *app, const struct mr_block *block)
     take_slow(app, block->index);
     regular_block(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
     healthlink_regular(&app->healthlink, &app->telemetry, block->index);
+    if (DUE(NONCE, block->index))
+        proof_second(&app->proof, &app->keystore, &app->telemetry);
     tasks_done(MR_TASK_TELEMETRY);
 
     tasks_begin(MR_TASK_PREDICTOR);
@@ -589,16 +625,37 @@ static struct mr_block *next_block(struct app *app)
     return block;
 }
 
-/* Who has the memory: the black box, and when it has nothing to do, the predictor's runway, one
- * operation at a time. One of the runway that is under way when a landing begins is over after a
- * page's time (3 ms at most); an erase, which is begun only while nothing is armed, after 400 ms:
- * the box is told of it and keeps as much of its ring free as for one of its own. */
+/* The board's key has the memory first when the board starts, and while it is changed, with nothing
+ * armed; true: it has it now. */
+static bool keep_key(struct app *app, bool free)
+{
+    struct keystore *store = &app->keystore;
+    struct mr_ack answer;
+    keystore_follow(store, app->box.state != MR_BOX_MISSING);
+    while (!keystore_busy(store)) {
+        if (!free || !keystore_begin(store))
+            break;
+    }
+    if (keystore_answer(store, &answer))
+        TELL(&app->telemetry, TO_LINKS, ack, ACK, .code = answer.code, .status = answer.status,
+             .tag = answer.tag, .block = app->next_index);
+    note_key(app);
+    return store->under_way || store->state == MR_KEY_NOT_READ;
+}
+
+/* Who has the memory: the board's key, the black box, and when both have nothing to do, the
+ * predictor's runway, one operation at a time. One of the runway that is under way when a landing
+ * begins is over after a page's time (3 ms at most); an erase, which is begun only while nothing is
+ * armed, after 400 ms: the box is told of it and keeps as much of its ring free as for one of its
+ * own. */
 static void share_memory(struct app *app)
 {
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
+    bool begun = app->keystore.state != MR_KEY_NOT_READ; /* before it nobody has had it */
     runwaystore_follow(store, box->state != MR_BOX_MISSING);
-    if (!runwaystore_busy(store, &app->predict, app->slack_in)) {
+    if (!runwaystore_busy(store, &app->predict, app->slack_in) &&
+        !keep_key(app, !begun || blackbox_idle(box))) {
         blackbox_poll(box, app->next_index);
         if (blackbox_idle(box))
             (void)runwaystore_begin(store, &app->predict, !landing_recording(&app->landing),
@@ -657,6 +714,8 @@ static void tell_without_scans(struct app *app)
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
         if (due_without_scans(phase))
             regular_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+        if (DUE(NONCE, phase))
+            proof_second(&app->proof, &app->keystore, &app->telemetry);
         if (DUE(CRASH_STALLED, phase))
             healthlink_regular(&app->healthlink, &app->telemetry, phase);
     }

@@ -15,6 +15,7 @@
 #include "firmware/healthlink.h"
 #include "firmware/landinglink.h"
 #include "firmware/configround.h"
+#include "firmware/proof.h"
 #include "firmware/runwaystore.h"
 #include "firmware/predict.h"
 #include "firmware/slowlog.h"
@@ -57,6 +58,8 @@ struct app {
     float slack_in[MR_SEGMENTS]; /* NaN: not surveyed since a landing */
     struct predict predict;
     struct runwaystore runwaystore;
+    struct keystore keystore;
+    struct proof proof;
     unsigned ticks_without_block; /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;        /* likewise; 0: the boot ROM was not asked for */
 

@@ -193,10 +193,13 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
 #define NOR_PAGE             256u
 #define NOR_SECTOR           4096u
 #define NOR_CHIP_SECTORS     4096u
-/* the last ones are the predictor's runway's (runwaystore.h), a sector each, */
+/* the last ones are the predictor's runway's (runwaystore.h), a sector each, before them the key's
+ * (keystore.h), */
 #define RUNWAY_COPIES        2u
+#define KEY_COPIES           2u
 /* the rest the black box's */
-#define NOR_SECTORS          (NOR_CHIP_SECTORS - RUNWAY_COPIES)
+#define NOR_SECTORS          (NOR_CHIP_SECTORS - RUNWAY_COPIES - KEY_COPIES)
+#define KEY_FIRST_SECTOR     NOR_SECTORS
 #define RUNWAY_FIRST_SECTOR  (NOR_CHIP_SECTORS - RUNWAY_COPIES)
 #define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
 

@@ -48,6 +48,7 @@ void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct
         TELL(telemetry, sinks, config_state, CONFIG_STATE, .revision = stored->revision,
              .source = stored->source, .copy_a = stored->copy_a, .copy_b = stored->copy_b,
              .board = identity->board);
+        TELL_THIS(telemetry, sinks, bus_key, BUS_KEY, &telemetry->bus_key);
     }
     TELL(telemetry, sinks, site, SITE, .touchdown_ft = config.site[0].touchdown_ft,
          .switch_error_ft = config.site[0].switch_error_ft);

@@ -31,6 +31,7 @@ struct telemetry {
     struct board_identity identity;
     uint32_t config_crc;
     struct mr_config_state config_state;
+    struct mr_bus_key bus_key;
 
     uint16_t serial_seq;
     struct canwatch can;

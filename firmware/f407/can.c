@@ -50,8 +50,8 @@ void can_start(void)
     }
     CAN1->BTR = BIT_TIMING;
     CAN1->FMR |= CAN_FMR_FINIT; /* until board_can_move says what is the board's */
-    CAN1->FM1R = 1u;            /* bank 0: list of identifiers */
-    CAN1->FS1R = 1u;            /* 32 bits */
+    CAN1->FM1R = 3u;            /* banks 0 and 1: lists of identifiers */
+    CAN1->FS1R = 3u;            /* 32 bits */
     CAN1->FFA1R = 0;            /* to FIFO 0 */
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
@@ -69,7 +69,8 @@ void board_can_move(uint16_t to)
     CAN1->FMR |= CAN_FMR_FINIT;
     CAN1->filter[0][0] = (uint32_t)mr_can_to_bus(MR_ID_COMMAND, to) << 21;
     CAN1->filter[0][1] = (uint32_t)mr_can_to_bus(MR_ID_CONFIG_WORD, to) << 21;
-    CAN1->FA1R = 1u;
+    CAN1->filter[1][0] = CAN1->filter[1][1] = (uint32_t)mr_can_to_bus(MR_ID_PROOF, to) << 21;
+    CAN1->FA1R = 3u;
     base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
     /* From the first time on it takes part, after 11 recessive bits: who sends before waits. Not

@@ -178,20 +178,19 @@ static bool near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* Rows of the slow log come when their minute is full: no function of the
- * record. */
-static bool is_slow_log(uint16_t id)
+/* Rows of the slow log come when their minute is full, nonces where a key is set, which no replay
+ * has: no function of the record. */
+static bool is_apart(uint16_t id)
 {
-    return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION;
+    return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION || id == MR_ID_NONCE;
 }
 
-/* Frames queued so far, those dropped included: they were made all the same. Not those of the slow
- * log. */
+/* Frames queued so far, those dropped included: they were made all the same. */
 static double queued(const struct answers *answers, int link, const struct answer *answer)
 {
     double others = 0.0;
     for (const struct answer *before = answers->message[link]; before < answer; before++)
-        others += is_slow_log(before->info->id);
+        others += is_apart(before->info->id);
     return value_of(answer, "sent") + value_of(answer, "dropped") - others;
 }
 
@@ -520,7 +519,7 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
         for (size_t i = 0; recorded->messages[link] && i < count; i++) {
-            if (field_circumstance(info[i].id) || is_slow_log(info[i].id)) {
+            if (field_circumstance(info[i].id) || is_apart(info[i].id)) {
                 diff->circumstances += count_of(recorded, link, &info[i]);
                 continue;
             }

@@ -381,7 +381,8 @@ TEST(another_field_is_another_layout)
          * all boards were: both read each other alike */
         {4, 0x63087391u},
         {5, 0xe6931eadu},
-        {6, 0xf12db6bdu}}; /* a change that is meant: its SINCE, MR_LAYOUT + 1, and a row here */
+        {6, 0xf12db6bdu},
+        {7, 0xf7dd7efau}}; /* a change that is meant: its SINCE, MR_LAYOUT + 1, and a row here */
     const size_t newest = sizeof known / sizeof known[0] - 1;
     print_message("layout %u: 0x%08x\n", MR_LAYOUT, (unsigned)sum_of_the_fields());
     assert_int_equal(MR_LAYOUT, known[newest].layout);

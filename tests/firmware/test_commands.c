@@ -1,6 +1,7 @@
 /* What each command is answered in each state of the board, by each link, with the maintenance
- * jumper and without, on a board that was started for a replay and on one that was not: a table,
- * against the application with a black box and a camera. */
+ * jumper and without, on a board that was started for a replay and on one that was not, without a
+ * key and with one, with a proof that is right, wrong or absent: a table, against the application
+ * with a black box and a camera. */
 #include "tests/firmware/fake_nor.h"
 #include "tests/firmware/play.h"
 
@@ -15,6 +16,7 @@ static const char *const state_name[STATES] = {
 #define MAINTENANCE       MR_CABLE  /* not over CAN without the jumper */
 #define STARTS            MR_JUMPER /* over serial with the jumper alone */
 #define REPLAYS           MR_REPLAY /* to a board that replays alone */
+#define OPERATOR          MR_PROOF  /* where a key is set, with a proof alone */
 #define RECORDING(status) [ARMED] = (status), [LANDING] = (status), [SETTLING] = (status)
 
 static const struct row {
@@ -23,10 +25,10 @@ static const struct row {
     int status[STATES]; /* MR_OK: 0 */
 } table[] = {
     {"state", ANYBODY, {0}},
-    {"arm", ANYBODY, {[BUSY] = MR_WAIT, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT}},
-    {"disarm", ANYBODY, {0}},
+    {"arm", OPERATOR, {[BUSY] = MR_WAIT, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT}},
+    {"disarm", OPERATOR, {0}},
     {"mark 1", ANYBODY, {0}},
-    {"survey 3 0.1", ANYBODY, {RECORDING(MR_NOT_NOW)}},
+    {"survey 3 0.1", OPERATOR, {RECORDING(MR_NOT_NOW)}},
     {"bootrom", MAINTENANCE, {RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT}},
     {"reset", MAINTENANCE, {RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT}},
     {"replay",
@@ -34,10 +36,10 @@ static const struct row {
      {LATER, LATER, LATER, RECORDING(MR_NOT_NOW), [CLOSING] = LATER, [DONE] = LATER}},
     {"self-test", ANYBODY, {[TESTING] = MR_WAIT, RECORDING(MR_NOT_NOW)}},
     {"zero",
-     ANYBODY,
+     OPERATOR,
      {LATER, LATER, MR_NOT_NOW, RECORDING(MR_NOT_NOW), [CLOSING] = LATER, [DONE] = LATER}},
     {"shunt",
-     ANYBODY,
+     OPERATOR,
      {LATER, LATER, MR_NOT_NOW, RECORDING(MR_NOT_NOW), [CLOSING] = LATER, [DONE] = LATER}},
     {"config-apply 1",
      MAINTENANCE,
@@ -59,17 +61,24 @@ static const struct row {
      {MR_NOT_NOW, MR_NOT_NOW, MR_NOT_NOW,
       RECORDING(LATER), [CLOSING] = MR_NOT_NOW, [DONE] = MR_NOT_NOW}},
     {"runway-read", ANYBODY, {RECORDING(MR_NOT_NOW)}},
-    {"runway-word 0 1", ANYBODY, {RECORDING(MR_NOT_NOW)}},
-    {"runway-joints 0 1", ANYBODY, {RECORDING(MR_NOT_NOW)}},
+    {"runway-word 0 1", OPERATOR, {RECORDING(MR_NOT_NOW)}},
+    {"runway-joints 0 1", OPERATOR, {RECORDING(MR_NOT_NOW)}},
     {"runway-take 1",
-     ANYBODY,
+     OPERATOR,
      {MR_CRC, MR_CRC, MR_CRC, RECORDING(MR_NOT_NOW), [CLOSING] = MR_CRC, [DONE] = MR_CRC}},
-    {"chart-word 0 1", ANYBODY, {RECORDING(MR_NOT_NOW)}},
+    {"chart-word 0 1", OPERATOR, {RECORDING(MR_NOT_NOW)}},
     {"chart-take 1",
-     ANYBODY,
+     OPERATOR,
      {MR_CRC, MR_CRC, MR_CRC, RECORDING(MR_NOT_NOW), [CLOSING] = MR_CRC, [DONE] = MR_CRC}},
-    {"chart-forget", ANYBODY, {RECORDING(MR_NOT_NOW)}},
-    {"runway-forget", ANYBODY, {RECORDING(MR_NOT_NOW)}},
+    {"chart-forget", OPERATOR, {RECORDING(MR_NOT_NOW)}},
+    {"runway-forget", OPERATOR, {RECORDING(MR_NOT_NOW)}},
+    {"key-set 1",
+     STARTS,
+     {MR_TOO_FEW, MR_TOO_FEW, MR_TOO_FEW,
+      RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = MR_TOO_FEW}},
+    {"key-clear",
+     STARTS,
+     {LATER, LATER, LATER, RECORDING(MR_NOT_NOW), [CLOSING] = MR_WAIT, [DONE] = LATER}},
 };
 
 static struct app kept_app;
@@ -151,14 +160,41 @@ static void reach(enum state wanted)
 }
 
 /* The circumstances, as bits. */
-enum { BY_SERIAL = 1, JUMPER = 2, REPLAYING = 4, ALL_WAYS = 8 };
+enum { BY_SERIAL = 1, JUMPER = 2, REPLAYING = 4, KEY = 8, PROOF = 16, RIGHT = 32, ALL_WAYS = 64 };
 
 static bool has_right(int right, unsigned way)
 {
+    if (right == OPERATOR)
+        return !(way & KEY) || (way & (PROOF | RIGHT)) == (PROOF | RIGHT);
     return right == MAINTENANCE ? way & (BY_SERIAL | JUMPER)
          : right == STARTS      ? (way & (BY_SERIAL | JUMPER)) == (BY_SERIAL | JUMPER)
          : right == REPLAYS     ? way & REPLAYING
                                 : true;
+}
+
+/* The command, and the proof before it, go out by serial in place of CAN. */
+static void move_to_serial(void)
+{
+    fake.serial_in_taken = fake.serial_in_count = 0;
+    for (size_t i = 0; i < fake.received_count; i++) {
+        const struct board_can_frame *frame = &fake.received[i];
+        fake.serial_in_count += mr_frame_encode(0, frame->id, frame->data, frame->length,
+                                                fake.serial_in + fake.serial_in_count);
+    }
+    fake.received_count = 0;
+}
+
+static void prove(bool right)
+{
+    const struct board_can_frame *order = &fake.received[0];
+    struct board_can_frame *frame = &fake.received[fake.received_count++];
+    frame[0] = *order;
+    frame = &fake.received[0];
+    frame->id = MR_ID_PROOF;
+    frame->length = MR_PROOF_BYTES;
+    mr_proof_make(frame->data, app.keystore.key, app.proof.nonce, frame[1].data,
+                  app.telemetry.identity.uid);
+    frame->data[3] ^= !right;
 }
 
 /* The board as it was kept is given a command; its answer, or LATER. */
@@ -168,18 +204,23 @@ static int answer_to(const char *words, unsigned way)
     app = kept_app;
     fake = kept_fake;
     index_now = kept_index;
-    fake.sent_count = 0;
-    fake.received_count = fake.received_taken = 0;
     fake.jumper = way & JUMPER;
     app.replays = way & REPLAYING;
-    command(words);
-    if (way & BY_SERIAL) {
-        const struct board_can_frame *frame = &fake.received[--fake.received_count];
-        fake.serial_in_taken = 0;
-        fake.serial_in_count = mr_frame_encode(0, MR_ID_COMMAND, frame->data, frame->length,
-                                               fake.serial_in);
+    if (way & KEY) {
+        app.keystore.state = MR_KEY_SET;
+        memset(app.keystore.key, 0x5a, MR_KEY_BYTES);
+        proof_second(&app.proof, &app.keystore, &app.telemetry);
     }
+    fake.sent_count = 0;
+    fake.received_count = fake.received_taken = 0;
+    command(words);
+    if (way & PROOF)
+        prove(way & RIGHT);
+    if (way & BY_SERIAL)
+        move_to_serial();
     play(1);
+    if (app.keystore.under_way) /* the kept board knows nothing of it */
+        fake_nor.operation = 0;
     if (!count_frames(MR_ID_ACK))
         return LATER;
     GET_LAST(ack, ACK, &ack);
@@ -199,7 +240,8 @@ TEST_IN(each_command_is_answered_in_each_state, start_whole, put_back)
         for (unsigned i = 0; i < COUNT_OF(table) * ALL_WAYS; i++) {
             const struct row *row = &table[i / ALL_WAYS];
             unsigned way = i % ALL_WAYS;
-            bool told = row->status[s] == MR_NOT_NOW || has_right(row->right, way);
+            bool told = has_right(row->right, way) ||
+                        (row->status[s] == MR_NOT_NOW && row->right != OPERATOR);
             int answer = answer_to(row->words, way), wanted = told ? row->status[s] : row->right;
             if (answer != wanted)
                 fail_msg("%s while %s, circumstances %u: %d, not %d", row->words, state_name[s],

@@ -1,0 +1,73 @@
+#include "firmware/proof.h"
+
+#include <string.h>
+
+#include "common/wire.h"
+
+void proof_take(struct proof *proof, bool by_serial, const uint8_t *payload, size_t length)
+{
+    if (length != MR_PROOF_BYTES)
+        return;
+    memcpy(proof->link[by_serial].proof, payload, MR_PROOF_BYTES);
+    proof->link[by_serial].given = true;
+}
+
+/* Takes as long whatever differs. */
+static bool is_equal(const uint8_t *a, const uint8_t *b)
+{
+    volatile uint8_t differs = 0;
+    for (unsigned i = 0; i < MR_PROOF_BYTES; i++)
+        differs = (uint8_t)(differs | (a[i] ^ b[i]));
+    return !differs;
+}
+
+/* Proofs of the old one are none of the new one. */
+static void renew(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
+{
+    const uint32_t numbers[3] = {store->change, store->starts, ++proof->nonces};
+    const uint8_t *p = proof->nonce;
+    proof->link[0].given = proof->link[1].given = false;
+    proof->valid = store->state == MR_KEY_SET;
+    if (!proof->valid)
+        return;
+    mr_proof_nonce(proof->nonce, store->key, numbers);
+    uint32_t low = mr_get_u32(&p);
+    TELL(telemetry, TO_LINKS, nonce, NONCE, .low = low, .high = mr_get_u32(&p));
+}
+
+enum mr_status proof_check(struct proof *proof, const struct keystore *store,
+                           struct telemetry *telemetry, bool by_serial,
+                           const uint8_t payload[MR_COMMAND_BYTES])
+{
+    uint8_t wanted[MR_PROOF_BYTES];
+    if (store->state == MR_KEY_OPEN || store->state == MR_KEY_NO_MEMORY)
+        return MR_OK;
+    if (store->state == MR_KEY_NOT_READ)
+        return MR_WAIT;
+    if (!proof->valid || !proof->link[by_serial].given)
+        return MR_PROOF;
+    if (proof->link[by_serial].locked)
+        return MR_LOCKOUT;
+    mr_proof_make(wanted, store->key, proof->nonce, payload, telemetry->identity.uid);
+    if (is_equal(wanted, proof->link[by_serial].proof)) {
+        proof->link[by_serial].failures = 0;
+        renew(proof, store, telemetry);
+        return MR_OK;
+    }
+    if (proof->refused < UINT16_MAX)
+        proof->refused++;
+    if (++proof->link[by_serial].failures == PROOF_FAILURES) {
+        proof->link[by_serial].failures = 0;
+        proof->link[by_serial].locked = PROOF_LOCKED;
+    }
+    return MR_PROOF;
+}
+
+void proof_second(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
+{
+    for (unsigned link = 0; link < 2; link++) {
+        if (proof->link[link].locked)
+            proof->link[link].locked--;
+    }
+    renew(proof, store, telemetry);
+}
