@@ -476,6 +476,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
                                 error) ?:
            store_restarts(store, run, &summary->restart, &summary->restarts, error) ?:
            store_orders(store, run, &summary->order, &summary->orders, error) ?:
+           store_keys(store, run, &summary->key, &summary->keys, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            summary_mean_load(store, run, summary->mean, error) ?:
            summary_ready_load(store, &summary->measured.landing, summary->ready, error) ?:
@@ -494,6 +495,7 @@ void summary_free(struct summary *summary)
     free(summary->channel_event);
     free(summary->restart);
     free(summary->order);
+    free(summary->key);
 }
 
 /* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */

@@ -66,6 +66,8 @@ struct summary {
     size_t restarts;
     struct store_fault *order; /* of another program, or refused; count: 1 the log's own */
     size_t orders;
+    struct store_fault *key;               /* code: enum mr_key_state, then */
+    size_t keys;                           /* 0: not reported */
     struct store_mean mean[MR_QUANTITIES]; /* of the messages that the board repeats */
     struct summary_ready ready[SUMMARY_READY_KINDS];
     int64_t twin; /* the earlier RUN that is the same landing; 0: none */

@@ -10,13 +10,17 @@
 
 #include "common/canbase.h"
 #include "common/command.h"
+#include "host/board/keyfile.h"
 #include "host/link/link.h"
 #include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
 
 #define SERIAL_BYTES 16384u
-#define CAN_FRAMES   64 /* of one turn */
-#define LAST_TURNS   16 /* behind a deadline, while more waits to be read */
+#define CAN_FRAMES   64  /* of one turn */
+#define KEY_SOON_S   0.2 /* within which it follows hello */
+#define KEY_LATE_S   1.5 /* as often as hello and nonces come */
+#define PROOFS       3u  /* of one order: another program may use the nonce first */
+#define LAST_TURNS   16  /* behind a deadline, while more waits to be read */
 
 /* ---- who speaks ---- */
 
@@ -55,6 +59,14 @@ void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes,
             identity->board = state.board;
             identity->board_known = true;
         }
+        break;
+    case MR_ID_BUS_KEY:
+        identity->key_known |= mr_bus_key_get(&identity->key, bytes, length) == MR_OK;
+        break;
+    case MR_ID_NONCE:
+        identity->nonce_known |= length == MR_PROOF_BYTES;
+        if (length == MR_PROOF_BYTES)
+            memcpy(identity->nonce, bytes, MR_PROOF_BYTES);
         break;
     default: break;
     }
@@ -405,6 +417,60 @@ enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8
     return link_send_message(link, link_base(link), dialogue->seq++, id, payload, length, error);
 }
 
+/* The proof of a command, where the board wants one: it is sent before. `within_s`: so long what
+ * the board says of its key may take. */
+static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, double within_s,
+                            bool *proven, struct error *error)
+{
+    struct identity *who = &dialogue->identity;
+    char uid[IDENTITY_UID_TEXT];
+    uint8_t key[MR_KEY_BYTES], proof[MR_PROOF_BYTES];
+    *proven = false;
+    if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
+        return MR_OK;
+    enum mr_status status = dialogue_until(dialogue, dialogue_flag, &who->key_known, within_s,
+                                           error);
+    if (status != MR_OK || who->key.state != MR_KEY_SET || !who->image_known)
+        return status == MR_TIMEOUT ? MR_OK : status; /* its answer says what it wants */
+    status = dialogue_until(dialogue, dialogue_flag, &who->nonce_known, KEY_LATE_S, error);
+    identity_uid_text(who, uid);
+    status = status == MR_OK ? keyfile_read(uid, key, error) : status;
+    if (status != MR_OK)
+        return status;
+    mr_proof_make(proof, key, who->nonce, command, who->uid);
+    *proven = true;
+    return dialogue_send(dialogue, MR_ID_PROOF, proof, sizeof proof, error);
+}
+
+/* Gives the command and waits for the answer, which is in `dialogue` then. */
+static enum mr_status give(struct dialogue *dialogue, const uint8_t *payload, size_t length,
+                           double answer_s, struct error *error)
+{
+    uint8_t nonce[MR_PROOF_BYTES];
+    bool proven = false, again = true;
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < PROOFS && status == MR_OK && again; i++) {
+        double within_s = i ? KEY_LATE_S : dialogue->identity.hello_known ? KEY_SOON_S : 0.0;
+        dialogue->answered = false;
+        status = prove(dialogue, payload, within_s, &proven, error);
+        memcpy(nonce, dialogue->identity.nonce, sizeof nonce);
+        if (status == MR_OK)
+            status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error)
+                       ?: dialogue_until(dialogue, dialogue_flag, &dialogue->answered, answer_s,
+                                         error);
+        again = dialogue->answer.status == MR_PROOF &&
+                (!proven || memcmp(nonce, dialogue->identity.nonce, sizeof nonce) != 0);
+    }
+    if (status == MR_OK && proven && dialogue->answer.status == MR_PROOF) {
+        char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
+        identity_uid_text(&dialogue->identity, uid);
+        keyfile_path(uid, path);
+        status = error_set(error, MR_PROOF, "the board refuses `%s`: %s; this is not its key: %s",
+                           mr_command_name(payload[0]), dialogue_spec(dialogue), path);
+    }
+    return status;
+}
+
 enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_order *order,
                               struct mr_ack *answer, struct error *error)
 {
@@ -418,12 +484,8 @@ enum mr_status dialogue_order(struct dialogue *dialogue, const struct dialogue_o
     enum mr_status status = MR_TIMEOUT;
     dialogue->answer = (struct mr_ack){.code = command.code, .tag = command.tag};
     dialogue->asking = true;
-    dialogue->answered = false;
-    for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++) {
-        status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error)
-                   ?: dialogue_until(dialogue, dialogue_flag, &dialogue->answered, order->answer_s,
-                                     error);
-    }
+    for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++)
+        status = give(dialogue, payload, length, order->answer_s, error);
     dialogue->asking = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && order->taken &&
         order->taken(order->context))

@@ -31,6 +31,7 @@
 #include "common/catalogue.h"
 #include "common/framing.h"
 #include "common/image.h"
+#include "common/proof.h"
 #include "host/base/error.h"
 #include "host/link/link.h"
 
@@ -53,6 +54,10 @@ struct identity {
     struct mr_image_header header;
     bool board_known;
     uint8_t board; /* common/boards.def; sent a little later than the rest */
+    bool key_known;
+    struct mr_bus_key key; /* whether orders need a proof; sent last */
+    bool nonce_known;
+    uint8_t nonce[MR_PROOF_BYTES]; /* the newest */
 };
 
 /* Takes a message in; those of other kinds change nothing. */

@@ -339,6 +339,14 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                   timemap_refusal_text((unsigned)t->refusal));
 }
 
+static void judge_orders(const struct ready_facts *f, struct ready_report *report)
+{
+    const struct identity *who = &f->identity;
+    ready_add(report, !who->key_known ? READY_NOT_DONE : go_if(who->key.state != MR_KEY_DAMAGED),
+              "orders", NULL, "matrig board key new or clear, with the maintenance jumper", "%s",
+              who->key_known ? mr_key_state_text(who->key.state) : "not told");
+}
+
 /* Off as from the factory it is no no-go: a supply that dips is rare, and was so before. */
 static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
 {
@@ -721,6 +729,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_gains(f, report);
     ready_judge_certificates(f, report);
     judge_clock(f, report);
+    judge_orders(f, report);
     judge_brown_out(f, report);
     judge_channels(f, report);
     judge_zeros(f, report);
@@ -978,7 +987,7 @@ enum mr_status ready_ask(struct dialogue *dialogue, double limit_s, struct ready
     enum mr_status status = config_client_meet(&a->config, dialogue, &facts->config,
                                                &facts->config_crc, error);
     if (status == MR_OK) {
-        wait_for(a, dialogue_flag, &dialogue->identity.commit_known, ANSWER_S);
+        wait_for(a, dialogue_flag, &dialogue->identity.key_known, ANSWER_S);
         ask(a);
     }
     facts->config_state = a->config.state;

@@ -290,6 +290,9 @@ void collector_progress(const struct collector *collector, struct collector_prog
                                     .board_uid = told->identity.board_uid,
                                     .firmware = told->identity.firmware,
                                     .landing = told->landing_known ? &told->landing : NULL,
+                                    .key = told->key_known ? &told->key : NULL,
+                                    .nonce = told->nonce_known ? told->nonce : NULL,
+                                    .uid = told->uid,
                                     .before_first = collector->side[LINK_CAN].account.before_first};
     tell_other_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {

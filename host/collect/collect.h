@@ -124,6 +124,9 @@ struct collector_progress {
     /* what the board says of itself; "": not yet; NULL: not yet */
     const char *board_uid, *firmware;
     const struct mr_landing *landing;
+    const struct mr_bus_key *key; /* whether orders need a proof, */
+    const uint8_t *nonce;         /* what that is made of; MR_PROOF_BYTES */
+    const uint32_t *uid;
     struct store_link_counts counts[LINK_KINDS];
     int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
     int64_t before_first; /* CAN frames sent before logging began; -1: not known */

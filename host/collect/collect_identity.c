@@ -252,6 +252,26 @@ static enum mr_status board_image(struct collector *collector, struct side *side
     return MR_OK;
 }
 
+/* That it is another state than before is an event. */
+static enum mr_status bus_key(struct collector *collector, struct side *side,
+                              const struct mr_bus_key *message, uint64_t host_us,
+                              struct error *error)
+{
+    bool same = collector->told.key_known && collector->told.key.state == message->state;
+    int64_t block = collect_newest_block(side);
+    collector->told.key = *message;
+    collector->told.key_known = true;
+    return same ? MR_OK
+                : collect_put_event(collector, side, "key", block < 0 ? 0 : block, message->state,
+                                    message->changes, STORE_NONE, host_us, error);
+}
+
+static void nonce(struct collector *collector, const struct mr_nonce *message)
+{
+    mr_nonce_put(message, collector->told.nonce);
+    collector->told.nonce_known = true;
+}
+
 /* ---- config ----
  *
  * The configuration that a board tells word by word, into the database. */
@@ -311,6 +331,8 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
                              m->as.image_commit.changed != 0,
                              collector->told.identity.image_commit);
         return MR_OK;
+    case MR_PLACE_BUS_KEY: return bus_key(collector, side, &m->as.bus_key, event->host_us, error);
+    case MR_PLACE_NONCE: nonce(collector, &m->as.nonce); return MR_OK;
     case MR_PLACE_BOARD_CONFIG:
         collector->told.identity.config_crc = m->as.board_config.config_crc;
         return MR_OK;

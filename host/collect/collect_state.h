@@ -6,6 +6,7 @@
 #include "common/catalogue.h"
 #include "common/fault.h"
 #include "common/framing.h"
+#include "common/proof.h"
 #include "common/risk.h"
 #include "common/runway.h"
 #include "host/board/health_client.h"
@@ -110,6 +111,9 @@ struct told {
     uint32_t uid[3];
     uint32_t uid_parts; /* bit 0: words 0 and 1 are known, bit 1: word 2; */
     bool uid_vouched;   /* serial said so */
+    bool key_known, nonce_known;
+    struct mr_bus_key key;         /* whether orders need a proof */
+    uint8_t nonce[MR_PROOF_BYTES]; /* of the next one */
     bool channel_known[MR_CHANNELS];
     bool zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];

@@ -10,6 +10,7 @@
 #include "common/boxpage.h"
 #include "common/catalogue.h"
 #include "common/command.h"
+#include "common/crc32.h"
 #include "common/wire.h"
 #include "host/base/answer.h"
 #include "host/base/help.h"
@@ -23,6 +24,7 @@
 #include "host/board/gage_client.h"
 #include "host/board/health_client.h"
 #include "host/board/imagefile.h"
+#include "host/board/keyfile.h"
 #include "host/board/runway_client.h"
 #include "host/collect/boxfill.h"
 #include "host/commands/commands.h"
@@ -30,7 +32,8 @@
 
 #define BOX_ROUNDS    6 /* of asking for what has not come */
 #define BOX_PAGE_BITS 15u
-#define KIND_S        1.2 /* within which a board says its kind: once a second */
+#define KIND_S        1.2  /* within which a board says its kind and its key: once a second */
+#define KEY_S         20.0 /* two erases of 0.4 s; of a memory that fails three times 6 s */
 #define HMIL_PER_IN   100000.0
 #define ACROSS        7u   /* slacks in a row of the table */
 #define CLOSED_HMIL   200u /* 0.002 in, as the predictor has it */
@@ -364,6 +367,10 @@ static int print_identity(const struct request *request, const struct identity *
     answer_count(answer, "image_crc", NULL, identity->image_crc);
     answer_words(answer, NULL, "program", "%08x", (unsigned)identity->image_crc);
     answer_words(answer, "image", "image", "%s", mr_image_state_text(state));
+    if (identity->key_known)
+        answer_words(answer, "orders", "orders", "%s", mr_key_state_text(identity->key.state));
+    else
+        answer_none(answer, "orders", NULL, NULL);
     if (image) {
         answer_open(answer, "compared", "");
         answer_words(answer, "file", "compared", "%s", image->path);
@@ -386,7 +393,7 @@ static int tell_identity(const struct request *request, struct dialogue *dialogu
     if (dialogue_who(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
         dialogue_no_hello(dialogue, fatal);
     struct error late = {0}; /* an old board does not say which kind it is */
-    (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.board_known, KIND_S, &late);
+    (void)dialogue_until(dialogue, dialogue_flag, &dialogue->identity.key_known, KIND_S, &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
         imagefile_free(&image);
@@ -657,6 +664,65 @@ static int runway(const struct request *request, struct dialogue *dialogue)
     return print_runway(&talk, request->cli);
 }
 
+/* ---- the key that orders need ---- */
+
+static void send_key(struct dialogue *dialogue, const uint8_t key[MR_KEY_BYTES])
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    uint16_t tag = dialogue_next_tag(dialogue);
+    for (unsigned i = 0; i < MR_KEY_WORDS; i++) {
+        const uint8_t *p = key + 4 * i;
+        const struct mr_key_word word = {.index = (uint8_t)i, .tag = tag, .value = mr_get_u32(&p)};
+        dialogue_send(dialogue, MR_ID_KEY_WORD, payload, mr_key_word_put(&word, payload), fatal);
+    }
+}
+
+/* `new` sets one that was drawn now, whatever the board had before; `clear` none. */
+static int set_key(const struct request *request, struct dialogue *dialogue)
+{
+    const struct identity *who = &dialogue->identity;
+    bool new = request->words[1] && strcmp(request->words[1], "new") == 0;
+    char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
+    uint8_t key[MR_KEY_BYTES] = {0};
+    struct error error = {0};
+    struct dialogue_order order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
+                                   .answer_s = KEY_S};
+    if (!new && (!request->words[1] || strcmp(request->words[1], "clear") != 0))
+        error_set(fatal, MR_USAGE, "key needs new or clear%s%s%s; see matrig board --help",
+                  request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",
+                  request->words[1] ? "'" : "");
+    dialogue_hello(dialogue, dialogue_flag, &who->key_known, fatal);
+    if (who->key.state == MR_KEY_NO_MEMORY)
+        error_set(fatal, MR_IO, "board without a memory that could hold a key: %s; its bus is open",
+                  dialogue_spec(dialogue));
+    identity_uid_text(who, uid);
+    if (new) {
+        keyfile_draw(uid, key, fatal);
+        order.argument = (int32_t)mr_crc32(0, key, sizeof key);
+        send_key(dialogue, key);
+    }
+    double until_s = dialogue_now_s(dialogue) + KEY_S;
+    enum mr_status status; /* the black box may have the memory */
+    do {
+        error = (struct error){0};
+        status = dialogue_turn(dialogue, DIALOGUE_TURN_S, &error)
+                   ?: dialogue_obey(dialogue, &order, "a landing is armed or going on", &error);
+    } while (status == MR_WAIT && dialogue_now_s(dialogue) < until_s);
+    if (status != MR_OK) {
+        keyfile_drop(uid);
+        error_set(fatal, error.status, "%s", error.text);
+    }
+    if (new)
+        keyfile_keep(uid, fatal);
+    keyfile_path(uid, path);
+    struct answer *answer = answer_new(request->cli->si);
+    answer_words(answer, "board", "board", "%s", uid);
+    answer_words(answer, "key", "key", "%s", new ? "set" : "cleared");
+    if (new)
+        answer_words(answer, "file", "its file", "%s", path);
+    return answer_show(request->cli, answer, 0);
+}
+
 /* ---- the command line ---- */
 
 static int health(const struct request *request, struct dialogue *dialogue)
@@ -686,6 +752,7 @@ static const struct verb {
     {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MOST, arm},
     {.name = "disarm", .options = CAN, .run = arm},
     {.name = "runway", .options = OUT, .words = 2, .run = runway},
+    {.name = "key", .words = 1, .run = set_key},
 };
 
 static const struct verb *find_verb(const char *word)
@@ -698,7 +765,7 @@ static const struct verb *find_verb(const char *word)
     help_suggest_word(&command_board, word, near);
     error_set(fatal, MR_UNKNOWN,
               "not list, read, free, config, runway, arm, disarm, zero, shunt, "
-              "bringup, health, self-test or reset: '%s'%s%s see matrig board --help",
+              "bringup, key, health, self-test or reset: '%s'%s%s see matrig board --help",
               word, near, near[0] ? "" : ";");
     return NULL;
 }
@@ -812,6 +879,12 @@ static const struct command_part parts[] = {
     HELP_WORD("shunt", "shunt calibration of the gages, a second; exit 1 when one is not good. "
                        "matrig log on the board's CAN\n"
                        "keeps it: the calibrations before and after a landing give its drift"),
+    HELP_WORD(
+        "key new|clear",
+        "orders of an operator (arm, disarm, zero, shunt, survey, runway, chart) need a new "
+        "key from now on, or none.\n"
+        "The maintenance jumper must be fitted. The key is kept for this user; matrig uses it "
+        "by itself"),
     HELP_WITH(command_board_bringup),
     HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
                         "fault left behind\n"
@@ -838,9 +911,10 @@ const struct command command_board = {
     "runway [show|load F|forget] [-o F] |\n"
     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | zero [1|2] | shunt "
     "| health | "
-    "self-test | reset |\n"
+    "self-test | reset | key new|clear |\n"
     "                        bringup [report|brown-out|rom]",
     "a board: its bring-up, firmware, black box, configuration, runway and health",
     COMMAND_PARTS(parts),
-    {0, 3, "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset"},
+    {0, 3,
+     "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset|key"},
 };

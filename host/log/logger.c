@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "host/base/monotonic_clock.h"
+#include "host/board/keyfile.h"
 
 /* ---- writing: transactions ----
  *
@@ -259,6 +260,37 @@ void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
 #define LIVE_S        30        /* so long a board without CAN tells readings while idle, */
 #define LIVE_AGAIN_US 20000000u /* and so often it is asked */
 
+/* The proof of an operator's order, where the board wants one. */
+static void prove(struct logger *logger, unsigned link, const uint8_t *command)
+{
+    struct collector_progress p;
+    struct error why = {0};
+    uint8_t key[MR_KEY_BYTES], proof[MR_PROOF_BYTES];
+    if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
+        return;
+    collector_progress(logger->collector, &p);
+    if (!p.key || p.key->state != MR_KEY_SET || !p.nonce)
+        return;
+    if (keyfile_read(p.board_uid, key, &why) == MR_OK) {
+        memcpy(logger->nonce, p.nonce, sizeof logger->nonce);
+        mr_proof_make(proof, key, p.nonce, command, p.uid);
+        (void)link_send_message(logger->link[link], logger->base, 0, MR_ID_PROOF, proof,
+                                sizeof proof, &why);
+    }
+    if (why.status != MR_OK) {
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s", why.text);
+    }
+}
+
+bool logger_again(struct logger *logger)
+{
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    return p.nonce && memcmp(logger->nonce, p.nonce, sizeof logger->nonce) != 0 &&
+           logger_send(logger, &logger->typed.command, false);
+}
+
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
 {
     uint8_t payload[MR_MESSAGE_MAX];
@@ -269,6 +301,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
         struct error reason = {0};
         if (!logger->open[link] || (unasked && logger->mute[link]))
             continue;
+        prove(logger, link, payload);
         enum mr_status status = link_send_message(logger->link[link], logger->base, 0,
                                                   MR_ID_COMMAND, payload, length, &reason);
         logger->mute[link] = logger->mute[link] || (unasked && status != MR_OK);

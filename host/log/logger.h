@@ -9,6 +9,7 @@
 #define MATRIG_HOST_LOG_LOGGER_H
 
 #include "common/command.h"
+#include "common/proof.h"
 #include "host/board/health_client.h"
 #include "host/base/cli.h"
 #include "host/collect/collect.h"
@@ -96,7 +97,8 @@ struct logger {
     uint64_t heard_us[LINK_KINDS]; /* when they became more; 0: never */
     bool silent, lost[LINK_KINDS]; /* the silence of all, of one alone was told */
     struct typed typed;
-    struct collector_own own; /* commands that it gave */
+    struct collector_own own;      /* commands that it gave */
+    uint8_t nonce[MR_PROOF_BYTES]; /* of which the proof of the last order was made */
 };
 
 /* ---- logger.c ---- */
@@ -127,6 +129,9 @@ bool logger_close_store(struct logger *logger);
 /* Sends it to the board, over serial when that can be, else over CAN; false: over neither.
  * `unasked`: nobody waits for it, so a link that does not take it is not tried again. */
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked);
+/* The typed order was refused, and its nonce is no longer the newest: another program was first.
+ * False: it is not given again. */
+bool logger_again(struct logger *logger);
 void logger_ask_for_configuration(struct logger *logger);
 /* The live view: events that are due, and what its viewers ask of the board. */
 void logger_serve_live(struct logger *logger);

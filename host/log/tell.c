@@ -320,6 +320,9 @@ void logger_note_orders(struct logger *logger)
         bool is_typed = order.own && typed->sent && order.ack.tag == typed->command.tag &&
                         order.ack.code == typed->command.code;
         char more[60] = "", words[300];
+        if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
+            logger_again(logger))
+            continue;
         if (is_typed) { /* typed_turn reports its outcome */
             typed->answered = true;
             typed->answer = status;

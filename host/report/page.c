@@ -578,6 +578,7 @@ static void landing_row(const struct report_facts *facts, struct answer *answer)
     answer_words(answer, NULL, "links", "CAN %s; serial %s",
                  facts->can_link[0] ? facts->can_link : "not used",
                  facts->serial_link[0] ? facts->serial_link : "not used");
+    answer_words(answer, NULL, "orders", "%s", facts->orders ? facts->orders : "not known");
     answer_words(answer, NULL, "survey", "%zu of %u segments", facts->surveyed, MR_SEGMENTS);
 }
 

@@ -191,6 +191,7 @@ static void take_facts(const struct report_landing *landing, struct report_facts
     facts->fitted = measured->fit_status == MR_OK;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
+    facts->orders = summary->keys ? mr_key_state_text((unsigned)summary->key->code) : NULL;
     facts->surveyed = landing->survey.surveyed;
     facts->speed_ft_s = facts->fitted ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->fitted ? measured->summary.mean_deceleration_ft_s2 : none;

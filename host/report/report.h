@@ -54,7 +54,8 @@ struct report_facts {
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
     bool torn, fitted, config_read, emulated;
-    const char *marks; /* measured_marks */
+    const char *orders; /* who could give them: mr_key_state_text; NULL: not told */
+    const char *marks;  /* measured_marks */
     int64_t recalibrated;
     size_t gates, switches, surveyed, statements;
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;

@@ -101,6 +101,7 @@ enum mr_status store_run_find(struct store *store, int64_t *run, struct error *e
     X(store_channel_events, fault, CHANNEL_EVENTS)      \
     X(store_restarts, fault, RESTARTS)                  \
     X(store_orders, fault, ORDERS)                      \
+    X(store_keys, fault, KEYS)                          \
     X(store_bands, band, BANDS)                         \
     X(store_band_events, band_event, BAND_EVENTS)       \
     X(store_risks, risk, RISKS)                         \

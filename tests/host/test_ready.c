@@ -25,6 +25,7 @@ static int all_well(void **state)
     f.shunt_done = f.tested = f.box_known = f.temperature_known = f.alarm_known = true;
     f.can_used = f.database_checked = f.before = true;
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
+    f.identity.key_known = true;
     f.identity.commit_known = true;
     f.identity.commit.state = MR_IMAGE_GOOD;
     f.identity.image_crc = 0x1234;

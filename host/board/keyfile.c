@@ -1,0 +1,127 @@
+#include "host/board/keyfile.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define DIGITS (2u * MR_KEY_BYTES)
+
+static void folder(char path[KEYFILE_PATH])
+{
+    const char *config = getenv("XDG_CONFIG_HOME"), *home = getenv("HOME");
+    if (config && config[0] == '/') /* others are to be ignored, as the standard has it */
+        snprintf(path, KEYFILE_PATH, "%s/matrig", config);
+    else
+        snprintf(path, KEYFILE_PATH, "%s/.config/matrig", home ? home : "");
+}
+
+static void path_of(const char *uid, const char *ending, char path[KEYFILE_PATH])
+{
+    char in[KEYFILE_PATH];
+    folder(in);
+    if (snprintf(path, KEYFILE_PATH, "%s/%s.key%s", in, uid, ending) >= (int)KEYFILE_PATH)
+        path[0] = '\0'; /* opens nothing */
+}
+
+void keyfile_path(const char *uid, char path[KEYFILE_PATH])
+{
+    path_of(uid, "", path);
+}
+
+static int digit(char c)
+{
+    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+}
+
+enum mr_status keyfile_read(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
+{
+    char path[KEYFILE_PATH], text[DIGITS + 2];
+    struct stat info;
+    keyfile_path(uid, path);
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0 && errno == ENOENT)
+        return error_set(error, MR_UNKNOWN,
+                         "board %s needs its key for orders, and this computer has none: %s; copy "
+                         "it from the computer that made it",
+                         uid, path);
+    if (fd < 0 || fstat(fd, &info) != 0) {
+        int why = errno;
+        if (fd >= 0)
+            close(fd);
+        return error_set(error, MR_IO, "cannot read the board's key (%s): %s", strerror(why), path);
+    }
+    ssize_t length = read(fd, text, sizeof text);
+    close(fd);
+    if (info.st_mode & (S_IRWXG | S_IRWXO))
+        return error_set(error, MR_IO,
+                         "others may read the board's key: %s; chmod 600, and make a new one if "
+                         "somebody has: matrig board key new",
+                         path);
+    for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
+        int high = length > (ssize_t)DIGITS - 1 ? digit(text[2 * i]) : -1;
+        int low = high >= 0 ? digit(text[2 * i + 1]) : -1;
+        if (low < 0)
+            return error_set(error, MR_MALFORMED, "no key, 64 hexadecimal digits: %s", path);
+        key[i] = (uint8_t)(high << 4 | low);
+    }
+    return MR_OK;
+}
+
+static enum mr_status cannot_write(const char *path, struct error *error)
+{
+    return error_set(error, MR_IO, "cannot write the board's key (%s): %s", strerror(errno), path);
+}
+
+/* And those above it, as far as they are not there. */
+static void make_folder(void)
+{
+    char path[KEYFILE_PATH];
+    folder(path);
+    for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = '\0';
+        (void)mkdir(path, 0700); /* that it is not there shows when the file is opened */
+        *slash = '/';
+    }
+    (void)mkdir(path, 0700);
+}
+
+enum mr_status keyfile_draw(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
+{
+    char path[KEYFILE_PATH], text[DIGITS + 2];
+    if (getrandom(key, MR_KEY_BYTES, 0) != (ssize_t)MR_KEY_BYTES)
+        return error_set(error, MR_IO, "this computer gives no random numbers (%s)",
+                         strerror(errno));
+    for (unsigned i = 0; i < MR_KEY_BYTES; i++)
+        snprintf(text + 2 * i, 3, "%02x", key[i]);
+    text[DIGITS] = '\n';
+    make_folder();
+    keyfile_drop(uid);
+    path_of(uid, ".new", path);
+    int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    if (fd < 0)
+        return cannot_write(path, error);
+    bool written = write(fd, text, DIGITS + 1) == (ssize_t)DIGITS + 1 && fsync(fd) == 0;
+    close(fd);
+    return written ? MR_OK : cannot_write(path, error);
+}
+
+enum mr_status keyfile_keep(const char *uid, struct error *error)
+{
+    char from[KEYFILE_PATH], to[KEYFILE_PATH];
+    path_of(uid, ".new", from);
+    keyfile_path(uid, to);
+    return rename(from, to) == 0 ? MR_OK : cannot_write(to, error);
+}
+
+void keyfile_drop(const char *uid)
+{
+    char path[KEYFILE_PATH];
+    path_of(uid, ".new", path);
+    (void)unlink(path);
+}
