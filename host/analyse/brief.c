@@ -30,19 +30,18 @@ static void outcome_answer(struct store *store, const struct summary *summary,
     struct record record;
     struct error error = {0};
     const struct record_row *row = NULL;
-    char what[200] = "", lead[60] = "";
+    char what[200] = "";
     if (record_begin(store, &record, &error) == MR_OK &&
         record_judge(store, &record, &given, &error) == MR_OK)
         row = record_find(&record, summary->measured.landing.id);
     if (row && row->judged) {
         const struct outcome *outcome = &row->outcome;
-        if (isfinite(row->lead_s))
-            snprintf(lead, sizeof lead, ", %.2f s after the warning", row->lead_s);
         if (row->verdict == RECORD_NOT_KNOWN && row->why)
             snprintf(what, sizeof what, ": %s", row->why);
         else if (isfinite(outcome->t_s))
-            snprintf(what, sizeof what, ": wheel at %d closed mats %.2f s after touchdown%s",
-                     OUTCOME_MATS, outcome->t_s, lead);
+            snprintf(what, sizeof what,
+                     ": wheel at %d closed mats about %.1f s after touchdown, in segments of ten",
+                     OUTCOME_MATS, outcome->t_s);
         else if (outcome->came == OUTCOME_DID_NOT && outcome->mats >= 0)
             snprintf(what, sizeof what, ": wheel at %lld closed mats at most",
                      (long long)outcome->mats);

@@ -361,19 +361,16 @@ static void find_extremes(const struct measured *measured, struct measured_chann
         channel->end = measured_smooth(measured, channel,
                                        measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
+    /* The value at the end is one of those between the extremes. Where it passes them, its error is
+     * the larger one of a peak, whose budget `uncertainty` prints. */
+    if (channel->end > channel->high)
+        channel->high = channel->end;
+    if (channel->end < channel->low)
+        channel->low = channel->end;
     double samples = measured_peak_samples(channel);
     channel->high_error = measured_error(measured, channel, channel->high, samples);
     channel->low_error = measured_error(measured, channel, channel->low, samples);
     channel->end_error = measured_error(measured, channel, channel->end, MEASURED_END_BLOCKS);
-    /* The value at the end is one of those between the extremes, and has less noise than they. */
-    if (channel->end > channel->high) {
-        channel->high = channel->end;
-        channel->high_error = channel->end_error;
-    }
-    if (channel->end < channel->low) {
-        channel->low = channel->end;
-        channel->low_error = channel->end_error;
-    }
     bool up = fabs(channel->high) >= fabs(channel->low);
     channel->peak = up ? channel->high : channel->low;
     channel->error = up ? channel->high_error : channel->low_error;

@@ -410,10 +410,8 @@ static void five_numbers(const struct report *report, bool *of, FILE *out)
     zones_fact(report, of, out);
 }
 
-/* "the board warned at 2.824 s, 0.94 s later", of what happened at `t_s` (NaN: not known). */
-static void warning_words(const struct report_facts *facts, double t_s, FILE *out)
+static void warning_words(const struct report_facts *facts, FILE *out)
 {
-    double after_s = facts->warning.t_s - t_s;
     if (facts->source == MEASURED_IMPORT) {
         fputs("no board recorded this landing", out);
     } else if (!facts->warning.warned) {
@@ -422,12 +420,11 @@ static void warning_words(const struct report_facts *facts, double t_s, FILE *ou
               out);
     } else {
         fprintf(out, "the board warned at %.3f s", facts->warning.t_s);
-        if (isfinite(after_s))
-            fprintf(out, ", %.2f s %s", fabs(after_s), after_s > 0.0 ? "later" : "earlier");
     }
 }
 
-/* The outcome of a landing in a sentence. */
+/* The outcome of a landing in a sentence. Segments of ten mats make its time coarse: it is not
+ * compared with the warning's to a hundredth of a second. */
 static void outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     const struct outcome *outcome = &facts->record.outcome;
@@ -435,15 +432,17 @@ static void outcome_sentence(const struct report_facts *facts, FILE *out)
     html_text(out, record_verdict_text(facts->record.verdict));
     fputs(".</strong> ", out);
     if (outcome->came == OUTCOME_CAME && isfinite(outcome->t_s))
-        fprintf(out, "The wheel reached %d closed mats %.2f s after touchdown; ", OUTCOME_MATS,
-                outcome->t_s);
+        fprintf(out,
+                "By survey and transducers, in segments of ten mats, the wheel reached %d closed "
+                "mats about %.1f s after touchdown; ",
+                OUTCOME_MATS, outcome->t_s);
     else if (outcome->came == OUTCOME_CAME)
         fprintf(out, "The wheel reached a closed zone (%s); ", outcome_basis_text(outcome->basis));
     else if (outcome->came == OUTCOME_DID_NOT)
         fprintf(out, "The wheel reached no zone of %d closed mats; ", OUTCOME_MATS);
     else
         fputs("Whether the wheel reached a closed zone is not known; ", out);
-    warning_words(facts, outcome->came == OUTCOME_CAME ? outcome->t_s : (double)NAN, out);
+    warning_words(facts, out);
     if (facts->why[0]) {
         fputs(" (", out);
         html_text(out, facts->why);

@@ -212,7 +212,7 @@ check "frames that the log lost are no difference" lost_frames_are_no_difference
 check "without block records it is refused" without_serial
 check "with lost blocks it is refused, naming which" with_a_hole
 check "without an image it is refused" fails_with 3 'no firmware image .*: build/none.elf; build it with make all' $matrig replay "$db" 3 --elf build/none.elf
-check "with something that is no image it is refused" fails_with 3 'gave up with exit code 4: README.md; it said: .*README.md' $matrig --quiet replay "$db" 3 --elf README.md
+check "with something that is no image it is refused" fails_with 3 'failed with exit code 4: README.md; its message: .*README.md' $matrig --quiet replay "$db" 3 --elf README.md
 check "an unknown speed is refused" fails_with 2 "unknown speed: 'fast' for --speed; give max or real" $matrig replay "$db" 3 --speed fast
 check "a RUN that is not there is refused" fails_with 2 'no such landing: RUN 99' $matrig replay "$db" 99
 finish

@@ -23,9 +23,9 @@ a_night_is_drawn() { # 12 h of rows
         insert into slow_log(board_uid, block, time_us, temperature_c, t1_lb, t2_lb)
         select 'A', 60000 * i, 1700000000000000 + 60000000 * i, 20 - i / 60.0, 100, 100 - i / 72.0 from n"
     build/matrig --quiet report "$tmp/night.db" -o "$tmp/night.html" || return 1
-    grep -q 'Between the landings' "$tmp/night.html" && grep -q 'mean tension, lb' "$tmp/night.html" &&
-        grep -q 'temperature, C' "$tmp/night.html" && grep -q 'time since the first row, h' "$tmp/night.html" || return 1
-    build/matrig --quiet report "$tmp/landing.db" -o "$tmp/none.html" && ! grep -q 'Between the landings' "$tmp/none.html"
+    grep -q 'Tension and temperature between landings' "$tmp/night.html" && grep -q 'mean tension (lb)' "$tmp/night.html" &&
+        grep -q 'temperature (°C)' "$tmp/night.html" && grep -q 'time since the first row (h)' "$tmp/night.html" || return 1
+    build/matrig --quiet report "$tmp/landing.db" -o "$tmp/none.html" && ! grep -q 'Tension and temperature between landings' "$tmp/none.html"
 }
 a_landing_has_its_temperature() { # in its summary and its rows
     build/matrig-board --elf $elf --can "file:$tmp/can2" --serial "file:$tmp/serial2" --rig tests/runs/landing5.run --temperature -3.2 --for 9.4 &&
