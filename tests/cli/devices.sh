@@ -17,7 +17,7 @@ unplugged() { # USB RETURNS OTHER, or nothing
     port=$!
     await test -e "$here/port"
     PORTS=$here ${1:+env LD_PRELOAD=build/tests/link/ports.so} timeout 600 \
-        $matrig log --listen --serial "serial:$here/port" --db "$tmp/port.db" >"$tmp/port.log" 2>"$tmp/port.err" &
+        $matrig log --all --listen --serial "serial:$here/port" --db "$tmp/port.db" >"$tmp/port.log" 2>"$tmp/port.err" &
     local logger=$!
     wait $port
     kill -INT $logger
@@ -59,7 +59,7 @@ check "of two adapters that nothing tells apart the other one is not taken" not_
 not_there_yet() { # --wait counts from the first open on; without it, a port that is not there is told at once
     rm -f "$here"/port* "$tmp"/first.db
     fails_with 3 '^matrig: no serial port \(No such file or directory\): serial:' $matrig log --serial "serial:$here/port" --db "$tmp/first.db" || return 1
-    timeout 600 $matrig log --listen --serial "serial:$here/port" --db "$tmp/first.db" --wait 300 >"$tmp/out" 2>"$tmp/err" &
+    timeout 600 $matrig log --all --listen --serial "serial:$here/port" --db "$tmp/first.db" --wait 300 >"$tmp/out" 2>"$tmp/err" &
     local log=$! status
     await grep -q '^matrig: no serial port .* (waiting 300 s for it)$' "$tmp/err" || return 1
     python3 tests/link/unplugged.py "$here/port" "$tmp/short.serial" 400000 1e9 0 >"$tmp/port.txt" 2>&1 || return 1

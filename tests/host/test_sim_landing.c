@@ -435,8 +435,8 @@ TEST(a_damper_does_not_brake_the_slack)
     assert_true(held_against("implicit", &scene, "a joint that closes"));
 }
 
-/* A damped joint that opens within a step has pulled for what it was pressed by, CL times 2e-8 ft of
- * impulse: 2e-6 ft of u, alike at every step that is longer than that takes. */
+/* A damped joint that opens within a step has pulled over its whole compression, an impulse of CL
+ * times 2e-8 ft: 2e-6 ft of u, alike at every longer step. */
 TEST(a_damper_pulls_until_its_joint_opens)
 {
     static const double bump_ft[] = {0.0495, 0.1, 0.0495};

@@ -505,7 +505,7 @@ static bool carry_all(struct score_truth *truth, enum score_kind kind, FILE *fil
     return true;
 }
 
-/* Part of the names of the files that keep truths: another one for truths that come out otherwise. */
+/* Part of the names of the files that keep truths; changes when the truths change. */
 #define KEPT_AS "2"
 
 bool score_truth_get(struct score_truth *truth, uint32_t number, enum score_kind kind,

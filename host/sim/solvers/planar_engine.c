@@ -179,10 +179,9 @@ LAW_INLINE double engaged_ft(double g_ft, double slack_ft)
     return g_ft < 0.0 ? g_ft : law_most(0.0, g_ft - slack_ft);
 }
 
-/* The rate that a joint's damper has over a step: how far the last step moved the joint while it was
+/* The rate of a joint's damper over a step: how far the last step moved the joint while it was
  * closed. With the whole rate, the damper would brake a joint that closes or opens within a step
- * for all of that step or for none of it, and be wrong by the same impulse at every step that is
- * longer than the time it takes. */
+ * for all of that step or for none of it, an error of the same impulse at every longer step. */
 LAW_INLINE double damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft, double step_s)
 {
     double now_ft = engaged_ft(g_ft, slack_ft),
