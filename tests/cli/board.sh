@@ -101,7 +101,7 @@ listened_on() { # a second board does not take the first one's socket from it
     kill -9 $first && ! wait $first && [ $status -eq 0 ] && [ -S "$tmp/taken" ] || return 1
     $board --elf $elf --can "unix:$tmp/taken" --for 0.1 --wall-limit 0.5 2>"$tmp/err" # what a dead one left is taken
     cat "$tmp/err"
-    grep -q 'is there a host' "$tmp/err"
+    grep -q 'is a host running' "$tmp/err"
 }
 foreign_link() { # a symbolic link is replaced only when an earlier pty: left it
     ln -sf one.run "$tmp/tty"

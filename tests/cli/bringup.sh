@@ -153,7 +153,7 @@ brown_out_of_a_wrong_supply() { # more than 5 % off the board's own: nothing is 
         grep -q '^wrong: brown_out_set: not set, for' "$tmp/out"
 }
 memory_is_spared() { # nothing but an empty sector is touched; with none it says so and leaves all alone
-    says zg memory_sector 4093 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
+    says zg memory_sector 4091 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
         says slow memory_sector none && cmp "$tmp/nor.full" "$tmp/nor.full.was" && judge slow >"$tmp/out" && grep -q '^look: memory_sector: no empty sector' "$tmp/out"
 }
 # A board of few words, at $sockets/few. When a word comes it says $tmp/few.txt up to byte FROM, then nothing for 5 s, then the rest up

@@ -111,8 +111,8 @@ ends_with_a_sentence() { # the text has it, the report too (tests/host/test_comp
 }
 report_has_the_table() {
     cp $scene "$tmp/<b>x.json" && $matrig compare "$db" 1 "$tmp/<b>x.json" >/dev/null && $matrig --quiet report "$db" -o "$tmp/r.html" || return 1
-    grep -q '<h3>Measured against simulated</h3>' "$tmp/r.html" && grep -q 'Against &lt;b&gt;x.json: simulated in' "$tmp/r.html" && ! grep -q '<b>x' "$tmp/r.html" &&
-        ! sed '/^<script>/,$d' "$tmp/r.html" | grep -Eq '>-?nan|NaN' && grep -q 'measured, with its 95 % band' "$tmp/r.html"
+    grep -q '<h3>Measured against simulated</h3>' "$tmp/r.html" && grep -q 'Simulation: &lt;b&gt;x.json, standard error' "$tmp/r.html" && ! grep -q '<b>x' "$tmp/r.html" &&
+        ! sed '/^<script>/,$d' "$tmp/r.html" | grep -Eq '>-?nan|NaN' && grep -q 'measured with 95 % band' "$tmp/r.html"
 }
 
 check "a simulated landing, played and measured, is its own scene's: motion and gaps found again" its_own_scene_passes

@@ -2,7 +2,7 @@
 # Logs, databases and scenes that matrig refuses, and what it keeps of them; tests/cli/mistakes.txt has what is typed wrongly.
 . "$(dirname "$0")/tap.sh"
 matrig=build/matrig
-hello='(1.000000) can0 1F0#0600000100000000'
+hello='(1.000000) can0 1F0#0700000100000000'
 
 check "nothing on the link" fails_with 3 "no hello from a board" $matrig --quiet log --can file:/dev/null --db "$tmp/empty.db"
 check "nobody within --for" fails_with 3 "no hello from a board" $matrig log --serial file:/dev/null --db "$tmp/empty.db" --for 0.2
@@ -15,8 +15,8 @@ head -c 4000 /dev/zero | tr '\0' 'x' >"$tmp/foreign.bin"
 check "foreign serial bytes" fails_with 4 "foreign.bin" $matrig --quiet log --serial "file:$tmp/foreign.bin" --db "$tmp/c.db"
 printf '(1.0) can0 123#00\n(1.0) can0 124#00\n' >"$tmp/other.log"
 check "another bus" fails_with 4 "nothing of a matrig board.*other.log" $matrig --quiet log --can "file:$tmp/other.log" --db "$tmp/d.db"
-printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0700090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
-check "board of another layout" fails_with 4 "the board uses layout 7, this matrig layout 6: file:.*layout.log" \
+printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0800090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
+check "board of another layout" fails_with 4 "the board uses layout 8, this matrig layout 7: file:.*layout.log" \
     $matrig --quiet log --can "file:$tmp/layout.log" --db "$tmp/e.db"
 check "what came before the refusal is kept" test "$(sqlite3 "$tmp/e.db" 'select count(*) from frames')" = 2
 
