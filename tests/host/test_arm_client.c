@@ -75,7 +75,7 @@ static const struct {
     {0, arms_unheard, MR_OK, NULL}, /* a lost answer is seen in the state */
     /* it was armed before: its state does not tell that this order did it */
     {1, arms_unheard, MR_TIMEOUT,
-     "the board does not answer `arm` within 3 s: scripted; look what state it is in before trying "
+     "the board does not answer `arm` within 3 s: scripted; check its state before trying "
      "again"},
     {0, stays, MR_TIMEOUT, "does not answer `arm`"},
     {0, takes_and_stays, MR_TIMEOUT,
