@@ -9,6 +9,9 @@
 
 #ifndef LAW_VECTOR
 #define LAW_MASK                bool
+#define LAW_ABOVE(a, b)         ((a) > (b))
+#define LAW_REACHES(a, b)       ((a) >= (b))
+#define LAW_EQUALS(a, b)        ((a) == (b))
 #define LAW_IF(mask, yes, no)   ((mask) ? (yes) : (no))
 #define LAW_ONLY(mask, yes)     ((mask) ? (yes) : none)
 #define LAW_PICK(mask, yes, no) ((mask) ? (yes) : (no))
@@ -60,16 +63,17 @@ LAW_FUNCTION struct LAW(pull)
     const LAW_REAL kl = joint.kl_lb_ft, cl = joint.cl_lb_s_ft, slack_ft = joint.slack_ft;
     LAW_REAL held_lb = kl * (g_ft - reach_ft);
     LAW_REAL yielded_ft = g_ft + give_ft;
-    LAW_MASK dirty = reach_ft > none;
+    LAW_MASK dirty = LAW_ABOVE(reach_ft, none);
     return LAW_PICK(
-        g_ft >= reach_ft,
-        LAW(pulled)(LAW_ONLY(g_ft > slack_ft, kl * (g_ft - slack_ft) + cl * rate_ft_s),
+        LAW_REACHES(g_ft, reach_ft),
+        LAW(pulled)(LAW_ONLY(LAW_ABOVE(g_ft, slack_ft), kl * (g_ft - slack_ft) + cl * rate_ft_s),
                     LAW_LESSER(slack_ft, g_ft)),
         LAW_PICK(
-            LAW_BOTH(dirty, held_lb >= -grit_lb),
+            LAW_BOTH(dirty, LAW_REACHES(held_lb, -grit_lb)),
             LAW(held)(LAW_LESSER(LAW_GREATER(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
-            LAW_PICK(LAW_BOTH(dirty, yielded_ft > none), LAW(pulled)(-grit_lb, yielded_ft),
-                     LAW(pulled)(LAW_ONLY(g_ft < none, kl * g_ft + cl * rate_ft_s), none))));
+            LAW_PICK(
+                LAW_BOTH(dirty, LAW_ABOVE(yielded_ft, none)), LAW(pulled)(-grit_lb, yielded_ft),
+                LAW(pulled)(LAW_ONLY(LAW_ABOVE(none, g_ft), kl * g_ft + cl * rate_ft_s), none))));
 }
 
 /* Of a mat, after a step. */
@@ -86,11 +90,11 @@ LAW_FUNCTION struct LAW(slip)
     LAW(mat_slip)(LAW_REAL v_ft_s, LAW_REAL x_lb, LAW_REAL friction_lb, LAW_REAL per_lb)
 {
     const LAW_REAL none = LAW_VALUE(0);
-    LAW_MASK rests = v_ft_s == none;
-    LAW_MASK pushes = LAW_SIZE(x_lb) > friction_lb;
+    LAW_MASK rests = LAW_EQUALS(v_ft_s, none);
+    LAW_MASK pushes = LAW_ABOVE(LAW_SIZE(x_lb), friction_lb);
     LAW_REAL braking_lb = x_lb - LAW_SIGNED(friction_lb, LAW_IF(rests, x_lb, v_ft_s));
     LAW_REAL after_ft_s = v_ft_s + braking_lb * per_lb;
-    LAW_MASK goes_on = after_ft_s * v_ft_s > none;
+    LAW_MASK goes_on = LAW_ABOVE(after_ft_s * v_ft_s, none);
     if (LAW_ONE(goes_on))
         return (struct LAW(slip)){after_ft_s, LAW_NOT(goes_on), none};
     LAW_REAL moved_ft_s = LAW_ONLY(LAW_EITHER(goes_on, pushes), after_ft_s);
@@ -99,7 +103,7 @@ LAW_FUNCTION struct LAW(slip)
         return (struct LAW(slip)){moved_ft_s, stops, none};
     LAW_REAL left = LAW_ONLY(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
     LAW_REAL back_lb = x_lb - LAW_SIGNED(friction_lb, x_lb);
-    LAW_REAL thrown_ft_s = LAW_ONLY(left > none, back_lb * per_lb * left);
+    LAW_REAL thrown_ft_s = LAW_ONLY(LAW_ABOVE(left, none), back_lb * per_lb * left);
     return (struct LAW(slip)){LAW_IF(LAW_BOTH(stops, pushes), thrown_ft_s, moved_ft_s), stops,
                               left};
 }
@@ -110,6 +114,9 @@ LAW_FUNCTION struct LAW(slip)
 #undef LAW_REAL
 #undef LAW_MASK
 #undef LAW_VALUE
+#undef LAW_ABOVE
+#undef LAW_REACHES
+#undef LAW_EQUALS
 #undef LAW_IF
 #undef LAW_ONLY
 #undef LAW_PICK

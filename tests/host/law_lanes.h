@@ -29,7 +29,8 @@ static void LANES(lanes_agree)(void)
                                                   g_ft[k], rate_ft_s[k]);
             struct law_slip slip = law_mat_slip(v_ft_s[k], x_lb[k], limit_lb[k], 0.3);
             assert_true(pull.lb == pulls.lb[k] && pull.reach_ft == pulls.reach_ft[k]);
-            assert_true(slip.v_ft_s == slips.v_ft_s[k] && slip.stops == (slips.stops[k] != 0));
+            assert_true(slip.v_ft_s == slips.v_ft_s[k] &&
+                        slip.stops == LANES(is_set)(slips.stops, (int)k));
         }
     }
 }

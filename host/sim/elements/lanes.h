@@ -9,23 +9,25 @@
 
 #if defined LANES_DOUBLE
 typedef double lane_real;
-typedef int64_t lane_mask;
+typedef int64_t lane_bits;
 #define LANES_BUILTIN(name)     __builtin_ia32_##name##pd256
 #define LAW_LATE(stops, pushes) LANES(any)(stops)
 #else
 typedef float lane_real;
-typedef int32_t lane_mask;
+typedef int32_t lane_bits;
 #define LANES_BUILTIN(name)     __builtin_ia32_##name##ps256
 #define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* nobody asks for `left` */
 #endif
 #define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
-/* Comparisons give -1 or 0 in each lane. */
 typedef lane_real lanes __attribute__((vector_size(32)));
-typedef lane_mask masks __attribute__((vector_size(32)));
+typedef lane_bits words __attribute__((vector_size(32)));
+typedef words masks; /* of a comparison: -1 or 0 in each lane */
 typedef lane_real wide_lanes __attribute__((vector_size(64)));
-typedef lane_mask wide_masks __attribute__((vector_size(64)));
+typedef lane_bits wide_words __attribute__((vector_size(64)));
+typedef uint8_t wide_masks; /* AVX-512 has a bit for each lane instead */
 #define LANES_INLINE static inline __attribute__((always_inline))
 #if defined __x86_64__ && !defined __clang__
+#include <immintrin.h>
 #define LANES_HAVE_AVX2 1
 #else
 #define LANES_HAVE_AVX2 0
@@ -35,19 +37,22 @@ typedef lane_mask wide_masks __attribute__((vector_size(64)));
 #define LAW_REAL                lanes
 #define LAW_MASK                masks
 #define LAW_VALUE(x)            ((lanes){0} + (lane_real)(x))
+#define LAW_ABOVE(a, b)         LANES(above)(a, b)
+#define LAW_REACHES(a, b)       LANES(reaches)(a, b)
+#define LAW_EQUALS(a, b)        LANES(equals)(a, b)
 #define LAW_IF(mask, yes, no)   LANES(choose)(mask, yes, no)
-#define LAW_ONLY(mask, yes)     ((lanes)((mask) & (masks)(yes)))
+#define LAW_ONLY(mask, yes)     LANES(only)(mask, yes)
 #define LAW_PICK(mask, yes, no) LANES(pick)(mask, yes, no)
 #define LAW_BOTH(a, b)          ((a) & (b))
 #define LAW_EITHER(a, b)        ((a) | (b))
-#define LAW_NOT(mask)           (~(mask))
+#define LAW_NOT(mask)           ((masks) ~(mask))
 #define LAW_ONE(mask)           false
 #define LAW_LESSER(a, b)        LANES(lesser)(a, b)
 #define LAW_GREATER(a, b)       LANES(greater)(a, b)
-#define LAW_SIGN                ((masks)(-LAW_VALUE(0)))
-#define LAW_SIZE(x)             ((lanes)(~LAW_SIGN & (masks)(x)))
+#define LAW_SIGN                ((words)(-LAW_VALUE(0)))
+#define LAW_SIZE(x)             ((lanes)(~LAW_SIGN & (words)(x)))
 /* of a size that is not negative */
-#define LAW_SIGNED(size, sign)  ((lanes)((LAW_SIGN & (masks)(sign)) | (masks)(size)))
+#define LAW_SIGNED(size, sign)  ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
 #define LAW(name)               LANES(name)
 
 #endif

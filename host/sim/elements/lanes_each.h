@@ -17,11 +17,13 @@
 #define LANES(name) name##_avx512
 #define LANES_AVX512
 #define lanes wide_lanes
+#define words wide_words
 #define masks wide_masks
 #include LANES_FILE
 #undef LANES
 #undef LANES_AVX512
 #undef lanes
+#undef words
 #undef masks
 #pragma GCC pop_options
 #define LANES_CALL(name, ...)                                        \

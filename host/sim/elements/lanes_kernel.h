@@ -2,21 +2,41 @@
  * that this is included for (lanes_each.h). */
 /* One instruction each, which the compiler does not find in the plain form. */
 #if defined LANES_AVX512
-LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)
+LANES_INLINE masks LANES(above)(lanes a, lanes b)
 {
-    return (lanes)((mask & (masks)yes) | (~mask & (masks)no));
+    return _mm512_cmp_pd_mask(a, b, _CMP_GT_OQ);
+}
+LANES_INLINE masks LANES(reaches)(lanes a, lanes b)
+{
+    return _mm512_cmp_pd_mask(a, b, _CMP_GE_OQ);
+}
+LANES_INLINE masks LANES(equals)(lanes a, lanes b)
+{
+    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+}
+LANES_INLINE bool LANES(is_set)(masks mask, int lane)
+{
+    return (mask >> lane) % 2 != 0;
 }
 LANES_INLINE bool LANES(any)(masks mask)
 {
-    return __builtin_ia32_cvtq2mask512((long long __attribute__((vector_size(64))))mask) != 0;
+    return mask != 0;
+}
+LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)
+{
+    return _mm512_mask_blend_pd(mask, no, yes);
+}
+LANES_INLINE lanes LANES(only)(masks mask, lanes yes)
+{
+    return _mm512_maskz_mov_pd(mask, yes);
 }
 LANES_INLINE lanes LANES(lesser)(lanes a, lanes b)
 {
-    return __builtin_ia32_minpd512_mask(a, b, a, (unsigned char)-1, 4);
+    return _mm512_min_pd(a, b);
 }
 LANES_INLINE lanes LANES(greater)(lanes a, lanes b)
 {
-    return __builtin_ia32_maxpd512_mask(a, b, a, (unsigned char)-1, 4);
+    return _mm512_max_pd(a, b);
 }
 #elif defined LANES_AVX2
 LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)
@@ -38,7 +58,7 @@ LANES_INLINE lanes LANES(greater)(lanes a, lanes b)
 #else
 LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)
 {
-    return (lanes)((mask & (masks)yes) | (~mask & (masks)no));
+    return (lanes)((mask & (words)yes) | (~mask & (words)no));
 }
 LANES_INLINE bool LANES(any)(masks mask)
 {
@@ -54,6 +74,28 @@ LANES_INLINE lanes LANES(lesser)(lanes a, lanes b)
 LANES_INLINE lanes LANES(greater)(lanes a, lanes b)
 {
     return LANES(choose)(a > b, a, b);
+}
+#endif
+#if !defined LANES_AVX512
+LANES_INLINE masks LANES(above)(lanes a, lanes b)
+{
+    return a > b;
+}
+LANES_INLINE masks LANES(reaches)(lanes a, lanes b)
+{
+    return a >= b;
+}
+LANES_INLINE masks LANES(equals)(lanes a, lanes b)
+{
+    return a == b;
+}
+LANES_INLINE bool LANES(is_set)(masks mask, int lane)
+{
+    return mask[lane] != 0;
+}
+LANES_INLINE lanes LANES(only)(masks mask, lanes yes)
+{
+    return (lanes)(mask & (words)yes);
 }
 #endif
 #include "common/chain_law.h"

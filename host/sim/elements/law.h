@@ -94,7 +94,7 @@ LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack
         return g_ft;
     if (g_ft > slack_ft)
         return g_ft - slack_ft;
-    return fmin(0.0, g_ft - (law == JOINT_GRIT ? reach_ft : 0.0));
+    return law_least(g_ft - (law == JOINT_GRIT ? reach_ft : 0.0), 0.0);
 }
 
 /* Mode at opening g: -1 pressed, 0 open, 1 hooked. */

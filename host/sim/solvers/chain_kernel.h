@@ -9,10 +9,10 @@ typedef lanes LANES(stored) __attribute__((aligned(8), may_alias));
 
 LANES_INLINE unsigned LANES(count)(masks set)
 {
-    int64_t sum = 0;
+    unsigned sum = 0;
     for (int i = 0; i < BLOCK; i++)
-        sum -= set[i];
-    return (unsigned)sum;
+        sum += LANES(is_set)(set, i);
+    return sum;
 }
 
 /* Mats and joints are computed in whole blocks of so many, with padding at both ends. */
@@ -77,8 +77,8 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
     lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
     lanes ahead_s = until_s - (LAW_VALUE(kick_s) - half_s), back_s = left_s - half_s;
-    lanes way_ft = LAW_ONLY(until_s > none, half * v_ft_s * ahead_s * ahead_s / until_s) +
-                   LAW_ONLY(left_s > none, half * slip.v_ft_s * back_s * back_s / left_s);
+    lanes way_ft = LAW_ONLY(LAW_ABOVE(until_s, none), half * v_ft_s * ahead_s * ahead_s / until_s) +
+                   LAW_ONLY(LAW_ABOVE(left_s, none), half * slip.v_ft_s * back_s * back_s / left_s);
     return LAW_ONLY(slip.stops, way_ft);
 }
 
@@ -90,13 +90,14 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
 {
     lanes push_lb = LANES(greater)(-last_lb, LOAD(chain->push_lb + j));
     lanes pull_lb = LANES(greater)(last_lb, LOAD(chain->pull_lb + j));
-    masks large = LAW_SIZE(middle_lb) > LAW_VALUE(chain->large_lb);
+    masks large = LAW_ABOVE(LAW_SIZE(middle_lb), LAW_VALUE(chain->large_lb));
     if (LANES(any)(large)) {
         const lanes none = {0};
         lanes across_lb = last_lb - first_lb, up_lb = middle_lb - first_lb;
         lanes down_lb = middle_lb - last_lb;
-        masks top = large & (up_lb * middle_lb > none) & (down_lb * middle_lb > none) &
-                    (first_lb * middle_lb > none) & (last_lb * middle_lb > none);
+        masks top = large & LAW_ABOVE(up_lb * middle_lb, none) &
+                    LAW_ABOVE(down_lb * middle_lb, none) & LAW_ABOVE(first_lb * middle_lb, none) &
+                    LAW_ABOVE(last_lb * middle_lb, none);
         lanes most_lb = middle_lb +
                         LAW_ONLY(top, across_lb * across_lb / (LAW_VALUE(8) * (up_lb + down_lb)));
         push_lb = LANES(greater)(-most_lb, push_lb);
