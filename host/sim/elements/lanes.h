@@ -1,5 +1,6 @@
 /* Lanes: numbers side by side in a vector: floats in 32 bytes; if LANES_DOUBLE is defined doubles,
- * in 32 bytes or, on a processor with AVX-512, in 64. */
+ * in 64 bytes with AVX-512, in 32 with AVX2, in 16 with neither: the compiler takes vectors that are
+ * wider than the processor's apart, number by number. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
 #define MATRIG_HOST_SIM_ELEMENTS_LANES_H
 
@@ -22,6 +23,9 @@ typedef int32_t lane_bits;
 typedef lane_real lanes __attribute__((vector_size(32)));
 typedef lane_bits words __attribute__((vector_size(32)));
 typedef words masks; /* of a comparison: -1 or 0 in each lane */
+typedef lane_real narrow_lanes __attribute__((vector_size(16)));
+typedef lane_bits narrow_words __attribute__((vector_size(16)));
+typedef narrow_words narrow_masks;
 typedef lane_real wide_lanes __attribute__((vector_size(64)));
 typedef lane_bits wide_words __attribute__((vector_size(64)));
 typedef uint8_t wide_masks; /* AVX-512 has a bit for each lane instead */

@@ -38,4 +38,14 @@
 #define LANES_CALL(name, ...) name##_plain(__VA_ARGS__)
 #endif
 #define LANES(name) name##_plain
+#if defined LANES_DOUBLE
+#define lanes narrow_lanes
+#define words narrow_words
+#define masks narrow_masks
 #include LANES_FILE
+#undef lanes
+#undef words
+#undef masks
+#else
+#include LANES_FILE
+#endif

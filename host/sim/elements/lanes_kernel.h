@@ -62,9 +62,11 @@ LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)
 }
 LANES_INLINE bool LANES(any)(masks mask)
 {
-    uint64_t part[4];
+    uint64_t part[sizeof mask / 8], all = 0;
     memcpy(part, &mask, sizeof part);
-    return (part[0] | part[1] | part[2] | part[3]) != 0;
+    for (size_t i = 0; i < sizeof mask / 8; i++)
+        all |= part[i];
+    return all != 0;
 }
 /* Of equal ones the second: so the instructions have it, and zeros keep their sign. */
 LANES_INLINE lanes LANES(lesser)(lanes a, lanes b)
