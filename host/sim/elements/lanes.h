@@ -1,6 +1,6 @@
 /* Lanes: numbers side by side in a vector: floats in 32 bytes; if LANES_DOUBLE is defined doubles,
- * in 64 bytes with AVX-512, in 32 with AVX2, in 16 with neither: the compiler takes vectors that are
- * wider than the processor's apart, number by number. */
+ * in 64 bytes with AVX-512, in 32 with AVX2, in 16 with neither: the compiler takes vectors wider
+ * than the processor's apart, number by number. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
 #define MATRIG_HOST_SIM_ELEMENTS_LANES_H
 
