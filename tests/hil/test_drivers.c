@@ -101,8 +101,8 @@ TEST(frames_leave_in_their_order)
     ear_close(ear);
 }
 
-/* Only the identifiers of commands, proofs and words of a configuration pass the filter: of all 2048
- * with every other frame format, three. */
+/* Only commands, proofs and words of a configuration pass the filter: of all 2048 identifiers with
+ * every other frame format, three. */
 TEST(only_commands_pass_the_filter)
 {
     struct ear *ear = ear_open(NULL, 0);
