@@ -12,7 +12,7 @@
 
 #define FORMAT      1
 #define TEXT_MAX    65536u
-#define ANSWER_S    8.0  /* to the first line; nothing comes for a second while it resets itself */
+#define ANSWER_S    15.0 /* to the first line: a reset takes a second, on a busy emulator ten */
 #define SILENCE_S   30.0 /* between two lines: its watchdog, the memory's erases, a slow flash */
 #define ALL_S       120.0
 #define SAY_AGAIN_S 3.0
