@@ -22,7 +22,7 @@ enum step {
 
 #define MARK         0x594b524du /* "MRKY" */
 #define CHECKED      (12u + MR_KEY_BYTES)
-#define RECORD       (CHECKED + 4u)
+#define RECORD       (CHECKED + 4u) /* MARK once more behind it */
 #define TRIES        3u
 #define POLLS        20000u
 #define BITS         8u
@@ -86,7 +86,9 @@ static bool is_whole(const uint8_t *record)
 static void look_at_copy(struct keystore *store)
 {
     const uint8_t *p = store->buffer;
-    bool marked = mr_get_u32(&p) == MARK, whole = marked && is_whole(store->buffer);
+    const uint8_t *behind = store->buffer + RECORD;
+    bool first = mr_get_u32(&p) == MARK, marked = mr_get_u32(&behind) == MARK || first;
+    bool whole = first && is_whole(store->buffer);
     store->damaged |= marked && !whole;
     if (!whole && ++store->tries < TRIES)
         return;
@@ -153,7 +155,7 @@ static void write_record(struct keystore *store)
     memset(p, 0, MR_KEY_BYTES);
     if (set)
         memcpy(p, store->staged, MR_KEY_BYTES);
-    mr_put_u32(store->buffer + CHECKED, mr_crc32(0, store->buffer, CHECKED));
+    mr_put_u32(mr_put_u32(store->buffer + CHECKED, mr_crc32(0, store->buffer, CHECKED)), MARK);
 }
 
 static void answer(struct keystore *store, enum mr_status status)

@@ -1,12 +1,13 @@
 /* The board's key in two sectors of the black box's memory, and how often the board was started
  * with it, which makes its nonces new ones after each start.
  *
- * A copy is a page: mark, number of the change, whether there is a key, the key, CRC-32. The pages
- * behind it count starts, a bit each. A change is written into the copy that does not hold, read
- * back, and then the old copy is erased: whenever the power goes, one copy is whole, and a key that
- * was changed does not come back. A copy with the mark that is not whole, none other being so, is
- * DAMAGED, as is a key whose starts can no longer be counted (30,720 of them): then no operator's
- * order is obeyed until a key is set or cleared. Without a memory there is no key.
+ * A copy is a page: mark, number of the change, whether there is a key, the key, CRC-32, and the
+ * mark again, or a loss in the only one would open the bus. The pages behind it count starts, a
+ * bit each. A change is written into the copy that does not hold, read back, and then the old copy
+ * is erased: whenever the power goes, one copy is whole, and a key that was changed does not come
+ * back. A copy with a mark that is not whole, none other being so, is DAMAGED, as is a key whose
+ * starts can no longer be counted (30,720 of them): then no operator's order is obeyed until a key
+ * is set or cleared. Without a memory there is no key.
  *
  * Nothing is written while a landing is recorded, nor armed while something is written. Pure but
  * for the calls of board.h. */

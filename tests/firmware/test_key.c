@@ -206,6 +206,23 @@ TEST_IN(what_is_no_key_is_told_from_one_that_is_damaged, begin, NULL)
     assert_int_equal(order_proven(&survey, true), MR_OK);
 }
 
+/* Wherever a byte of it is lost, its mark included, nobody orders without a proof. */
+TEST_IN(no_lost_byte_opens_the_bus, begin, NULL)
+{
+    uint8_t *at = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR;
+    assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
+    uint8_t *found = memmem(at, KEY_COPIES * NOR_SECTOR, key, sizeof key);
+    at += (found - at) / NOR_SECTOR * NOR_SECTOR;
+    for (unsigned i = 0; i < 60; i++) {
+        uint8_t kept = at[i];
+        at[i] = 0;
+        restart();
+        assert_int_not_equal(told(), MR_KEY_OPEN);
+        assert_int_equal(order(&survey, true, 5), MR_PROOF);
+        at[i] = kept;
+    }
+}
+
 TEST_IN(a_mistake_in_reading_opens_no_bus, begin, NULL)
 {
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
