@@ -63,8 +63,9 @@ enum mr_status keyfile_read(const char *uid, uint8_t key[MR_KEY_BYTES], struct e
                          "others may read the board's key: %s; chmod 600, and make a new one if "
                          "somebody has: matrig board key new",
                          path);
+    bool alone = length == (ssize_t)DIGITS || (length > (ssize_t)DIGITS && text[DIGITS] < ' ');
     for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
-        int high = length > (ssize_t)DIGITS - 1 ? digit(text[2 * i]) : -1;
+        int high = alone ? digit(text[2 * i]) : -1;
         int low = high >= 0 ? digit(text[2 * i + 1]) : -1;
         if (low < 0)
             return error_set(error, MR_MALFORMED, "no key, 64 hexadecimal digits: %s", path);

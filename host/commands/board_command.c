@@ -710,7 +710,10 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     } while (status == MR_WAIT && dialogue_now_s(dialogue) < until_s);
     if (status != MR_OK) {
         keyfile_drop(uid);
-        error_set(fatal, error.status, "%s", error.text);
+        error_set(fatal, error.status, "%s%s", error.text,
+                  new && !dialogue->answered ? "; the board may have the new key, and no computer: "
+                                               "repeat key new"
+                                             : "");
     }
     if (new)
         keyfile_keep(uid, fatal);

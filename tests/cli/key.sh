@@ -115,6 +115,23 @@ for i in range(2):
 expect("a second later", order(proof=prove), 0)
 P
 
+cat >"$work/unplugged.py" <<'P'
+# unplugged.py BOARD HOST: a serial line that is pulled out when the host has sent a key and the order to set it: 9 frames.
+import select, socket, sys, time
+board, door = socket.socket(socket.AF_UNIX), socket.socket(socket.AF_UNIX)
+door.bind(sys.argv[2])
+door.listen(1)
+host = door.accept()[0]
+while board.connect_ex(sys.argv[1]):
+    time.sleep(0.02)
+frames = 0
+while frames < 9:
+    for s in select.select([board, host], [], [])[0]:
+        data = s.recv(65536)
+        (board if s is host else host).sendall(data)
+        frames += data.count(b"\0") if s is host else 0
+P
+
 boot() { # BOARD-OPTION...: the board whose key is in $work/nor, on a bus
     build/matrig-board --elf build/firmware/matrig.elf --nor "$work/nor" --can "unix:$work/board" --speed real "$@" 2>"$work/board.err" &
     board=$!
@@ -153,11 +170,27 @@ cp -p "$file" "$work/first"
 check "another one takes its place" by_serial --jumper -- $matrig board --serial "$serial" key new
 check "... in the file too" eval '! cmp -s "$file" "$work/first" && [ "$(keys)" = 1 ]'
 
+cp -p "$file" "$work/kept"
+unplugged() {
+    python3 "$work/unplugged.py" "$work/serial" "$work/line" &
+    pids=($!)
+    await test -S "$work/line"
+    by_serial --jumper -- $matrig board --serial "unix:$work/line" key new 2>"$tmp/err"
+    [ $? = 3 ] && cat "$tmp/err" && grep -q 'the board may have the new key, and no computer: repeat key new' "$tmp/err"
+}
+check "who does not get the board's answer to a new key is told what that means" unplugged
+check "... and the file of the key before is kept" cmp "$file" "$work/kept"
+check "it is repeated" by_serial --jumper -- $matrig board --serial "$serial" key new
+
 boot
 check "a stranger is not obeyed, who has the key is" python3 "$work/stranger.py" "$work/can" "$file"
 chmod 644 "$file"
 check "a file that others may read is refused" fails_with 3 'others may read the board.s key: .*; chmod 600' $matrig board --can "$can" arm 12
 chmod 600 "$file"
+cp -p "$file" "$work/kept"
+tr -d '\n' <"$work/kept" | cat - "$work/kept" >"$file"
+check "more than 64 digits are no key" fails_with 4 'no key, 64 hexadecimal digits' $matrig board --can "$can" arm 12
+cp -p "$work/kept" "$file"
 check "a computer without the key is told where it belongs" fails_with 2 'needs its key for orders, and this computer has none: .*none/matrig/.*key' \
     env XDG_CONFIG_HOME="$work/none" $matrig board --can "$can" arm 12
 mkdir -p "$work/other/matrig"
