@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <pwd.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,10 +16,14 @@
 static void folder(char path[KEYFILE_PATH])
 {
     const char *config = getenv("XDG_CONFIG_HOME"), *home = getenv("HOME");
+    if (!home || !home[0]) {
+        const struct passwd *user = getpwuid(getuid());
+        home = user ? user->pw_dir : "";
+    }
     if (config && config[0] == '/') /* others are to be ignored, as the standard has it */
         snprintf(path, KEYFILE_PATH, "%s/matrig", config);
     else
-        snprintf(path, KEYFILE_PATH, "%s/.config/matrig", home ? home : "");
+        snprintf(path, KEYFILE_PATH, "%s/.config/matrig", home);
 }
 
 static void path_of(const char *uid, const char *ending, char path[KEYFILE_PATH])
@@ -44,7 +49,7 @@ enum mr_status keyfile_read(const char *uid, uint8_t key[MR_KEY_BYTES], struct e
     char path[KEYFILE_PATH], text[DIGITS + 2];
     struct stat info;
     keyfile_path(uid, path);
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe must not hold it */
     if (fd < 0 && errno == ENOENT)
         return error_set(error, MR_UNKNOWN,
                          "board %s needs its key for orders, and this computer has none: %s; copy "
