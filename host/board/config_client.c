@@ -8,17 +8,21 @@
 
 /* ---- words ---- */
 
+static void put_word(struct configwords *words, const struct mr_config_image *word)
+{
+    words->there = word->words;
+    if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
+        return;
+    mr_put_u32(words->image + 4u * word->offset, word->value);
+    words->present[word->offset] = 1;
+    words->ended |= word->offset == MR_CONFIG_WORDS - 1;
+}
+
 void configwords_take(struct configwords *words, const uint8_t *bytes, size_t length)
 {
     struct mr_config_image word;
-    if (mr_config_image_get(&word, bytes, length) != MR_OK)
-        return;
-    words->there = word.words;
-    if (word.words != MR_CONFIG_WORDS || word.offset >= MR_CONFIG_WORDS)
-        return;
-    mr_put_u32(words->image + 4u * word.offset, word.value);
-    words->present[word.offset] = 1;
-    words->ended |= word.offset == MR_CONFIG_WORDS - 1;
+    if (mr_config_image_get(&word, bytes, length) == MR_OK)
+        put_word(words, &word);
 }
 
 unsigned configwords_absent(const struct configwords *words)
@@ -35,6 +39,18 @@ enum mr_status configwords_decode(const struct configwords *words, struct mr_con
     const uint8_t *p = words->image + MR_CONFIG_IMAGE - 4;
     *crc = mr_get_u32(&p);
     return mr_config_decode(words->image, MR_CONFIG_IMAGE, config);
+}
+
+bool configwords_follow(struct configwords *words, const struct mr_config_image *word,
+                        struct mr_config *config)
+{
+    uint32_t crc;
+    if (word->words == MR_CONFIG_WORDS && word->offset == 0)
+        memset(words->present, 0, sizeof words->present);
+    words->ended = false;
+    put_word(words, word);
+    return words->ended && configwords_absent(words) == MR_CONFIG_WORDS &&
+           configwords_decode(words, config, &crc) == MR_OK;
 }
 
 /* ---- reading and changing ---- */

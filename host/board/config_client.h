@@ -19,6 +19,10 @@ struct configwords {
 
 /* All zero: none. Takes a message; a word of another table is not kept. */
 void configwords_take(struct configwords *words, const uint8_t *bytes, size_t length);
+/* Takes a word that the board sends by itself, all of them in order. True: it was the last one, and
+ * `*config` is the whole configuration. */
+bool configwords_follow(struct configwords *words, const struct mr_config_image *word,
+                        struct mr_config *config);
 /* The first one to be requested; MR_CONFIG_WORDS: all received. */
 unsigned configwords_absent(const struct configwords *words);
 /* When all are received: the configuration, and the CRC at its end. Statuses as

@@ -134,12 +134,6 @@ struct collector_progress {
     char can_uid[17], serial_uid[17]; /* words 0 and 1 of their identities, then */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);
-/* A configuration that the board sends word by word. True: `*config` is the whole of it. */
-struct collector_config {
-    uint8_t image[MR_CONFIG_IMAGE], present[MR_CONFIG_WORDS];
-};
-bool collector_config_take(struct collector_config *words, const struct mr_config_image *word,
-                           struct mr_config *config);
 
 /* A message of the board, as it is told to who listens. */
 struct collector_event {

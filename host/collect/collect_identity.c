@@ -6,7 +6,6 @@
 
 #include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
-#include "common/wire.h"
 #include "host/board/config_text.h"
 
 /* The board that is known is not the one that speaks. Serial has a board at its end, and nobody
@@ -276,25 +275,11 @@ static void nonce(struct collector *collector, const struct mr_nonce *message)
  *
  * The configuration that a board tells word by word, into the database. */
 
-bool collector_config_take(struct collector_config *words, const struct mr_config_image *word,
-                           struct mr_config *config)
-{
-    if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
-        return false; /* of another table */
-    if (word->offset == 0)
-        memset(words->present, 0, sizeof words->present);
-    mr_put_u32(words->image + 4u * word->offset, word->value);
-    words->present[word->offset] = 1;
-    return word->offset == MR_CONFIG_WORDS - 1 &&
-           !memchr(words->present, 0, sizeof words->present) &&
-           mr_config_decode(words->image, MR_CONFIG_IMAGE, config) == MR_OK;
-}
-
 static enum mr_status config_word(struct collector *collector, struct side *side,
                                   const struct mr_config_image *word, struct error *error)
 {
     struct mr_config config;
-    if (!collector_config_take(&side->config, word, &config))
+    if (!configwords_follow(&side->config, word, &config))
         return MR_OK;
     char *text = config_text_write(&config);
     /* the last word is the CRC */

@@ -9,6 +9,7 @@
 #include "common/proof.h"
 #include "common/risk.h"
 #include "common/runway.h"
+#include "host/board/config_client.h"
 #include "host/board/health_client.h"
 #include "host/collect/account.h"
 #include "host/collect/timebase.h"
@@ -88,7 +89,7 @@ struct side {
     unsigned others;       /* hellos and identities of another board since one of this board */
     bool own_heard;        /* an identity of this board came */
     uint32_t other_uid[2]; /* of the other one, words 0 and 1 */
-    struct collector_config config;
+    struct configwords config;
 };
 
 /* Answers to one code that are the same within a second: a flood is told once a second. */

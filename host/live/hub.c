@@ -18,6 +18,7 @@
 #include "common/risk.h"
 #include "common/wire.h"
 #include "host/board/arm_client.h"
+#include "host/board/config_client.h"
 #include "host/board/config_text.h"
 #include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
@@ -60,7 +61,7 @@ struct live_hub {
     unsigned slots;
     bool other_layout; /* of the board: its other messages mean something else */
     bool warned, armed;
-    struct collector_config config[LINK_KINDS];
+    struct configwords config[LINK_KINDS];
     bool uncalibrated; /* by the configuration, where it was received */
     int64_t heard_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
@@ -597,7 +598,7 @@ void live_hub_message(struct live_hub *hub, const struct collector_event *event)
     }
     struct mr_config config;
     if (m->place == MR_PLACE_CONFIG_IMAGE &&
-        collector_config_take(&hub->config[event->link], &m->as.config_image, &config))
+        configwords_follow(&hub->config[event->link], &m->as.config_image, &config))
         hub->uncalibrated = config_text_undated(&config) != 0;
     if (m->place == MR_PLACE_HELLO)
         hub->other_layout = m->as.hello.layout != MR_LAYOUT;
