@@ -424,7 +424,7 @@ static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, d
 {
     struct identity *who = &dialogue->identity;
     char uid[IDENTITY_UID_TEXT];
-    uint8_t key[MR_KEY_BYTES], proof[MR_PROOF_BYTES];
+    uint8_t proof[MR_PROOF_BYTES];
     *proven = false;
     if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
         return MR_OK;
@@ -434,10 +434,10 @@ static enum mr_status prove(struct dialogue *dialogue, const uint8_t *command, d
         return status == MR_TIMEOUT ? MR_OK : status; /* its answer says what it wants */
     status = dialogue_until(dialogue, dialogue_flag, &who->nonce_known, KEY_LATE_S, error);
     identity_uid_text(who, uid);
-    status = status == MR_OK ? keyfile_read(uid, key, error) : status;
+    if (status == MR_OK)
+        status = keyfile_prove(uid, who->uid, who->nonce, command, proof, error);
     if (status != MR_OK)
         return status;
-    mr_proof_make(proof, key, who->nonce, command, who->uid);
     *proven = true;
     return dialogue_send(dialogue, MR_ID_PROOF, proof, sizeof proof, error);
 }

@@ -44,7 +44,7 @@ static int digit(char c)
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-enum mr_status keyfile_read(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
+static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
 {
     char path[KEYFILE_PATH], text[DIGITS + 2];
     struct stat info;
@@ -77,6 +77,18 @@ enum mr_status keyfile_read(const char *uid, uint8_t key[MR_KEY_BYTES], struct e
         key[i] = (uint8_t)(high << 4 | low);
     }
     return MR_OK;
+}
+
+enum mr_status keyfile_prove(const char *uid, const uint32_t words[3],
+                             const uint8_t nonce[MR_PROOF_BYTES],
+                             const uint8_t command[MR_COMMAND_BYTES], uint8_t proof[MR_PROOF_BYTES],
+                             struct error *error)
+{
+    uint8_t key[MR_KEY_BYTES];
+    enum mr_status status = read_key(uid, key, error);
+    if (status == MR_OK)
+        mr_proof_make(proof, key, nonce, command, words);
+    return status;
 }
 
 static enum mr_status cannot_write(const char *path, struct error *error)

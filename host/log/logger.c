@@ -265,15 +265,14 @@ static void prove(struct logger *logger, unsigned link, const uint8_t *command)
 {
     struct collector_progress p;
     struct error why = {0};
-    uint8_t key[MR_KEY_BYTES], proof[MR_PROOF_BYTES];
+    uint8_t proof[MR_PROOF_BYTES];
     if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
         return;
     collector_progress(logger->collector, &p);
     if (!p.key || p.key->state != MR_KEY_SET || !p.nonce)
         return;
-    if (keyfile_read(p.board_uid, key, &why) == MR_OK) {
+    if (keyfile_prove(p.board_uid, p.uid, p.nonce, command, proof, &why) == MR_OK) {
         memcpy(logger->nonce, p.nonce, sizeof logger->nonce);
-        mr_proof_make(proof, key, p.nonce, command, p.uid);
         (void)link_send_message(logger->link[link], logger->base, 0, MR_ID_PROOF, proof,
                                 sizeof proof, &why);
     }
