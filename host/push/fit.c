@@ -1,4 +1,5 @@
 #include "host/push/fit.h"
+#include "host/base/output.h"
 #include "host/base/xmalloc.h"
 
 #include <ctype.h>
@@ -13,12 +14,11 @@
 
 /* ---- readings ---- */
 
-#define BLANKS          " \t\r\n"
-#define LINE_MAX_BYTES  400
-#define CELLS_MAX       12
-#define CELL_SHOWN      40
-#define BYTE_ORDER_MARK "\xef\xbb\xbf" /* some programs begin a text with these bytes */
-#define EXAMPLE         "`test,load (lb),force (lb),displacement (in)`"
+#define BLANKS         " \t\r\n"
+#define LINE_MAX_BYTES 400
+#define CELLS_MAX      12
+#define CELL_SHOWN     40
+#define EXAMPLE        "`test,load (lb),force (lb),displacement (in)`"
 
 enum role { TEST, LOAD, FORCE, MOVED, ROLES };
 
@@ -202,8 +202,7 @@ static enum mr_status take_row(struct table *t, char *cell[CELLS_MAX])
 static enum mr_status take_line(struct table *t, char *line)
 {
     char *cell[CELLS_MAX];
-    if (t->line == 1 && strncmp(line, BYTE_ORDER_MARK, 3) == 0)
-        line += 3;
+    line += t->line == 1 ? output_mark(line, strlen(line)) : 0;
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
