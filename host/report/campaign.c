@@ -17,17 +17,6 @@ static const double none = (double)NAN;
 
 /* ---- a row for each landing ---- */
 
-static const struct report_moved *largest_movement(const struct report_facts *facts)
-{
-    const struct report_moved *largest = NULL;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        const struct report_moved *moved = &facts->moved[i];
-        if (!isnan(moved->peak) && (!largest || fabs(moved->peak) > fabs(largest->peak)))
-            largest = moved;
-    }
-    return largest;
-}
-
 /* Two columns: "zone start" and "zone end"; dashes where they are not known. */
 static void span(struct answer *answer, const char *label, bool known, double start_ft,
                  double end_ft)
@@ -42,7 +31,7 @@ static void span(struct answer *answer, const char *label, bool known, double st
 static void summary_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *warning = &facts->warning;
-    const struct report_moved *largest = largest_movement(facts);
+    const struct report_moved *largest = report_largest_movement(facts);
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
     answer_count(answer, NULL, "landing", facts->landing.board_landing);

@@ -54,18 +54,20 @@ const char *report_name(const struct report *report)
     return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
 }
 
-/* How many landings are of emulated boards, and which. */
+/* How many landings are of emulated boards, and which (NULL: not asked for). */
 static size_t emulated_of(const struct report *report, bool *of)
 {
     size_t count = 0;
-    for (size_t i = 0; i < report->landings; i++)
-        count += of[i] = report->facts[i].emulated;
+    for (size_t i = 0; i < report->landings; i++) {
+        count += report->facts[i].emulated;
+        if (of)
+            of[i] = report->facts[i].emulated;
+    }
     return count;
 }
 
 static void page_head(FILE *out, const struct report *report)
 {
-    bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
           "<meta name=\"color-scheme\" content=\"light dark\">",
@@ -78,12 +80,11 @@ static void page_head(FILE *out, const struct report *report)
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
-    if (emulated_of(report, of)) /* on every sheet of paper */
+    if (emulated_of(report, NULL)) /* on every sheet of paper */
         fputs("@page{@top-center{content:\"EMULATED BOARD, SYNTHETIC DATA\";font:bold 9pt "
               "sans-serif}}",
               out);
     fputs("</style></head>\n<body>", out);
-    free(of);
 }
 
 static void page_foot(FILE *out)
@@ -282,13 +283,11 @@ static void movement_fact(const struct report *report, FILE *out)
     char text[UNIT_TEXT];
     begin_fact(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
-        for (unsigned k = 0; k < MR_TRANSDUCERS; k++) {
-            const struct report_moved *moved = &report->facts[i].moved[k];
-            if (isnan(moved->peak) || (largest && fabs(moved->peak) <= fabs(largest->peak)))
-                continue;
-            largest = moved;
-            run = report->facts[i].landing.id;
-        }
+        const struct report_moved *moved = report_largest_movement(&report->facts[i]);
+        if (!moved || (largest && fabs(moved->peak) <= fabs(largest->peak)))
+            continue;
+        largest = moved;
+        run = report->facts[i].landing.id;
     }
     if (largest) {
         fprintf(out, "%.*f &plusmn; %.*f %s at %s", decimals, length->factor * largest->peak,

@@ -319,6 +319,17 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     return MR_OK;
 }
 
+const struct report_moved *report_largest_movement(const struct report_facts *facts)
+{
+    const struct report_moved *largest = NULL;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        const struct report_moved *moved = &facts->moved[i];
+        if (!isnan(moved->peak) && (!largest || fabs(moved->peak) > fabs(largest->peak)))
+            largest = moved;
+    }
+    return largest;
+}
+
 enum mr_status report_begin(struct report *report, bool voided, struct error *error)
 {
     struct store_landing one;

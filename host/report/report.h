@@ -117,6 +117,8 @@ void report_landing_free(struct report_landing *landing);
 
 /* "a wave was seen" of the bit `1 << i`. Static storage. */
 const char *report_wrong_text(unsigned i);
+/* The transducer that moved furthest, either way; NULL: none has a peak. */
+const struct report_moved *report_largest_movement(const struct report_facts *facts);
 
 /* What is to be read under a heading. Where nothing was written, the heading is left out too. The
  * last of each list has no `write`. */
