@@ -646,8 +646,7 @@ static bool keep_key(struct app *app, bool free)
 /* Who has the memory: the board's key, the black box, and when both have nothing to do, the
  * predictor's runway, one operation at a time. One of the runway that is under way when a landing
  * begins is over after a page's time (3 ms at most); an erase, which is begun only while nothing is
- * armed, after 400 ms: the box is told of it and keeps as much of its ring free as for one of its
- * own. */
+ * armed, after 400 ms: the box keeps as much of its ring free as for an erase of its own. */
 static void share_memory(struct app *app)
 {
     struct blackbox *box = &app->box;

@@ -396,7 +396,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     const char *heard = zones_earlier_text(zones, doubt) ? " received" : "";
     if (warning->reached)
-        snprintf(text, sizeof text, "first warning%s: %lld mats, %.3f s before the wheel", heard,
+        snprintf(text, sizeof text, "first warning%s: %lld mats, lead %.3f s", heard,
                  (long long)warning->mats, warning->true_lead_s);
     else
         snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,

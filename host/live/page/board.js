@@ -44,7 +44,7 @@ class Board {
   /* ---- messages ---- */
   take(m) {
     const link = this.links[m.l], block = m.b === null ? -1 : m.b;
-    if (m.m !== 'notice') link.heard = Math.max(link.heard, m.t); /* which is of the log */
+    if (m.m !== 'notice') link.heard = Math.max(link.heard, m.t); /* a notice comes from the log, not from the link */
     if (block >= 0 && link.newest - block >= 1000) this.restart(m.t);
     link.newest = Math.max(link.newest, block);
     if (m.quantity) this.quantities[m.quantity] = { value: m.value, error: m.error };
