@@ -61,6 +61,10 @@ static void known(struct keystore *store, enum mr_key_state state)
 {
     store->state = state;
     store->step = STEP_NONE;
+    if (store->stale) {
+        store->at = 1u - store->copy;
+        store->step = STEP_WIPE;
+    }
     if (state == MR_KEY_DAMAGED)
         health_count(MR_FAULT_NOR_FAILED, FAULT_DETAIL);
 }
@@ -93,6 +97,7 @@ static void look_at_copy(struct keystore *store)
     if (!whole && ++store->tries < TRIES)
         return;
     store->tries = 0;
+    store->stale = whole && store->copy != KEY_COPIES;
     if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change))
         take_record(store, store->at);
     if (++store->at < KEY_COPIES)
@@ -191,6 +196,15 @@ static void verify(struct keystore *store)
     }
 }
 
+static void wiped(struct keystore *store)
+{
+    store->stale = false;
+    if (store->answer.code)
+        answer(store, MR_OK);
+    else
+        store->step = STEP_NONE;
+}
+
 /* ---- the memory ---- */
 
 static void next_step(struct keystore *store)
@@ -203,7 +217,7 @@ static void next_step(struct keystore *store)
     case STEP_ERASE: store->step = STEP_PROGRAM; break;
     case STEP_PROGRAM: store->step = STEP_VERIFY; break;
     case STEP_VERIFY: verify(store); break;
-    case STEP_WIPE: answer(store, MR_OK); break;
+    case STEP_WIPE: wiped(store); break;
     default: break;
     }
 }

@@ -32,6 +32,7 @@ struct keystore {
     unsigned step, at, page, tries;
     bool under_way;       /* the memory has an operation of ours */
     bool damaged;         /* a copy is */
+    bool stale;           /* the power went before the old copy was erased: that is still to do */
     struct mr_ack answer; /* to key-set or key-clear, which is being done; code 0: none */
     bool answered;
     uint8_t buffer[NOR_PAGE];

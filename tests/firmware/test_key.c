@@ -263,6 +263,29 @@ TEST_IN(a_power_cut_leaves_a_key, begin, NULL)
     assert_true(new_ones > 10);
 }
 
+/* The power goes before the old copy is erased, and the new one is damaged later: the old key is
+ * not in force again. */
+TEST_IN(an_old_key_does_not_come_back_after_a_power_cut, begin, NULL)
+{
+    const uint8_t *from = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR;
+    uint8_t old[MR_KEY_BYTES];
+    assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
+    memcpy(old, key, sizeof key);
+    key[1]++;
+    fake_nor.cut_at = fake_nor.operations + 3; /* erase, program, erase */
+    fake_nor.cut_permille = 0;
+    (void)change(MR_COMMAND_KEY_SET, 300);
+    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR, old, sizeof old));
+    restart();
+    assert_int_equal(told(), MR_KEY_SET);
+    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR, old, sizeof old));
+    assert_int_equal(order_proven(&survey, true), MR_OK);
+    uint8_t *found = memmem(from, KEY_COPIES * NOR_SECTOR, key, sizeof key);
+    found[5] &= 0xf0;
+    restart();
+    assert_int_equal(told(), MR_KEY_DAMAGED);
+}
+
 /* ---- nonces ---- */
 
 TEST_IN(no_nonce_comes_twice, begin, NULL)
