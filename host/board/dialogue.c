@@ -467,6 +467,12 @@ static enum mr_status give(struct dialogue *dialogue, const uint8_t *payload, si
         keyfile_path(uid, path);
         status = error_set(error, MR_PROOF, "the board refuses `%s`: %s; this is not its key: %s",
                            mr_command_name(payload[0]), dialogue_spec(dialogue), path);
+    } else if (status == MR_OK && dialogue->answer.status == MR_PROOF &&
+               dialogue->identity.key.state == MR_KEY_DAMAGED) {
+        status = error_set(error, MR_PROOF,
+                           "the board refuses `%s`: %s; its key is damaged: set a new one with "
+                           "matrig board key new, or remove it with key clear",
+                           mr_command_name(payload[0]), dialogue_spec(dialogue));
     }
     return status;
 }

@@ -50,9 +50,14 @@ while True:
 P
 cat >"$work/stranger.py" <<'P'
 # stranger.py BUS KEYFILE: with the key in hand what one may, and without it what one may not.
-import hashlib, os, socket, struct, sys
-bus = socket.socket(socket.AF_UNIX)
-bus.connect(sys.argv[1])
+import hashlib, os, socket, struct, sys, time
+for attempt in range(3000):
+    try:
+        bus = socket.socket(socket.AF_UNIX)
+        bus.connect(sys.argv[1])
+        break
+    except OSError:
+        time.sleep(0.02)
 key = bytes.fromhex(open(sys.argv[2]).read())
 SURVEY, WANTS, LOCKED = 5, -22, -23
 heard, rest, uid, tag = {}, b"", {}, 30000
@@ -238,6 +243,16 @@ check "who ordered what is in the campaign" grep -q "disarm by another program a
 check "the landing replays, proofs or not" $matrig replay "$work/x.db" 1
 check "the report says that a key was set" bash -c "$matrig report '$work/x.db' -o '$work/x.html' && grep -q 'a key is set' '$work/x.html'"
 
+python3 - "$work/nor" "$file" <<'P' # a bit of the key is lost
+import sys
+memory, key = bytearray(open(sys.argv[1], "rb").read()), bytes.fromhex(open(sys.argv[2]).read())
+assert memory.count(key) == 1
+memory[memory.find(key) + 9] ^= 1
+open(sys.argv[1], "r+b").write(memory)
+P
+boot
+check "a damaged key is told from a missing one" fails_with 2 'its key is damaged: set a new one with matrig board key new' $matrig board --can "$can" arm 12
+off
 check "a lost key is cleared, without it" by_serial --jumper -- env XDG_CONFIG_HOME="$work/none" $matrig board --serial "$serial" key clear
 check "... and the bus is open again" says "open bus"
 boot
