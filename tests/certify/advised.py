@@ -16,21 +16,21 @@ MATRIG = "build/matrig"
 PAGE = "docs/measured/advised.md"
 # series of cases.txt, and what the report says of them (page of the report)
 SERIES = [
-    ("standard", 5, "waves two panels long from landing 2 on; buckles on landing 5 at 85 and 91 (4.2, 4.3)"),
-    ("grit", 4, "buckles on landing 4 at 93; about 40 rows tightly compressed (4.5, 5.4)"),
-    ("bands-preliminary", 3, "no wave; 1/16 in of movement a landing where banded (5.1.2)"),
-    ("bands-off", 2, "two landings after the bands came off: several times as much movement (5.1.2)"),
-    ("bands-detailed", 4, "no buckling in 26 landings; 1/16 in of movement a landing (5.1.3)"),
-    ("diagonal", 4, "no buckling in 16 landings; nearly 7 in of movement over 15 (5.3)"),
-    ("cleats", 6, "very small movements for two landings, growing; buckles on landing 8 (5.5)"),
-    ("stiffeners", 4, "compressed between 70 and 90 after the third landing; buckles on landing 4 (5.6)"),
+    ("standard", 5, "two-panel waves from landing 2; buckles on landing 5 at 85 and 91 ft (4.2, 4.3)"),
+    ("grit", 4, "buckles on landing 4 at 93 ft; about 40 rows of mats tightly compressed (4.5, 5.4)"),
+    ("bands-preliminary", 3, "no wave; 1/16 in of movement per landing where banded (5.1.2)"),
+    ("bands-off", 2, "several times as much movement in the two landings after the bands were removed (5.1.2)"),
+    ("bands-detailed", 4, "no buckling in 26 landings; 1/16 in of movement per landing (5.1.3)"),
+    ("diagonal", 4, "no buckling in 16 landings; nearly 7 in of movement over 15 landings (5.3)"),
+    ("cleats", 6, "very small movements in two landings, then growing; buckles on landing 8 (5.5)"),
+    ("stiffeners", 4, "compressed between 70 and 90 ft after the third landing; buckles on landing 4 (5.6)"),
 ]
 HEAD = """# Measured: advice before each landing of the 1973 series
 
-`matrig advise --before RUN` (256 members) before each landing of the [certification's](certification.md) series: synthetic landings on the emulated board, with decelerations from
-the 1973 report and with friction and survey configured before each landing. The plan is the landing's own speed and mean braking, assumed to be met within 10 %. `advise` does not know
-the modification (bands, cleats, ...); it knows what earlier landings have shown. The truth is that of the synthetic landing. The outcomes of 1973 stand for comparison only, because
-the thrust, ground and mats of that time are unknown.
+Results of `matrig advise --before RUN` (256 ensemble runs) before each landing of the series in [certification](certification.md). These are synthetic landings on the emulated board, with
+decelerations from the 1973 report. Friction and survey were configured before each landing. The plan is the speed and mean braking of the landing itself, assumed to be met within 10 %.
+`advise` does not know the modification (bands, cleats, ...), only the earlier landings. The true zone is the zone of the synthetic landing. The outcomes of 1973 are listed for comparison only,
+because the thrust, ground and mats of that time are unknown.
 
 """
 
@@ -67,7 +67,7 @@ parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true, lines = truths(arguments.out), ["| Series | Outcome in 1973 (page of the report) |", "|---|---|"]
 lines += ["| %s | %s |" % (name, then) for name, count, then in SERIES]
-lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking with that probability below 20 %.", "",
+lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %.", "",
           "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count, then in SERIES:
     db = "%s/series-%s.db" % (arguments.out, name)

@@ -21,26 +21,23 @@ $(rows complete <<<"$more")
 $(of --without certificate | rows 'without certificate')
 $(of --without temperature | rows 'without temperature')
 
-- Expanded holds: share of draws with an error inside the 95 % interval; Wilson: the interval for the true share.
-- Stated alone holds: the same for 1.96 times the stated error of a reading. That is no interval for the distance from the truth, because it leaves out certificate and temperature.
-- The rows without certificate and without temperature show that the test can fail. A gage's temperature error is part of its stated drift.
+- Expanded holds: share of draws with an error inside the 95 % interval. Wilson: interval for the true share.
+- Stated holds: share of draws with an error below 1.96 times the stated error of a reading. It is low because the stated error leaves out certificate and temperature.
+- The rows without certificate and without temperature show that the test can fail. The stated drift of a gage includes its temperature error.
 
-Contributions to the sum, rms of $draws draws, and the true error:
+Contributions to the combined uncertainty, rms of $draws draws, and the true error:
 
 $(sed -n '6,$p' <<<"$whole")
 
 ## Method
 
-Each draw is one transducer and one gage on a board of its own, drawn from the tolerances of the reference circuits (\`hil/circuits/figures.def\`): reference, supply, amplifier, excitation, converter with
-its curve and noise, drift. The sensor has a curve as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard is off by 0.4 % (transducer) and 0.2 %
-(gage) as one standard uncertainty, so the certificate states 0.8 % and 0.4 % with k = 2.
+Each draw is one transducer and one gage on a separate board. Its reference, supply, amplifier, excitation, converter (nonlinearity and noise) and drift are drawn from the tolerances of the reference
+circuits (\`hil/circuits/figures.def\`). The nonlinearity of the sensor is as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard has a standard uncertainty of
+0.4 % (transducer) or 0.2 % (gage), so the certificate states 0.8 % and 0.4 % with k = 2.
 
 The calibration goes up and down through ten known values, each set by hand to 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature then changes by up to 10 K, and one
-reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The error is the reading minus the truth. The [budget](../explanation/errors.md#two-numbers-for-one-reading) knows the
-calibration, the certificate and the 10 K, but not the drawn values.
+reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The error is the reading minus the truth. The [budget](../explanation/errors.md#two-numbers-for-one-reading) uses the
+calibration, the certificate and the 10 K, but not the drawn values. It counts the residual of the straight line at both ends of a movement, because a movement is the difference of two readings.
 
-A first version of the budget counted the residual of the straight line once, at the reading; its interval held for 94.0 % (93.3 to 94.7) of 4,000 movements. A movement is a difference of two readings,
-so the residual counts at its start, too.
-
-Not simulated: the station (its row is 0 here), aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
+Not simulated: error of the station (its row is 0 here), aging of a sensor, temperature dependence of the gage factor, transverse load on a sensor.
 P

@@ -316,7 +316,7 @@ int main(int argc, char **argv)
     }
     printf(
         "| Sensor | Draws | Expanded holds (%%) | Wilson 95 %% (%%) | RMS error/combined | Stated "
-        "alone holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
+        "holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
     for (size_t i = 0; i < STUDIES; i++) {
         for (unsigned seed = 1; seed <= draws; seed++)
             take(&studies[i], without, seed, &tally[i]);
