@@ -95,7 +95,7 @@ LIMITS = [
     ("staircase_step_most_codes", 0, 2, "half of the 4 codes are left to the converter"),
     ("staircase_top_codes", 0, 4080, "all switches open stay inside the converter"),
     ("one_shot_least_us", 10, 30, "an edge that TIM2 sees, and no two in one"),
-    ("one_shot_most_us", 10, 30, "the same"),
+    ("one_shot_most_us", 10, 30, "an edge that TIM2 sees, and no two in one"),
     ("gage_supply_short_a", 0, 0.6, "R813 limits what a shorted lead takes from 5 V"),
     ("lamp_undriven_a", 0.35, 0.5, "a dead board warns"),
     ("lamp_told_right", 1, 1, "PE3 says whether the lamp draws current"),
@@ -112,26 +112,26 @@ def beyond(measured):
 # "near x": within x of it; "below": no more than it; "above": no less.
 ASSUMED = [
     ("transducer_settle_us", "hil/rig/rig.c", r"TRANSDUCER_TAU_S +([\d.e-]+)", 1e6, "below", "time constant of the emulated transducer"),
-    ("transducer_mid_v", "hil/rig/rig.c", r"TRANSDUCER_MID_V +([\d.]+)", 1, 0.02, "its common mode voltage"),
-    ("transducer_top_in", "firmware/config.c", r"\.low = -0\.5f, \.high = ([\d.]+)f", 1, "above", "upper limit in the firmware"),
+    ("transducer_mid_v", "hil/rig/rig.c", r"TRANSDUCER_MID_V +([\d.]+)", 1, 0.02, "common mode voltage of the emulated transducer"),
+    ("transducer_top_in", "firmware/config.c", r"\.low = -0\.5f, \.high = ([\d.]+)f", 1, "above", "upper limit of the range in the firmware"),
     ("transducer_gain_sd_rel", "firmware/config.c", r"TRANSDUCER_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "stated gain error without calibration"),
     ("gage_v_per_lb", "hil/rig/rig.c", r"GAGE_V_PER_LB +([\d.]+)", 1, 0.01, "sensitivity of the emulated gage"),
-    ("gage_v_per_lb", "firmware/config.c", r"LB_PER_CODE +\(3\.3f / 4096\.0f / ([\d.]+)f", 1, 0.01, "value in the firmware"),
+    ("gage_v_per_lb", "firmware/config.c", r"LB_PER_CODE +\(3\.3f / 4096\.0f / ([\d.]+)f", 1, 0.01, "sensitivity in the firmware"),
     ("gage_zero_v", "hil/rig/rig.c", r"GAGE_ZERO_V +([\d.]+)", 1, 0.005, "emulated gage at zero tension"),
-    ("gage_zero_v", "firmware/config.c", r"TENSION_ZERO_CODE +\(([\d.]+)f", 1, 0.005, "value in the firmware"),
+    ("gage_zero_v", "firmware/config.c", r"TENSION_ZERO_CODE +\(([\d.]+)f", 1, 0.005, "voltage at zero tension in the firmware"),
     ("gage_zero_sd_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below",
      "stated zero error, before trimming"),
     ("gage_trim_left_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below", "stated zero error, after trimming"),
     ("gage_gain_sd_rel", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "stated gain error"),
-    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "stated drift per kelvin, for 5 K in an hour"),
+    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "stated drift per kelvin, for 5 K per hour"),
     ("gage_shunt_lb", "hil/rig/rig.h", r"HIL_RIG_SHUNT_LB +([\d.]+)", 1, 0.01, "emulated shunt"),
-    ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "value in the firmware"),
+    ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "shunt in the firmware"),
     ("staircase_settle_us", "hil/rig/rig.c", r"STAIRCASE_TAU_S +([\d.e-]+)", 1e6, 0.05, "time constant of the emulated staircase"),
     ("staircase_settle_us", "common/staircase.h", r"SETTLE_TICKS +(\d+)u", 1 / 84 / 8, "below", "an eighth of the settling time in the firmware"),
     ("staircase_step_most_codes", "common/staircase.h", r"TOLERANCE_CODES +([\d.]+)", 0.5, "below", "half of the step tolerance in the firmware"),
     ("one_shot_least_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "pulse width of the emulated edge"),
-    ("one_shot_most_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "the same"),
-    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "switch error, as time at 20 ft/s"),
+    ("one_shot_most_us", "hil/rig/electronics.h", r"HIL_PULSE_PS +(\d+)ull", 1e-6, 0.15, "pulse width of the emulated edge"),
+    ("edge_delay_spread_us", "firmware/config.c", r"switch_error_ft = ([\d.]+)f / 12", 1e6 / 240, "below", "stated switch error, as time at 20 ft/s"),
     ("reference_read_sd_rel", "firmware/config.c", r"REFERENCE_GAIN_ERROR +([\d.]+)", 1.1, "below", "stated error of the reference, times 1.1"),
     ("gage_noise_lsb", "common/staircase.h", r"noise of (\d+) codes", 1, "below", "noise assumed by the estimators"),
 ]
@@ -235,7 +235,7 @@ def parts_page(parts):
              f"{sum(row[0] for row in kinds)} parts of {len(kinds)} kinds. `G1..14/R5` is R5 in each of the fourteen blocks G. Sensors are not counted.", "",
              "| Count | Kind | Value | Tolerance | Footprint | Part number | References |", "|--:|---|---|---|---|---|---|"]
     lines += [f"| {n} | {kind.lower().replace('_', ' ')} | {value} | {tol} | {foot} | {part} | {short(refs)} |" for n, kind, value, tol, foot, part, refs in kinds]
-    lines += ["", "## Connectors", "", "`-`: the pin leads only to parts of its own block; see the drawing.", "",
+    lines += ["", "## Connectors", "", "`-`: the pin connects only to parts within its block; see the drawing.", "",
               "| Connector | Purpose | Pins |", "|---|---|---|"]
     seen = set()
     for ref, what, pins in connectors(parts):
@@ -252,7 +252,7 @@ def parts_page(parts):
 def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
-             "Simulated properties of the circuits, beside the values assumed by firmware and emulated board. *Included*: the file includes `hil/circuits/figures.def`.", "",
+             "Simulated properties of the circuits, and the values that firmware and emulated board assume. *Included*: the file includes `hil/circuits/figures.def`.", "",
              "| Figure | Simulated | Assumed | File | Meaning | Within |", "|---|--:|--:|---|---|---|"]
     for name, value, unit, path, what, assumed, holds in beside(figures):
         unit = "" if unit == "1" else " " + unit

@@ -101,13 +101,13 @@ def figures(parts, work):
     cold = max(a for t, a in zip(times, amps) if t < 20e-3)
     level = thresholds(parts, work)
     return [
-        ("lamp_cold_a", cold, "A", "peak when switched on cold, filament of tungsten"),
-        ("lamp_hot_a", hot, "A", "300 ms later"),
-        ("lamp_sense_us", fast(parts, work, True), "us", "from PE0 low to PE3 low, most of 20 copies"),
-        ("lamp_clear_us", fast(parts, work, False), "us", "from PE0 high to PE3 high, most"),
-        ("lamp_sense_threshold_a", mean(level), "A", "current from which PE3 is low, mean"),
-        ("lamp_sense_threshold_sd_a", deviation(level), "A", "standard deviation of that"),
-        ("lamp_undriven_a", undriven(parts, work), "A", "through the lamp with PE0 floating, or without 3.3 V: it warns"),
+        ("lamp_cold_a", cold, "A", "peak current when switched on cold, tungsten filament"),
+        ("lamp_hot_a", hot, "A", "current 300 ms after switching on"),
+        ("lamp_sense_us", fast(parts, work, True), "us", "time from PE0 low to PE3 low, maximum of 20 simulated circuits"),
+        ("lamp_clear_us", fast(parts, work, False), "us", "time from PE0 high to PE3 high, maximum of 20 simulated circuits"),
+        ("lamp_sense_threshold_a", mean(level), "A", "mean of the lamp current above which PE3 is low"),
+        ("lamp_sense_threshold_sd_a", deviation(level), "A", "standard deviation of this current"),
+        ("lamp_undriven_a", undriven(parts, work), "A", "lamp current with PE0 floating or without 3.3 V: the lamp is on"),
         ("lamp_told_right", float(at(times, pin, 299e-3) < 0.8 and at(times, pin, 0.9e-3) > 2.5 and at(times, pin, 302e-3) > 2.5), "1",
          "1: PE3 is low while the lamp is on and high while it is off"),
     ]

@@ -116,14 +116,14 @@ def figures(parts, work):
     with_reference, with_vdda = reference_rule(parts, work, mean(half))
     return [
         ("transducer_top_in", (VDDA / 2 - 0.03) / 0.5 - 0.1, "in", "upper limit of the amplifier at 0.5 V/in and 0.050 V"),
-        ("transducer_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} copies, cell left out"),
+        ("transducer_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} simulated circuits, without the cell"),
         ("transducer_cell_ppm_k", abs(warmer[1] / warmer[0] - 1) * 1e6, "ppm/K", "change of gain for a cell conductance of +2 %/K"),
         ("transducer_mid_v", mean(middle), "V", "common mode of both polarities"),
-        ("transducer_mid_sd_v", deviation([mean(m) for _, m in read]), "V", "standard deviation of the common mode, MID left out"),
+        ("transducer_mid_sd_v", deviation([mean(m) for _, m in read]), "V", "standard deviation of the common mode, without MID"),
         ("transducer_settle_us", time_constant_us(times, nominal[0], SCAN_S * 2), "us", "time constant of a reversal at the converter"),
-        ("transducer_late_rel", (half[7] - half[0]) / mean(half), "1", "eighth conversion of a scan against the first: settling and droop"),
+        ("transducer_late_rel", (half[7] - half[0]) / mean(half), "1", "difference of the eighth conversion of a scan from the first: settling and droop"),
         ("transducer_reference_rel", with_reference, "1",
-         "rule 2: residual with the reference 1 % low and the reading relative to it"),
+         "rule 2: residual error with the reference 1 % low, reading taken as ratio to the reference"),
         ("transducer_vdda_rel", with_vdda, "1", "rule 2: change of the amplitude with VDDA 2 % low"),
         ("transducer_noise_lsb", noise, "LSB", "standard deviation at the converter, 1 Hz to 10 MHz"),
         ("transducer_kick_rel", kick(work, "transducer", part, "TRANSDUCER_1", around), "1",
