@@ -35,7 +35,13 @@ assert float(sys.argv[2]) - touchdown_s - zone[4]["t_s"] >= 0.5, "the early one"
 assert 2.751 - zone[2]["t_s"] < 0.1, "the late one (tests/runs/README.md)"' "$tmp" "$(truth 7 wheel_at_50_mats_t_s)" && [ "$(truth 6 wheel_at_50_mats_t_s)" = -1.000 ]
 }
 sums() { tail -n 3 "$work/told.txt" | tr '\n' ' ' | grep 'In 2 landings the wheel reached a zone: 1 warned in time, 1 too late, 0 missed. 0 false warnings, 3 rightly quiet'; }
-page_of_figures() { python3 tests/browser/played.py "$work/first/campaign.db" | diff docs/measured/demo.md -; }
+page_of_figures() { # the words exactly; figures within 5 %, as the board is armed at another moment in each demo, with other noise
+    python3 tests/browser/played.py "$work/first/campaign.db" >"$tmp/page.md" && python3 -c 'import re, sys
+kept, made = (re.split(r"(\d+(?:\.\d+)?)", open(name).read()) for name in sys.argv[1:])
+far = [(a, b) for a, b in zip(kept[1::2], made[1::2]) if abs(float(a) - float(b)) > max(0.02, 0.05 * float(a))]
+print(far)
+sys.exit(kept[::2] != made[::2] or far != [])' docs/measured/demo.md "$tmp/page.md" || { diff docs/measured/demo.md "$tmp/page.md"; false; }
+}
 has_page() { grep -q '<html' "$work/first/report.html" && [ "$(wc -c <"$work/first/report.html")" -gt 100000 ]; }
 no_more() { [ "$(ls -A "$work/first" | tr '\n' ' ')" = 'campaign.db report.html ' ] && [ -z "$(ls "$TMPDIR")" ]; }
 refuses_another() {
