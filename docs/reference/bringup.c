@@ -18,16 +18,17 @@ void reference_bringup(FILE *out)
 {
     reference_head(out, "Bring-up", "`host/board/bringup_limits.def`");
     fputs(
-        "Output of the bring-up image ([how to use it](../howto/bring-up.md)), and the limits of "
-        "`matrig board bringup`. The serial line is 8N1 at 115200 baud:\n\n"
+        "This page lists the output of the bring-up image ([how to use it](../howto/bring-up.md)) "
+        "and the limits that `matrig board bringup` applies. The serial line is 8N1 at 115200 "
+        "baud:\n\n"
         "```text\nbegin SECTION FORMAT\nNAME VALUE UNIT\n...\nend SECTION LINES CRC\n```\n\n"
         "VALUE is a number, `0x` and hexadecimal digits, a word, or `none` (absent or no answer). "
         "LINES counts the lines between `begin` and `end`. CRC is the CRC-32 of all bytes from "
-        "`begin` to the newline before `end`. The section `report` comes at power on and on the "
-        "word `report`, the section `brown-out` on its own word. The word `rom` starts the boot "
-        "ROM.\n\n"
-        "*Outside* is the result for a value outside the limits, *None* that for a missing value. "
-        "`*` stands for the rest of a name.\n\n"
+        "`begin` to the newline before `end`. The image sends the section `report` at power on "
+        "and when it receives the word `report`. It sends the section `brown-out` when it "
+        "receives `brown-out`. The word `rom` starts the boot ROM.\n\n"
+        "*Outside* is the result for a value outside the limits, *None* the result for a missing "
+        "value. `*` stands for the rest of a name.\n\n"
         "| Section | Line | Limits | Outside | None | Source | Remedy |\n"
         "|---|---|---|---|---|---|---|\n",
         out);
@@ -38,10 +39,10 @@ void reference_bringup(FILE *out)
 #define OF_BOARD(section, name, fact, beyond, none, source, advice) \
     row(out, #section, name, "`" #fact "` of the board", beyond, none, source, advice);
 #include "host/board/bringup_limits.def"
-    fputs("\n`cycles_predict` is the predictor's cost per block of a landing, by the core's cycle "
-          "counter (DWT). `of_budget_predict` is its ratio to the budget: 1.5 cycles per "
-          "instruction, and 12.5 more per division or root. Above 1 the chip is slower than `make "
-          "budget` assumes. The emulated board counts instructions, so it reports 0.66 to 0.67, "
-          "which does not apply to hardware.\n",
+    fputs("\n`cycles_predict` is the number of cycles that the predictor takes per block of a "
+          "landing. `of_budget_predict` is its ratio to the budget of 1.5 cycles per instruction "
+          "and 12.5 more per division or root. Above 1 the chip is slower than `make budget` "
+          "assumes. The emulated board counts instructions, so its 0.66 to 0.67 do not apply to "
+          "hardware.\n",
           out);
 }

@@ -163,14 +163,14 @@ void reference_campaign(FILE *out)
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
     fputs("A campaign is one SQLite file; `sqlite3 campaign.db .schema` prints types, keys and "
           "constraints.\n\n"
-          "- `id` is the key of a table. `session`, `landing`, `survey` and `simulation` refer to "
-          "the key of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. "
-          "`landing` is RUN in commands.\n"
-          "- Columns named like a field of a message have its unit and values "
-          "([messages](messages.md)). The ending of a name is its unit.\n"
-          "- Times in `_us` are microseconds: board times since the scans began, host times "
-          "(`host_us`, `made_us`, `started_us`, `taken_us`) since 1970. `block` is the index of a "
-          "millisecond of acquisition, `tick` is TIM2 at 84 MHz.\n"
+          "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
+          "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
+          "commands, RUN is the `id` of a landing.\n"
+          "- A column with the name of a message field has the unit and the values of this field "
+          "([messages](messages.md)). The ending of a column name is the unit.\n"
+          "- Columns in `_us` are times in microseconds. Board times count from the first scan, "
+          "host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is the "
+          "index of a millisecond of acquisition. `tick` is TIM2 at 84 MHz.\n"
           "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "
           "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n",
           out);

@@ -30,9 +30,9 @@ void reference_exit_codes(FILE *out)
                                            "numerical failure"};
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
     fputs(
-        "Every command of `matrig` ends with one of these codes. An error is one line on standard "
-        "error, with its place and its remedy. With `--json` the object on standard output has it "
-        "too: `error` (the line), `kind` (the status in a word), `exit` (the code).\n\n"
+        "Every `matrig` command ends with one of these codes. It prints an error as one line on "
+        "standard error, with cause and remedy. With `--json`, the object on standard output also "
+        "contains `error` (the line), `kind` (second column) and `exit` (the code).\n\n"
         "| Exit code | Kind | Status | Meaning |\n|--:|---|---|---|\n",
         out);
     for (int code = 0; code < (int)(sizeof meanings / sizeof meanings[0]); code++) {

@@ -128,15 +128,16 @@ void reference_pins(FILE *out)
     const struct mr_board *board;
     const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
-    fputs("All pins float until the firmware sets them, 10 ms after a reset. A signal that needs a "
-          "level before that has a resistor outside the chip. Parts that boards from the shop have "
-          "on these pins: [boards](../howto/boards.md).\n\n## Boards\n",
+    fputs("All pins float until the firmware configures them, 10 ms after a reset. A signal that "
+          "needs a level before that has a resistor outside the chip. Parts that off-the-shelf "
+          "boards have on these pins: [boards](../howto/boards.md).\n\n## Boards\n",
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         print_board(out, board, board_table_of(i));
-    fputs("\n## Signals\n\nEach cell has the pin, its number on the package, and its use (in "
-          "brackets: the alternate function). `pull-up`: inside the chip.\n\n| Signal | Purpose |",
-          out);
+    fputs(
+        "\n## Signals\n\nEach cell shows the pin, the pin number of the package, and the use (in "
+        "brackets: the alternate function). `pull-up` is inside the chip.\n\n| Signal | Purpose |",
+        out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         fprintf(out, " %s, %s |", board->name, board->package);
     fputs("\n|---|---|", out);
@@ -158,7 +159,7 @@ void reference_memory(FILE *out)
     reference_head(out, "Memory", "`common/memory.def`");
     fputs(
         "Memory map of each board, with the size of each region in KiB. Images are linked by this "
-        "map; what they use: [measured](../measured/board.md#boards).\n\n| Start |",
+        "map; their sizes: [measured](../measured/board.md#boards).\n\n| Start |",
         out);
     for (unsigned i = 0; (board = mr_board_of(i)); i++)
         fprintf(out, " %s |", board->name);

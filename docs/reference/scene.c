@@ -28,10 +28,10 @@ void reference_scene(FILE *out)
                    "the table of keys in `host/sim/scene/scene.c` and `host/sim/elements/`");
     fputs(
         "A scene is a JSON file for `matrig sim`. Keys that begin with `_` are comments. A number "
-        "may be text with a unit of its kind ([units](units.md)): `\"ground_damping\": \"175 N "
-        "s/m\"`. `matrig sim --keys` prints this table. Equations: "
-        "[host/sim/README.md](../../host/sim/README.md).\n\nThe keys `band2_*` are those of "
-        "`band_*` for a second group of bands, `bands2` their number.\n\n"
+        "may be text with a unit ([units](units.md)): `\"ground_damping\": \"175 N s/m\"`. `matrig "
+        "sim --keys` prints this table. Equations: "
+        "[host/sim/README.md](../../host/sim/README.md).\n\nThe keys `bands2` and `band2_*` "
+        "describe a second group of bands in the same way as `bands` and `band_*`.\n\n"
         "| Key | Default | Meaning; unit |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (key = sim_key_at(i)); i++) {

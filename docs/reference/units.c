@@ -23,21 +23,21 @@ void reference_units(FILE *out)
     const struct quantity_kind *kind;
     reference_head(out, "Units", "the tables of units in `host/base/quantity.c`");
     fputs(
-        "A number may carry its unit, with or without a blank: `15mm`, `15 mm`. This holds for "
-        "options, typed input and tables of readings; in a JSON file such a number is text: "
-        "`\"15 mm\"`. A number without a unit is in the unit stated by the help of the option, "
-        "the name of the key or the head of the column.\n\n"
-        "- Any unit of the right kind is accepted. A unit of another kind is an error: `3 lb` is "
-        "no length.\n"
+        "A number in an option, in typed input or in a table of readings may have a unit, with or "
+        "without a blank: `15mm`, `15 mm`. In a JSON file such a number is text: `\"15 mm\"`. The "
+        "unit of a number without a unit is given by the help of the option, the name of the key "
+        "or the column head.\n\n"
+        "- Any unit of the right kind is accepted. A unit of a different kind is an error: `3 lb` "
+        "is not a length.\n"
         "- Units combine: `kip/in`, `kN/mm`, `lb s/in`. A power is a digit: `mm2`, `m/s2`.\n"
-        "- `lb` is a force, 4.4482216152605 N. As a force, `kg` is the weight of that mass at "
-        "9.80665 m/s2.\n"
+        "- `lb` is a force, 4.4482216152605 N. Where a force is expected, `kg` is the weight of "
+        "that "
+        "mass at 9.80665 m/s2.\n"
         "- `ft`, `in`, `mm`, `cm`, `m`, `lb`, `N`, `kN`, `kgf` and `kg` may be in capitals, except "
         "`M` (mega). The others are case-sensitive: `g` is an acceleration, `kn` a knot.\n"
-        "- Words may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"
-        "- Decimals have a point. A comma is an error.\n"
-        "- A conversion is exact to 0.502 units in the last place of a double. A number in its "
-        "own unit is not converted.\n\n"
+        "- Units may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"
+        "- The decimal separator is a point. A comma is an error.\n"
+        "- A conversion is exact to 0.502 units in the last place of a double.\n\n"
         "| Kind | Units, with their size in SI | SI |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (kind = quantity_kind_at(i)); i++)

@@ -229,7 +229,7 @@ const struct element element_gear_ground = {
             .high = SIM_LARGEST,
             .unit = "lb/ft",
             .meaning = "stiffness along the runway of the elastic ground under a mat that carries "
-                       "one axle; 0: one axle, Coulomb friction"},
+                       "one axle; 0: no elastic ground, one axle with Coulomb friction"},
     .describe = describe,
     .remembers = true,
 };

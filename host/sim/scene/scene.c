@@ -48,141 +48,152 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     }
 
 #define BANDS(name, prefix, i)                                                                    \
-    NOT_NEGATIVE(name, mods.band[i].count, "", "bands on the strip"),                             \
-        POSITIVE(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of a band"),         \
+    NOT_NEGATIVE(name, mods.band[i].count, "", "number of bands on the strip"),                   \
+        POSITIVE(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of one band"),       \
         POSITIVE(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "Young's modulus"),                 \
         INTEGER(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX, "mats",                      \
-                "mats from rivet to rivet"),                                                      \
+                "spacing of the rivets in mats"),                                                 \
         INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted mat"), \
         INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                         \
                 "last mat that may be riveted"),                                                  \
         LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, "lb",     \
-             "tension of a band at the start"),                                                   \
+             "initial tension of a band"),                                                        \
         RANGE(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",             \
               "stiffness of each anchor"),                                                        \
-        LIMIT(prefix "grip", mods.band[i].grip_lb, "lb", "force that a connection holds"),        \
+        LIMIT(prefix "grip", mods.band[i].grip_lb, "lb",                                          \
+              "force at which a connection of band and mat slips"),                               \
         LIMIT(prefix "pull", mods.band[i].pull_lb, "lb",                                          \
-              "force across the mat that pulls a rivet out"),                                     \
+              "force perpendicular to the mat that pulls a rivet out"),                           \
         RANGE(prefix "wear", mods.band[i].wear_ft, 0.0, (double)INFINITY, true, "ft",             \
-              "slip that wears a hole out"),                                                      \
+              "slip after which a rivet hole is worn out"),                                       \
         RANGE(prefix "tilt", mods.band[i].tilt_rad, 0.0, 1.0, false, "rad",                       \
-              "rotation of a riveted mat by the wheel"),                                          \
-        NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f, "1/F", "thermal expansion"),           \
-        ANY(prefix "dT", mods.band[i].dt_f, "F", "temperature above that at T0"),                 \
+              "rotation of a riveted mat under the wheel"),                                       \
+        NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f, "1/F",                                 \
+                     "coefficient of thermal expansion"),                                         \
+        ANY(prefix "dT", mods.band[i].dt_f, "F",                                                  \
+            "temperature rise since the band had the tension band_T0"),                           \
         CHOICE(prefix "over", mods.band[i].over, overs,                                           \
-               "the band acts on joints, or on rivets alone"),                                    \
+               "where the band acts: on all joints, or on the rivets only"),                      \
         LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_LARGEST, "ft",    \
-             "slip of each riveted mat at the start"),                                            \
+             "initial slip of each riveted mat"),                                                 \
         LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",          \
-             "mats with pulled rivets")
+             "mats whose rivets are pulled out at the start")
 
 static const struct sim_key keys[] = {
     {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title"},
-    CHOICE("model", model, models, "equations"),
-    INTEGER("N", mats, 1, SIM_MATS_MAX, "", "mats"),
+    CHOICE("model", model, models, "model equations"),
+    INTEGER("N", mats, 1, SIM_MATS_MAX, "", "number of mats"),
     POSITIVE("L", length_ft, "ft", "length of a mat along the runway"),
     POSITIVE("W", weight_lb, "lb", "weight of a mat"),
     POSITIVE("g", g_ft_s2, "ft/s2", "gravity"),
     POSITIVE("I", inertia_slug_ft2, "slug ft2", "inertia of a mat about its long axis"),
     NOT_NEGATIVE("KV", kv_lb_ft, "lb/ft",
                  "stiffness of the soil under a node (report) or mat end (consistent)"),
-    NOT_NEGATIVE("CV", cv_lb_s_ft, "lb s/ft", "damper of the same"),
+    NOT_NEGATIVE("CV", cv_lb_s_ft, "lb s/ft", "damper of the soil under a node or mat end"),
     POSITIVE("KL", kl_lb_ft, "lb/ft", "stiffness of a joint along the runway"),
-    NOT_NEGATIVE("CL", cl_lb_s_ft, "lb s/ft", "damper of the same"),
+    NOT_NEGATIVE("CL", cl_lb_s_ft, "lb s/ft", "damper of a joint along the runway"),
     NOT_NEGATIVE("KT", kt_lb_ft_rad, "ft lb/rad", "stiffness of a joint in torsion"),
-    NOT_NEGATIVE("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damper of the same"),
+    NOT_NEGATIVE("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damper of a joint in torsion"),
     RANGE("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
     CHOICE("tad_mode", tad_mode, tad_modes,
-           "moment beyond TAD_deg: rising from zero, or with a jump"),
+           "moment beyond TAD_deg: rises from zero (deadband) or jumps (switched)"),
     CHOICE("profile", profile, profiles,
-           "opening of a joint by rotation: low neglects it, full includes it"),
+           "opening of a joint caused by rotation: neglected (low) or included (full)"),
     NOT_NEGATIVE("slack", slack_ft, "ft", "free travel of a joint"),
     CHOICE("left", left, ends, "end of the runway at mat 1, along the runway"),
-    CHOICE("right", right, ends, "end at mat N"),
-    CHOICE("left_torsion", left_torsion, ends, "end at mat 1, in torsion"),
-    CHOICE("right_torsion", right_torsion, ends, "end at mat N"),
+    CHOICE("right", right, ends, "end of the runway at mat N, along the runway"),
+    CHOICE("left_torsion", left_torsion, ends, "end of the runway at mat 1, in torsion"),
+    CHOICE("right_torsion", right_torsion, ends, "end of the runway at mat N, in torsion"),
     ANY("F", force_lb, "lb", "thrust"),
     NOT_NEGATIVE("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
     ANY("s0", s0_ft, "ft", "station of the aircraft at the start"),
     RANGE("F_tstop", force_stop_s, 0.0, (double)INFINITY, false, "s",
           "time at which the thrust ends"),
-    CHOICE("thrust", thrust, thrusts, "thrust on the mat under the wheel, or shared by two mats"),
+    CHOICE("thrust", thrust, thrusts,
+           "thrust acts on the mat under the wheel (jump) or is shared by two mats (linear)"),
     NOT_NEGATIVE("wheel_load", wheel_load_lb, "lb",
-                 "load on the mat under the wheel: adds to its friction; consistent model: also "
-                 "presses it down"),
+                 "load on the mat under the wheel; increases the friction of the mat, and in the "
+                 "consistent model presses it down"),
     NOT_NEGATIVE("f", friction, "", "coefficient of friction"),
-    CHOICE("friction", friction_law, frictions, "law of friction"),
-    POSITIVE("veps", veps_ft_s, "ft/s", "speed scale of friction tanh"),
+    CHOICE("friction", friction_law, frictions, "friction law"),
+    POSITIVE("veps", veps_ft_s, "ft/s", "speed scale of the friction law tanh"),
     CHOICE("friction_normal", friction_normal, normals,
-           "normal force of the friction; soil: consistent model only"),
+           "normal force for friction; soil: consistent model only"),
     ANY("V", shear_lb, "lb", "report model: lift shear"),
-    CHOICE("lift_shear", lift_shear, shears, "report model: mats that the shear lifts"),
+    CHOICE("lift_shear", lift_shear, shears, "report model: which mats the shear lifts"),
     ANY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
-    INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node", "first node of bump"),
+    INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node",
+            "node of the first value in bump"),
     LIST("bump", bump_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
-         "heights of nodes at the start"),
-    ANY("v0", v0_ft_s, "ft/s", "initial speed of the mat under the wheel, or of v0_mat"),
-    INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat", "mat with v0; 0: under the wheel"),
-    POSITIVE("mats_crossed", mats_crossed, "mats", "end of the run in mats crossed at Vac"),
+         "initial heights of nodes"),
+    ANY("v0", v0_ft_s, "ft/s", "initial speed of mat v0_mat"),
+    INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
+            "mat that has the initial speed v0; 0: the mat under the wheel"),
+    POSITIVE("mats_crossed", mats_crossed, "mats",
+             "length of the run: mats that the wheel crosses at Vac"),
     NOT_NEGATIVE("tend", t_end_s, "s", "time at which the run ends"),
-    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_LARGEST, "s", "times in the output"),
-    LIST("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat", "mats in the output"),
+    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_LARGEST, "s", "times of the output"),
+    LIST("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",
+         "mats whose movement u is in the output"),
     LIST("path", path, SIM_KEY_PATH, -SIM_LARGEST, SIM_LARGEST, "s, ft, lb",
-         "rows [t, x, F] instead of Vac, s0 and F"),
+         "rows [time, station, thrust] that replace Vac, s0 and F"),
     LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
-         "opening of each joint at the start"),
+         "initial opening of each joint"),
     LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_LARGEST, "lb",
-         "chain and consistent: compression that an open joint resists (grit)"),
+         "chain and consistent model: compression up to which each open joint resists closing "
+         "(grit)"),
     LIST("ground", ground_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
-         "consistent: heights of the ground under the nodes"),
+         "consistent model: heights of the ground under the nodes"),
     RANGE("t_dwell", t_dwell_s, -1.0, SIM_LARGEST, false, "s",
-          "time from the end of the passage to the end of the run"),
+          "time that the run continues after the aircraft has stopped or left"),
     BANDS("bands", "band_", 0),
     BANDS("bands2", "band2_", 1),
-    INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats", "spacing of cleats"),
+    INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats",
+            "spacing of the cleats; 0: no cleats"),
     INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX, "mat", "first mat with a cleat"),
-    NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb, "lb", "hold of a fresh cleat"),
+    NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb, "lb", "holding force of a new cleat"),
     RANGE("cleat_travel", mods.cleat_travel_ft, 0.0, (double)INFINITY, true, "ft",
-          "movement over which the hold falls to 1/e"),
+          "movement over which the holding force falls to 1/e"),
     POSITIVE("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
     RANGE("cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
-          "exponent of the hold of a raised or bent cleat on its depth; 0: older law"),
+          "exponent of depth in the holding force of a raised or bent cleat; 0: older law"),
     RANGE("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
-          "rotation from which a cleat springs back; with cleat_power"),
+          "rotation above which a cleat springs back; needs cleat_power"),
     LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
-         "remaining share of the hold of each cleat"),
+         "initial share of the holding force that each cleat still has"),
     INTEGER("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX, "mats", "mats tied by one stiffener"),
     INTEGER("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX, "joints",
             "free joints between stiffeners"),
-    INTEGER("stiff_lines", mods.stiff_lines, 1, 100, "", "lines of stiffeners"),
+    INTEGER("stiff_lines", mods.stiff_lines, 1, 100, "", "number of lines of stiffeners"),
     INTEGER("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX, "mat", "first mat of the first line"),
     NOT_NEGATIVE("stiff_K", mods.stiff_k_lb_ft, "lb/ft", "stiffness of one line at a joint"),
     LIMIT("stiff_grip", mods.stiff_grip_lb, "lb", "largest force of one line"),
     NOT_NEGATIVE("stiff_KT", mods.stiff_kt_lb_ft_rad, "ft lb/rad", "bending stiffness of one line"),
     LIMIT("stiff_yield", mods.stiff_yield_lb_ft, "ft lb", "yield moment of one line"),
     LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
-         "openings of joints without force"),
+         "opening of each joint at which the stiffener force is zero"),
     RANGE("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
     NOT_NEGATIVE("lay_slide", mods.lay_slide_lb, "lb",
-                 "friction along a diagonal joint without load"),
+                 "friction along a diagonal joint when unloaded"),
     RANGE("lay_mu", mods.lay_mu, 0.0, 10.0, false, "",
           "friction coefficient along a diagonal joint"),
     RANGE("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
           "tension at which a joint tears"),
     NOT_NEGATIVE("gear_damping", gear.damping, "",
-                 "damping of a mat under the gear on elastic ground, relative to critical"),
+                 "damping of a mat under the gear on elastic ground, as a fraction of critical"),
     RANGE("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
-          "share of its travel that the elastic ground recovers"),
+          "share of the displacement that the elastic ground recovers"),
     RANGE("gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
-          "exponent of the stiffness under a mat on its number of axles"),
+          "exponent of the number of axles on a mat in the ground stiffness under the mat"),
     NOT_NEGATIVE("gear_foot_ft", gear.foot_ft, "ft",
-                 "length over which an axle presses evenly, at most 4 mats; 0: the mat under it"),
+                 "length of the uniform pressure under an axle, at most 4 mats; 0: only the mat "
+                 "under the axle"),
     LIST("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_LARGEST, "ft",
-         "distances of axle lines behind the lead axle; none: one line"),
+         "distances of the axle lines behind the lead axle; default: one line"),
     LIST("gear_axles", gear.axles, SIM_KEY_LIST, 0.0, 1e6, "",
-         "number of axles on each line, each with wheel_load and thrust"),
+         "number of axles on each line; each axle has wheel_load and thrust"),
     LIST("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1, "joint",
-         "joints torn from the start"),
+         "numbers of the joints that are torn at the start"),
 };
 #define KEYS (sizeof keys / sizeof keys[0])
 
