@@ -12,11 +12,15 @@
 typedef double lane_real;
 typedef int64_t lane_bits;
 #define LANES_BUILTIN(name)     __builtin_ia32_##name##pd256
+#define LANES_MM(name)          _mm512_##name##_pd
+#define LANES_MM_COMPARE        _mm512_cmp_pd_mask
 #define LAW_LATE(stops, pushes) LANES(any)(stops)
 #else
 typedef float lane_real;
 typedef int32_t lane_bits;
 #define LANES_BUILTIN(name)     __builtin_ia32_##name##ps256
+#define LANES_MM(name)          _mm256_##name##_ps
+#define LANES_MM_COMPARE        _mm256_cmp_ps_mask
 #define LAW_LATE(stops, pushes) LANES(any)((stops) & (pushes)) /* nobody asks for `left` */
 #endif
 #define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
@@ -28,7 +32,7 @@ typedef lane_bits narrow_words __attribute__((vector_size(16)));
 typedef narrow_words narrow_masks;
 typedef lane_real wide_lanes __attribute__((vector_size(64)));
 typedef lane_bits wide_words __attribute__((vector_size(64)));
-typedef uint8_t wide_masks; /* AVX-512 has a bit for each lane instead */
+typedef uint8_t bit_masks; /* AVX-512 has a bit for each lane instead */
 #define LANES_INLINE static inline __attribute__((always_inline))
 #if defined __x86_64__ && !defined __clang__
 #include <immintrin.h>

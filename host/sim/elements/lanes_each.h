@@ -11,14 +11,15 @@
 #undef LANES
 #undef LANES_AVX2
 #pragma GCC pop_options
-#if defined LANES_DOUBLE
 #pragma GCC push_options
-#pragma GCC target("avx2,avx512f,avx512dq")
+#pragma GCC target("avx2,avx512f,avx512dq,avx512vl")
 #define LANES(name) name##_avx512
 #define LANES_AVX512
+#define masks bit_masks
+#if defined LANES_DOUBLE
 #define lanes wide_lanes
 #define words wide_words
-#define masks wide_masks
+#endif
 #include LANES_FILE
 #undef LANES
 #undef LANES_AVX512
@@ -26,14 +27,11 @@
 #undef words
 #undef masks
 #pragma GCC pop_options
-#define LANES_CALL(name, ...)                                        \
-    (__builtin_cpu_supports("avx512dq") ? name##_avx512(__VA_ARGS__) \
-     : __builtin_cpu_supports("avx2")   ? name##_avx2(__VA_ARGS__)   \
-                                        : name##_plain(__VA_ARGS__))
-#else
-#define LANES_CALL(name, ...) \
-    (__builtin_cpu_supports("avx2") ? name##_avx2(__VA_ARGS__) : name##_plain(__VA_ARGS__))
-#endif
+#define LANES_CALL(name, ...)                                                 \
+    (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") \
+         ? name##_avx512(__VA_ARGS__)                                         \
+     : __builtin_cpu_supports("avx2") ? name##_avx2(__VA_ARGS__)              \
+                                      : name##_plain(__VA_ARGS__))
 #else
 #define LANES_CALL(name, ...) name##_plain(__VA_ARGS__)
 #endif

@@ -4,15 +4,15 @@
 #if defined LANES_AVX512
 LANES_INLINE masks LANES(above)(lanes a, lanes b)
 {
-    return _mm512_cmp_pd_mask(a, b, _CMP_GT_OQ);
+    return LANES_MM_COMPARE(a, b, _CMP_GT_OQ);
 }
 LANES_INLINE masks LANES(reaches)(lanes a, lanes b)
 {
-    return _mm512_cmp_pd_mask(a, b, _CMP_GE_OQ);
+    return LANES_MM_COMPARE(a, b, _CMP_GE_OQ);
 }
 LANES_INLINE masks LANES(equals)(lanes a, lanes b)
 {
-    return _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ);
+    return LANES_MM_COMPARE(a, b, _CMP_EQ_OQ);
 }
 LANES_INLINE bool LANES(is_set)(masks mask, int lane)
 {
@@ -24,19 +24,19 @@ LANES_INLINE bool LANES(any)(masks mask)
 }
 LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)
 {
-    return _mm512_mask_blend_pd(mask, no, yes);
+    return LANES_MM(mask_blend)(mask, no, yes);
 }
 LANES_INLINE lanes LANES(only)(masks mask, lanes yes)
 {
-    return _mm512_maskz_mov_pd(mask, yes);
+    return LANES_MM(maskz_mov)(mask, yes);
 }
 LANES_INLINE lanes LANES(lesser)(lanes a, lanes b)
 {
-    return _mm512_min_pd(a, b);
+    return LANES_MM(min)(a, b);
 }
 LANES_INLINE lanes LANES(greater)(lanes a, lanes b)
 {
-    return _mm512_max_pd(a, b);
+    return LANES_MM(max)(a, b);
 }
 #elif defined LANES_AVX2
 LANES_INLINE lanes LANES(choose)(masks mask, lanes yes, lanes no)

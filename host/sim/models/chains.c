@@ -11,14 +11,14 @@ struct chains {
     unsigned mats, bays;
     unsigned low, high; /* bays awake in some lane, and some between; low > high: none */
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
-    masks awake[MR_CHAIN_BAYS + 2u];
+    words awake[MR_CHAIN_BAYS + 2u]; /* -1 or 0 in each lane */
     lanes u_ft[MR_CHAIN_PLACES], v_ft_s[MR_CHAIN_PLACES];
     lanes gap_ft[MR_CHAIN_PLACES], reach_ft[MR_CHAIN_PLACES];
     lanes grit_lb[MR_CHAIN_PLACES];
     lanes
         give_ft[MR_CHAIN_PLACES]; /* grit over stiffness: what a joint yields by before it closes */
     lanes push_lb[MR_CHAIN_PLACES]; /* of the wheel, while a step lasts */
-    masks runaway;
+    words runaway;
 };
 
 #define LANES_FILE "host/sim/models/chains_kernel.h"

@@ -11,6 +11,15 @@ LANES_INLINE unsigned LANES(last_of)(const struct chains *c, unsigned bay)
     return bay == c->bays ? c->mats : bay * MR_CHAIN_BAY;
 }
 
+LANES_INLINE masks LANES(mask_of)(words set)
+{
+#if defined LANES_AVX512
+    return _mm256_movepi32_mask((__m256i)set);
+#else
+    return set;
+#endif
+}
+
 LANES_INLINE lanes LANES(opening)(const struct chains *c, unsigned j)
 {
     return c->gap_ft[j] + (c->u_ft[j] - c->u_ft[j - 1u]);
@@ -35,7 +44,7 @@ LANES_INLINE lanes LANES(first_pull)(struct chains *c, unsigned j, masks mask)
 
 LANES_INLINE lanes LANES(step_bay)(struct chains *c, unsigned bay, lanes left_lb)
 {
-    const masks mask = c->awake[bay];
+    const masks mask = LANES(mask_of)(c->awake[bay]);
     unsigned first = LANES(first_of)(bay), last = LANES(last_of)(c, bay);
     lanes u_ft = c->u_ft[first], v_ft_s = c->v_ft_s[first];
     for (unsigned n = first; n <= last; n++) {
@@ -75,11 +84,11 @@ LANES_INLINE void LANES(press)(struct chains *c, const unsigned *mat, const floa
     }
 }
 
-LANES_INLINE void LANES(wake)(struct chains *c, unsigned bay, masks mask)
+LANES_INLINE void LANES(wake)(struct chains *c, unsigned bay, words set)
 {
-    if (bay < 1u || bay > c->bays || !LANES(any)(mask))
+    if (bay < 1u || bay > c->bays || !LANES(any)(LANES(mask_of)(set)))
         return;
-    c->awake[bay] |= mask;
+    c->awake[bay] |= set;
     LANES(stretch_to)(c, bay);
 }
 
@@ -88,8 +97,8 @@ LANES_INLINE void LANES(wake_beside)(struct chains *c)
 {
     const lanes none = {0};
     for (unsigned bay = c->low, high = c->high; bay <= high; bay++) {
-        masks awake = c->awake[bay];
-        if (!LANES(any)(awake))
+        words awake = c->awake[bay];
+        if (!LANES(any)(LANES(mask_of)(awake)))
             continue;
         LANES(wake)(c, bay - 1u, awake & (c->v_ft_s[LANES(first_of)(bay)] != none));
         LANES(wake)(c, bay + 1u, awake & (c->v_ft_s[LANES(last_of)(c, bay)] != none));
@@ -100,17 +109,17 @@ static void LANES(step)(struct chains *c, const unsigned mat[CHAINS_LANES],
                         const float thrust_lb[CHAINS_LANES])
 {
     lanes left_lb = {0};
-    masks carried = {0};
+    masks carried = LANES(mask_of)((words){0});
     LANES(press)(c, mat, thrust_lb, true);
     for (unsigned bay = c->low; bay <= c->high; bay++) {
-        masks fresh = c->awake[bay] & ~carried;
-        if (LANES(any)(c->awake[bay])) {
+        masks awake = LANES(mask_of)(c->awake[bay]), fresh = LAW_BOTH(awake, LAW_NOT(carried));
+        if (LANES(any)(awake)) {
             if (LANES(any)(fresh))
                 left_lb = LANES(choose)(fresh, LANES(first_pull)(c, LANES(first_of)(bay), fresh),
                                         left_lb);
             left_lb = LANES(step_bay)(c, bay, left_lb);
         }
-        carried = c->awake[bay];
+        carried = awake;
     }
     LANES(press)(c, mat, thrust_lb, false);
     LANES(wake_beside)(c);
@@ -124,9 +133,9 @@ static unsigned LANES(settle)(struct chains *c)
     c->high = 0;
     for (unsigned bay = low; bay <= high; bay++) {
         unsigned first = LANES(first_of)(bay), last = LANES(last_of)(c, bay);
-        if (!LANES(any)(c->awake[bay]))
+        if (!LANES(any)(LANES(mask_of)(c->awake[bay])))
             continue;
-        masks moves = (c->v_ft_s[first - 1u] != none) | (c->v_ft_s[last + 1u] != none);
+        words moves = (c->v_ft_s[first - 1u] != none) | (c->v_ft_s[last + 1u] != none);
         for (unsigned n = first; n <= last; n++) {
             lanes u_ft = c->u_ft[n], v_ft_s = c->v_ft_s[n];
             moves |= v_ft_s != none;
@@ -134,7 +143,7 @@ static unsigned LANES(settle)(struct chains *c)
                           ~((u_ft < far) & (u_ft > -far) & (v_ft_s < fast) & (v_ft_s > -fast));
         }
         c->awake[bay] &= moves;
-        if (LANES(any)(c->awake[bay]))
+        if (LANES(any)(LANES(mask_of)(c->awake[bay])))
             LANES(stretch_to)(c, bay);
     }
     for (unsigned k = 0; k < CHAINS_LANES; k++)
