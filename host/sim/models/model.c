@@ -348,7 +348,7 @@ void model_describe(const struct model *m, struct sim_result *result)
     element_describe(m->scene, result);
 }
 
-/* The window: which mats are integrated. PLANAR.md, "What is left out".
+/* The window: which mats are integrated. PLANAR.md, "Active window".
  *
  * A mat outside is flat, at rest, and its displacement constant. Where the laws keep it so, leaving
  * it out is exact: exact sticking holds a mat until the push on it exceeds its limit, and the

@@ -8,7 +8,7 @@
  * above 0; without it second order while nothing slips, opens or hits, and between first and second
  * with friction and contacts.
  *
- * How a run is checked: PLANAR.md, "What an answer is worth". With options->single one pass
+ * How a run is checked: PLANAR.md, "Error estimate". With options->single one pass
  * answers; only its energy is checked.
  * Only the mats between the outermost awake ones and one more on either side are integrated: a mat
  * at rest is moved by its neighbours only, so the motion spreads at most one mat per step and the

@@ -23,7 +23,7 @@
  * step lift their neighbours otherwise together than one after the other, and no step longer than
  * what lies between them shows it. A joint with slack that closed in the last step is damped for
  * the share of it in which it was closed. With options->single neither is done.
- * How a run is checked: PLANAR.md, "What an answer is worth". With options->single one march
+ * How a run is checked: PLANAR.md, "Error estimate". With options->single one march
  * answers, unchecked (sim.h). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H

@@ -53,7 +53,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
 }
 
 /* ---- what an answer is worth: two passes of a solver, and the runs that join them. PLANAR.md,
- * "What an answer is worth" ---- */
+ * "Error estimate" ---- */
 
 /* Divergence: a scene that no finer step or tolerance decides.
  *
