@@ -176,20 +176,17 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 static void find_hardest(struct advise *advise)
 {
     double mean_ft_s2[ADVISE_ROWS];
-    /* what rolls off is no braking to advise */
+    /* what rolls off is no braking to advise, nor is the gentlest, of which half rolls off */
     size_t first = 0;
-    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
-        first++;
-    advise->hardest_ft_s2 = advise_hardest_ft_s2(advise->row + first, advise->rows - first,
-                                                 advise->request.limit, &advise->beyond,
-                                                 &advise->short_ft_s2);
-    /* nor is the gentlest, of which half rolls off */
-    while (first + 1 < advise->rows && advise->row[first].off_runway >= advise->request.limit)
+    while (first + 1 < advise->rows && (advise->row[first].mean_ft_s2 < advise->least_ft_s2 ||
+                                        advise->row[first].off_runway >= advise->request.limit))
         first++;
     for (size_t i = first; i < advise->rows; i++)
         mean_ft_s2[i] = advise->row[i].mean_ft_s2;
     advise->brake = advise_reach(mean_ft_s2 + first, advise->row + first, advise->rows - first,
                                  advise->request.limit);
+    advise->short_ft_s2 = advise_short_ft_s2(advise->row + first, advise->rows - first,
+                                             advise->request.limit);
 }
 
 /* Rows at the planned braking, from the plan's speed down, or up when the plan is below the limit:
@@ -256,11 +253,11 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
 static void hardest_text(const struct advise *advise, bool si, char out[HARDEST_TEXT])
 {
     char value[UNIT_TEXT], from[UNIT_TEXT];
-    unit_value_text(UNIT_DECELERATION, si, advise->hardest_ft_s2, 1, value);
+    unit_value_text(UNIT_DECELERATION, si, advise->brake.at, 1, value);
     unit_value_text(UNIT_DECELERATION, si, advise->short_ft_s2, 1, from);
-    if (isfinite(advise->hardest_ft_s2))
+    if (isfinite(advise->brake.at))
         snprintf(out, HARDEST_TEXT, "%s to %s it stays below",
-                 advise->beyond ? "at least up" : "up", value);
+                 advise->brake.beyond ? "at least up" : "up", value);
     else if (isfinite(advise->short_ft_s2))
         snprintf(out, HARDEST_TEXT,
                  "it stays below from %s on alone, where the gear stops before the closed mats",
@@ -418,7 +415,7 @@ struct store_advice advise_row_kept(const struct advise *advise, int64_t made_us
         .zone_low = row->zone.low,
         .zone_high = row->zone.high,
         .most = advise->request.limit,
-        .hardest_ft_s2 = advise->hardest_ft_s2,
+        .hardest_ft_s2 = advise->brake.at,
         .members = (int64_t)advise->members.count,
         .seed = advise->request.seed,
         .landings = advise->members.learned,
@@ -602,14 +599,14 @@ void advise_answer(const struct advise *advise, struct answer *answer)
         row_answer(advise, &advise->row[i], answer);
     answer_close(answer);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.limit, 3);
-    answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->hardest_ft_s2, 1);
+    answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->brake.at, 1);
     answer_remark(answer,
-                  isnan(advise->hardest_ft_s2) ? "; nothing that stops on the runway, and gentler "
-                                                 "than that, stays below %.0f %%"
-                  : advise->beyond             ? ", the last row, and still below %.0f %%"
-                                               : " stays below %.0f %%",
+                  isnan(advise->brake.at) ? "; nothing that stops on the runway, and gentler "
+                                            "than that, stays below %.0f %%"
+                  : advise->brake.beyond  ? ", the last row, and still below %.0f %%"
+                                          : " stays below %.0f %%",
                   100.0 * advise->request.limit);
-    answer_flag(answer, "hardest_beyond", NULL, advise->beyond);
+    answer_flag(answer, "hardest_beyond", NULL, advise->brake.beyond);
     notes_answer(advise, answer);
     answer_value(answer, "short", isfinite(advise->short_ft_s2) ? "stops short" : NULL,
                  UNIT_DECELERATION, advise->short_ft_s2, 1);

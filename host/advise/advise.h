@@ -41,11 +41,9 @@ struct advise {
     size_t unlearned;   /* landings that could not be learned from */
     double least_ft_s2; /* stops at the runway's end */
     struct advise_row row[ADVISE_ROWS];
-    size_t rows, plan_row; /* ascending; which is the plan's */
-    double hardest_ft_s2;  /* NaN: none */
-    bool beyond;           /* harder than the last row */
-    double short_ft_s2;    /* from here on it stops before the mats that are closed; NaN: nowhere */
-    struct advise_reach brake; /* at the planned speed, ft/s2: hardest_ft_s2 with its interval */
+    size_t rows, plan_row;     /* ascending; which is the plan's */
+    struct advise_reach brake; /* the hardest at the planned speed, ft/s2 */
+    double short_ft_s2; /* from here on it stops before the mats that are closed; NaN: nowhere */
     struct advise_reach speed; /* at the planned braking, ft/s */
     double slowest_ft_s;       /* the lowest touchdown speed that was tried */
     enum advise_verdict verdict;

@@ -866,28 +866,12 @@ double advise_least_ft_s2(const struct advise_members *members, const struct adv
     return plan->speed_ft_s * plan->speed_ft_s / (2.0 * left_ft);
 }
 
-double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
-                            double *short_ft_s2)
+double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
-    size_t last = rows; /* the last that is not below */
-    *beyond = false;
-    *short_ft_s2 = (double)NAN;
-    while (last > 0 && row[last - 1].zone.p < limit)
-        last--;
-    if (!last && rows) {
-        *beyond = true;
-        return row[rows - 1].mean_ft_s2;
-    }
-    if (last < rows)
-        *short_ft_s2 = row[last].mean_ft_s2;
-    if (!rows || row[0].zone.p >= limit)
-        return (double)NAN;
-    size_t i = 1;
-    while (row[i].zone.p < limit)
-        i++;
-    return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
-                                       (limit - row[i - 1].zone.p) /
-                                       (row[i].zone.p - row[i - 1].zone.p);
+    size_t first = rows; /* of the last rows that are below */
+    while (first > 0 && row[first - 1].zone.p < limit)
+        first--;
+    return first > 0 && first < rows ? row[first].mean_ft_s2 : (double)NAN;
 }
 
 /* The risk of a row, and the ends of its interval: the one that is lowest last. */

@@ -255,13 +255,10 @@ double advise_odds(double share);
 /* Mean deceleration that stops the gear at the runway's end. */
 double advise_least_ft_s2(const struct advise_members *members, const struct advise_plan *plan);
 
-/* Hardest braking up to which the probability of a zone stays below `limit`,
- * between rows (ascending) in proportion. NaN: the first is not below; *beyond: all of them are,
- * and it is the last row's. Where mats are closed already far from touchdown, harder braking stops
- * before them: *short_ft_s2 is the least of the rows from which on all are below again, NaN: there
- * is none. */
-double advise_hardest_ft_s2(const struct advise_row *row, size_t rows, double limit, bool *beyond,
-                            double *short_ft_s2);
+/* Where mats are closed already far from touchdown, harder braking stops before them: the least
+ * braking of the rows (ascending) from which on the probability of a zone is below `limit` again.
+ * NaN: there is none, or all rows are below. */
+double advise_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
 
 /* Up to where the probability of a zone, and the share that rolls off, stay below a limit. Its 95 %
  * interval comes from the number of members alone. */

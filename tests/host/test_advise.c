@@ -432,21 +432,15 @@ TEST(how_plans_are_met)
     assert_near(spread, 0.10797, 1e-4);
 }
 
-TEST(the_hardest_braking)
+TEST(harder_braking_stops_before_closed_mats)
 {
     struct advise_row row[4] = {{.mean_ft_s2 = 4.0, .zone = {.p = 0.1}},
                                 {.mean_ft_s2 = 5.0, .zone = {.p = 0.3}},
                                 {.mean_ft_s2 = 6.0, .zone = {.p = 0.6}},
                                 {.mean_ft_s2 = 7.0, .zone = {.p = 0.1}}};
-    double short_ft_s2;
-    bool beyond;
-    assert_near(advise_hardest_ft_s2(row, 4, 0.2, &beyond, &short_ft_s2), 4.5, 1e-12);
-    assert_false(beyond);
-    assert_near(short_ft_s2, 7.0, 1e-12);
-    assert_near(advise_hardest_ft_s2(row, 4, 0.7, &beyond, &short_ft_s2), 7.0, 1e-12);
-    assert_true(beyond && isnan(short_ft_s2));
-    assert_true(isnan(advise_hardest_ft_s2(row, 3, 0.05, &beyond, &short_ft_s2)));
-    assert_true(isnan(short_ft_s2));
+    assert_near(advise_short_ft_s2(row, 4, 0.2), 7.0, 1e-12);
+    assert_true(isnan(advise_short_ft_s2(row, 4, 0.7)));
+    assert_true(isnan(advise_short_ft_s2(row, 3, 0.05)));
 }
 
 /* By hand, in proportion between rows. */
