@@ -96,13 +96,13 @@ awk -v limit=$most_percent '
             if (cost > worst) { worst = cost; at = t[i] }
             if (sum > worst_sum) worst_sum = sum
         }
-        printf "  dearest second (to %.2f s): %.1f %% of 168 MHz (limit %d %%); the dearest second of all tasks together: %.1f %%\n", at, worst, limit, worst_sum
+        printf "  busiest second (to %.2f s): %.1f %% of 168 MHz (limit %d %%); the busiest second of all tasks together: %.1f %%\n", at, worst, limit, worst_sum
         exit !(worst > 0 && worst <= limit)
     }' $out/parts.txt | tee -a $out/budget.txt
 # Wait states and the bus are not modelled: the same landing with more cycles for each instruction. What the board itself says of its load ten
 # times a second, by the second.
 echo
-printf '%-16s %10s %15s %12s  %s\n' "cycles each" "mean load" "dearest second" "blocks lost" "predictor" | tee -a $out/budget.txt
+printf '%-16s %10s %15s %12s  %s\n' "cycles each" "mean load" "busiest second" "blocks lost" "predictor" | tee -a $out/budget.txt
 for cpi in 1.0 1.5 2.0; do
     build/matrig-board --elf $elf --cpi $cpi --rig $rig --can file:$out/cpi.log --serial file:$out/cpi.bin 2>/dev/null
     rm -f $out/campaign.db

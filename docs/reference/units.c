@@ -37,7 +37,7 @@ void reference_units(FILE *out)
         "`M` (mega). The others are case-sensitive: `g` is an acceleration, `kn` a knot.\n"
         "- Units may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"
         "- The decimal separator is a point. A comma is an error.\n"
-        "- A conversion is exact to 0.502 units in the last place of a double.\n\n"
+        "- The error of a conversion is at most 0.502 units in the last place of a double.\n\n"
         "| Kind | Units, with their size in SI | SI |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (kind = quantity_kind_at(i)); i++)

@@ -252,7 +252,7 @@ def parts_page(parts):
 def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
-             "Simulated properties of the circuits, and the values that firmware and emulated board assume. *Included*: the file includes `hil/circuits/figures.def`.", "",
+             "Simulated properties of the circuits, and the values that firmware and emulated board assume. *Included* means that the file includes the value from `hil/circuits/figures.def`.", "",
              "| Figure | Simulated | Assumed | File | Meaning | Within |", "|---|--:|--:|---|---|---|"]
     for name, value, unit, path, what, assumed, holds in beside(figures):
         unit = "" if unit == "1" else " " + unit

@@ -127,7 +127,7 @@ def figures(parts, work):
         ("transducer_vdda_rel", with_vdda, "1", "rule 2: change of the amplitude with VDDA 2 % low"),
         ("transducer_noise_lsb", noise, "LSB", "standard deviation at the converter, 1 Hz to 10 MHz"),
         ("transducer_kick_rel", kick(work, "transducer", part, "TRANSDUCER_1", around), "1",
-         "share of the previous channel's voltage that remains"),
+         "share of the previous channel's voltage that remains in a reading"),
         ("transducer_source_ohm", source_ohm(work, "transducer", part, "TRANSDUCER_1", around), "Ohm", "source resistance at the converter"),
         ("transducer_corner_hz", corner, "Hz", "-3 dB from the cell to the converter"),
     ]

@@ -18,7 +18,7 @@ PAGE = "docs/measured/advised.md"
 SERIES = [
     ("standard", 5, "two-panel waves from landing 2; buckles on landing 5 at 85 and 91 ft (4.2, 4.3)"),
     ("grit", 4, "buckles on landing 4 at 93 ft; about 40 rows of mats tightly compressed (4.5, 5.4)"),
-    ("bands-preliminary", 3, "no wave; 1/16 in of movement per landing where banded (5.1.2)"),
+    ("bands-preliminary", 3, "no wave; 1/16 in of movement per landing in the banded part (5.1.2)"),
     ("bands-off", 2, "several times as much movement in the two landings after the bands were removed (5.1.2)"),
     ("bands-detailed", 4, "no buckling in 26 landings; 1/16 in of movement per landing (5.1.3)"),
     ("diagonal", 4, "no buckling in 16 landings; nearly 7 in of movement over 15 landings (5.3)"),
