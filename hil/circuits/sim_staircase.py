@@ -155,7 +155,7 @@ def figures(parts, work):
         ("staircase_resistor_tol_rel", tolerance, "1", "tolerance of a step's two resistors, from the parts list"),
         ("staircase_step_most_codes", max(abs(e) for e in errors), "codes", f"largest deviation of a step from its code, {BOARDS} boards"),
         ("staircase_top_codes", largest, "codes", "highest code with all switches open; the converter ends at 4095"),
-        ("staircase_vdda_rel", reference_rule(parts, work), "1", "rule 3: residual of the raw code with VDDA 2 % low"),
+        ("staircase_vdda_rel", reference_rule(parts, work), "1", "rule 3: residual error of the raw code with VDDA 2 % low"),
         ("staircase_opened_right", float(found == wanted[:4] and len(rises) == 4), "1",
          f"1: switches 1 to 4, opened one after the other, gave their steps ({' '.join(map(str, found))}) and one edge each"),
         ("staircase_settle_us", settle_us, "us", "time constant of a step"),

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-WHAT = {1: "gentle", 4: "gentle", 5: "against the advice: 6.6 to 9.2 ft/s²", 6: "as advised: 6.5 ft/s²", 7: "8.5 ft/s² from touchdown on"}
+WHAT = {1: "gentle", 4: "gentle", 5: "against the advice: 6.6 to 9.2 ft/s²", 6: "as advised: 6.5 ft/s²", 7: "8.5 ft/s² from touchdown"}
 # of landing 5, whose file does not state it (tests/runs/README.md)
 AT_50_S = {5: 2.751}
 
