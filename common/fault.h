@@ -20,23 +20,24 @@
     X(CAN_BUS_OFF,         12, "CAN went bus-off")                                               \
     X(CAN_QUEUE_FULL,      13, "CAN frames were dropped because the queue was full")             \
     X(SERIAL_QUEUE_FULL,   14, "serial frames were dropped because the queue was full")          \
-    X(SERIAL_BAD_FRAME,    15, "a received serial frame was refused [minus status]")             \
+    X(SERIAL_BAD_FRAME,    15, "a received serial frame was refused [negative status "           \
+      "code]")                                                                                   \
     X(CAN_SILENT,          17, "CAN is kept silent: the clock is not exact enough")              \
     X(CAN_RX_OVERRUN,      18, "commands on CAN came faster than they could be processed")       \
     X(WATCHDOG_RESET,      19, "the watchdog reset the board")                                   \
     X(HARD_FAULT,          20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 " \
       "other, 5 crystal stopped, 6 unexpected interrupt]")                                       \
     X(REFERENCE,           21, "reference channel out of range: no displacements and tensions")  \
-    X(NO_FIT,              23, "no final speed: too few or contradictory switches [minus "       \
-      "status]")                                                                                 \
-    X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of another "     \
-      "kind [1: since start]")                                                                   \
+    X(NO_FIT,              23, "no final speed: too few or contradictory switches [negative "    \
+      "status code]")                                                                            \
+    X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of a "           \
+      "different type [1: since start]")                                                         \
     X(NOR_FAILED,          25, "a page or sector of the black box failed [1 program, 2 erase, "  \
       "3 read, 4 mark, 6 runway]")                                                               \
     X(BOX_LOST,            26, "the black box had no room for a block or a message [0 block, 1 " \
       "message]")                                                                                \
     X(CONFIG,              27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 both: " \
-      "the built-in one is in force]")                                                           \
+      "the built-in configuration is active]")                                                   \
     X(SELFTEST,            28, "a self-test failed [number, see the table of self-tests]")       \
     X(TASK_LATE,           29, "a task of the firmware was late [number, see the table of "      \
       "tasks]")                                                                                  \

@@ -205,98 +205,92 @@ static const struct option {
 #define OF_OWN(name, value, parse, help) ROW(name, value, OWN, 0, 0, 0, NULL, parse, help)
     OF_TEXT("--elf", "F", elf,
             "firmware image (ELF); default: the one installed with matrig-board"),
-    OF_OWN("--board", "B", parse_board,
-           "board, by its name in common/boards.def: zg, discovery ...; default:\n"
-           "the image's board, else zg"),
+    OF_OWN(
+        "--board", "B", parse_board,
+        "board in common/boards.def: zg, discovery, nucleo446; default: the image's board, or zg"),
     OF_TEXT("--can", "LINK", can,
             "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
-    OF_TEXT("--serial", "LINK", serial,
-            "unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) or none"),
-    OF_NUMBER("--can-base", "N", UNSIGNED, options.can_base, 0, MR_CAN_BASE_MOST,
-              "the base of the board's CAN identifiers, as its configuration has it (default 0): "
-              "CAN commands of\n"
-              "the run file or record are sent to it"),
+    OF_TEXT(
+        "--serial", "LINK", serial,
+        "unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program can open) or none"),
+    OF_NUMBER(
+        "--can-base", "N", UNSIGNED, options.can_base, 0, MR_CAN_BASE_MOST,
+        "base of the board's CAN identifiers; default: 0. CAN commands of the run file or record\n"
+        "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",
-            "of the serial line's other end: none, even, odd or board (what the board has);\n"
-            "default none, pty: board, for Linux keeps no parity for pseudo-terminals"),
+            "parity at the far end of the serial line: none, even, odd or board (as the board);\n"
+            "default: none; pty: board, because Linux keeps no parity for pseudo-terminals"),
     OF_NUMBER("--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
-              "rate of the serial line's other end (default 2000000; pty: what is set there)"),
-    OF_TEXT("--rig", "RUNFILE", rig,
-            "what the rig does: a matrig-run file; without it nothing moves"),
+              "bit rate at the far end of the serial line; default: 2000000; pty: as set there"),
+    OF_TEXT("--rig", "RUNFILE", rig, "matrig-run file that moves the rig; default: nothing moves"),
     OF_TEXT("--replay", "FILE", replay,
-            "instead of a rig, a recorded landing: a matrig-replay file, which matrig replay "
-            "writes"),
+            "recorded landing, instead of a rig: a matrig-replay file, which matrig replay writes"),
     OF_WORD("--speed", "S", speed, "max|real",
-            "max: at full speed, waiting for a slow host (default); real: by the wall clock, "
-            "dropping"),
+            "max: full speed, waits for a slow host; real: real time, drops data; default: max"),
     OF_OWN("--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
-           "a film camera: triggered by PE2, after DELAY_MS (default 0) it gives a pulse\n"
-           "a frame on PB3"),
+           "film camera: triggered by PE2, gives a pulse per frame on PB3 after DELAY_MS (default: "
+           "0)"),
     OF_NUMBER("--for", "S", REAL, for_s, 1e-6, FOREVER_S,
-              "seconds of virtual time (default: the run file's duration, or until a signal)"),
-    OF_OWN("--seed", "N", parse_seed, "of converter noise (default 1)"),
+              "seconds of virtual time; default: duration of the run file, or until a signal"),
+    OF_OWN("--seed", "N", parse_seed, "seed of the converter noise; default: 1"),
     OF_NUMBER("--vdda", "V", REAL, options.vdda_v, 2.7, 3.6,
-              "supply of converters and staircase, 2.7 to 3.6 (default: the board's); what is\n"
-              "relative to it: hil/README.md"),
-    OF_OWN("--board-seed", "N", parse_board_seed,
-           "draw the board's electronics (gains, zeros, noise, INL, kick, resistors) from the "
-           "spread of the\n"
-           "reference circuits; the same N, the same board (default: the ideal board)"),
+              "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
+              "hil/README.md)"),
+    OF_OWN(
+        "--board-seed", "N", parse_board_seed,
+        "draw the electronics (gains, zeros, noise, INL, kick, resistors) from the spread of the\n"
+        "reference circuits; default: the ideal board"),
     OF_NUMBER("--hse", "HZ", UNSIGNED, options.hse_hz, 0, 26e6,
-              "crystal, 0: it does not start (default 8000000)"),
+              "crystal; 0: it does not start; default: 8000000"),
     OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
-              "error of the internal oscillator (default 0)"),
+              "error of the internal oscillator; default: 0"),
     OF_NUMBER("--cpi", "X", REAL, options.cpi, 1, 16,
-              "virtual cycles for each instruction, 1 to 16 (default 1): wait states and the bus, "
-              "as a\n"
-              "whole"),
+              "virtual cycles per instruction, 1 to 16: wait states and bus together; default: 1"),
     OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
-              "watchdog clock, 17000 to 47000 (default 32000)"),
+              "watchdog clock, 17000 to 47000; default: 32000"),
     OF_TEXT("--flash", "FILE", flash,
-            "content of the flash: read if it is there, written at the end; --elf then goes over "
-            "it,\n"
-            "sparing the sectors it does not use"),
-    OF_TEXT("--nor", "FILE", nor, "the same for the black box's memory"),
+            "content of the flash: read if FILE exists, written at the end. --elf overwrites the "
+            "sectors\n"
+            "that the image uses"),
+    OF_TEXT("--nor", "FILE", nor,
+            "content of the black box's memory, read and written like --flash"),
     OF_OWN("--temperature", "C[,C/h]", parse_temperature,
-           "of the mat, in degrees and how fast it rises, or none: no thermometer (default 20)"),
-    OF_FLAG("--jumper", options.jumper, "the maintenance jumper is fitted"),
+           "mat temperature and its rise per hour; none: no thermometer; default: 20"),
+    OF_FLAG("--jumper", options.jumper, "fit the maintenance jumper"),
     OF_FLAG("--bare", options.bare,
-            "nothing is plugged in where the rig is: the lines of one-shot, lamp and camera are "
-            "open"),
+            "leave the rig unplugged: the lines of one-shot, lamp and camera are open"),
     OF_FLAG("--left-on", options.left_on,
-            "start as after a jump, without a reset: PLL and clocks on, as a debugger leaves them"),
+            "start with PLL and clocks on, as a debugger leaves them, without a reset"),
     OF_FLAG("--boot0", options.boot0,
             "start the boot ROM (AN3155 on the serial line) instead of the firmware"),
     OF_WORD("--times", "T", options.cell_times, "spread|typical|max",
-            "of flash and NOR operations: spread (drawn, default), typical or max"),
+            "times of flash and NOR operations: spread (random), typical or max; default: spread"),
     OF_TEXT("--faults", "FILE", faults,
-            "faults and their times: a matrig-faults file (hil/README.md); each one is reported on "
-            "stderr"),
+            "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
     OF_FLAG("--alignment", options.watch_alignment,
-            "fault on unaligned multiple and double transfers, as silicon does; slower"),
+            "fault on unaligned multiple and double transfers, as the hardware does; slower"),
     OF_OWN("--rules", "R", parse_rules,
-           "what a broken rule of time or electricity at the pins does: stop (default), count,\n"
-           "count:NAME,... (of these alone), or off: they are not looked at"),
+           "on a violated timing or electrical rule at the pins: stop, count, count:NAME,...\n"
+           "(only these rules) or off; default: stop"),
     OF_TEXT("--margins", "FILE", margins,
-            "what was measured of each rule: how often, the nearest to its number, where"),
+            "write for each rule the number of checks, the smallest margin and its place"),
     OF_FLAG("--trace", trace, "report exceptions and unusual events on stderr"),
     OF_TEXT("--gdb", "PORT", gdb,
-            "listen for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
-            "unix:PATH, and wait for it"),
-    OF_WORD(
-        "--gdb-time", "T", gdb_time, "stands|runs",
-        "while gdb holds the board, virtual time stands still (default), or runs in real time:\n"
-        "timers and watchdog stop as DBGMCU requests, links and converters continue"),
+            "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
+            "unix:PATH"),
+    OF_WORD("--gdb-time", "T", gdb_time, "stands|runs",
+            "virtual time while gdb holds the board: stands, or runs in real time (timers and "
+            "watchdog\n"
+            "stop as DBGMCU requests, links and converters continue); default: stands"),
     OF_TEXT("--vcd", "FILE", vcd,
-            "trace of pins, converters, links, exceptions and sleep, for GTKWave and "
-            "others"),
-    OF_TEXT("--profile", "FILE", profile, "instructions by function"),
+            "trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
+    OF_TEXT("--profile", "FILE", profile, "number of instructions by function"),
     OF_NUMBER("--stall", "S", REAL, stall_s, 0.001, 86400,
-              "end when a host does not read for S seconds (default 30)"),
+              "end when a host does not read for S seconds; default: 30"),
     OF_NUMBER("--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
-              "end after S seconds of wall clock (default 600 more than the run's own length; "
-              "none\n"
-              "for a run without end or with --gdb)"),
+              "end after S seconds of wall clock; default: 600 more than the run's length; none "
+              "for a run\n"
+              "without end or with --gdb"),
 #undef AT
 };
 
@@ -319,11 +313,11 @@ static void print_help(void)
          "The STM32F407 board in virtual time, running the firmware image F unmodified.");
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
-    print_item("--version", "", "print the version, and end");
-    puts("A unix: link waits for a connection; virtual time starts when a host has connected to "
-         "each link, and gdb, within 30 s.\n"
-         "At full speed it pauses when no program has held the pty: open for 50 ms, for at most 30 "
-         "s.\n"
+    print_item("--version", "", "print the version and exit");
+    puts("Virtual time starts when a host has connected to each unix: link, and gdb with --gdb, "
+         "within 30 s.\n"
+         "At full speed it pauses, for at most 30 s, until a program has kept the pty: link open "
+         "for 50 ms.\n"
          "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
 }
 

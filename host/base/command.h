@@ -86,8 +86,8 @@ struct command {
 #define COMMAND_GROUPS(X)                                                     \
     X(DAY, "The day: get ready, land, survey")                                \
     X(BOARD, "The board: program, configure and calibrate it")                \
-    X(DATA, "The data: what a campaign holds, compared, reported, passed on") \
-    X(STUDIES, "Studies: the mat simulated, its parameters, its bands")
+    X(DATA, "The data: show, compare, report and export a campaign")          \
+    X(STUDIES, "Studies: simulate the mat, find its parameters, design its bands")
 /* clang-format on */
 
 enum command_group {

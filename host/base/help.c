@@ -40,7 +40,7 @@ void help_overview(const struct command_table *table)
             printf("%s%s\n", i > 0 ? "\n" : "", help_group_title(entry->group));
         printf("  %-9s %s\n", entry->command->name, entry->command->summary);
     }
-    puts("\nBefore the command");
+    puts("\nOptions before the command");
     for (size_t i = 0; i < command_matrig.count; i++) {
         const struct command_part *part = &command_matrig.parts[i];
         if (part->text)
@@ -48,12 +48,12 @@ void help_overview(const struct command_table *table)
     }
     puts("  --version\n"
          "\n"
-         "matrig COMMAND --help describes a command, with an example; man matrig describes all of "
-         "them.\n"
-         "A number may be followed by any unit of its kind: 15mm, '2.5 kN', 12m/s.\n"
+         "matrig COMMAND --help describes a command, with an example; man matrig describes all "
+         "commands.\n"
+         "A number may have any unit of its kind: 15mm, '2.5 kN', 12m/s.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
          "4 malformed or truncated input, 5 numerics refused or failed.\n"
-         "NO_COLOR=1 turns colours off.\n"
+         "NO_COLOR=1 turns off colours.\n"
          "\n"
          "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db && "
          "matrig report campaign.db");
@@ -225,10 +225,10 @@ static void put_unit(FILE *out, const struct command_part *part)
         return;
     const char *last = strrchr(part->text, '\n');
     size_t length = strlen(last ? last + 1 : part->text);
-    fprintf(out, "%s(%s", length < LINE_MOST ? " " : "\n", option->unit);
+    fprintf(out, "%s(unit: %s", length < LINE_MOST ? " " : "\n", option->unit);
     if (option->unit_si)
         fprintf(out, ", with --si %s", option->unit_si);
-    fputs("; or with a unit)", out);
+    fputc(')', out);
 }
 
 static char *made_text(const struct command_part *part, const char *before)

@@ -164,46 +164,46 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database. The runway is the one that the board was told of in the "
-                    "last landing; all landings of that\nboard teach, one after the other"),
+    HELP_ITEM("DB", "campaign database. The runway is that of the last landing; the model is "
+                    "updated with all landings of\n"
+                    "that board"),
     OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
-                     "planned speed at touchdown; else the last "
-                     "landing's"),
+                     "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
-                     NOT_GIVEN,
-                     "planned mean deceleration; else the last "
-                     "landing's"),
+                     NOT_GIVEN, "planned mean deceleration; default: that of the last landing"),
     OPTION_TEXT("--profile", "T:A,...", profile,
-                "planned braking over time instead: 0s:4ft/s2,2s:8ft/s2, straight lines between; "
-                "the rows are its multiples"),
+                "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. The "
+                "rows of the result\n"
+                "are multiples of this profile"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
-                     "where it touches down; else the board's touchdown station"),
+                     "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
-                  "thrust that the strip bears, of an axle's weight times a/g, measured within 3 "
-                  "%; else evenly 0.7 to 1.3,\nand learned"),
+                  "thrust on the strip / (axle weight x a/g), measured to 3 %; default: uniform "
+                  "from 0.7 to 1.3, updated\n"
+                  "with the landings"),
     OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
-                  "probability of a zone from which on the advice is against it; else {standard}: "
-                  "a zone missed is taken to cost\nfour times what a needlessly gentle landing "
-                  "does"),
+                  "advise against the landing at this probability of a zone, in %, or above; "
+                  "default: {standard} (a\n"
+                  "missed zone costs four times a needlessly gentle landing)"),
     OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
-                 (double)ADVISE_USUAL, "of the ensemble, {low} to {high}; else {standard}"),
-    OPTION_WHOLE("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
-                 "of all draws; else {standard}. The same seed says the same"),
-    OPTION_RUN("--before", "RUN", advise.before,
-               "as if that landing were still to come: what was known then"),
+                 (double)ADVISE_USUAL,
+                 "members of the ensemble, {low} to {high}; default: {standard}"),
+    OPTION_WHOLE(
+        "--seed", "N", advise.seed, 0.0, 1e9, 1.0,
+        "seed of all random draws; default: {standard}. The same seed gives the same result"),
+    OPTION_RUN("--before", "RUN", advise.before, "advise on landing RUN using only earlier data"),
     OPTION_FLAG("--keep", keep,
-                "write plan and advice into the campaign; the landing armed next is held against "
-                "it"),
-    OPTION_TEXT("--who", "W", who, "who keeps it; else the user"),
-    OPTION_FLAG("--load", load,
-                "give chart and plan to the board, for the landing to come: its risk during the "
-                "landing rests on them"),
-    OPTION_TEXT("--serial", "LINK", serial, "where the board is, such as serial:/dev/ttyUSB0"),
-    HELP_NOTE("clear, caution or against, and why; the probability of a zone of 50 mats against "
-              "mean deceleration and station; and\n"
-              "last what a pilot can use: the hardest braking and the fastest touchdown below the "
-              "limit. Go and no-go are\n"
-              "matrig ready's. Exit 1: against."),
+                "store plan and advice in the campaign and compare the next landing with them"),
+    OPTION_TEXT("--who", "W", who, "author; default: the user"),
+    OPTION_FLAG(
+        "--load", load,
+        "send chart and plan to the board, which computes its risk from them in the next landing"),
+    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port, such as serial:/dev/ttyUSB0"),
+    HELP_NOTE("The result is clear, caution or against, with the reason; the probability of a zone "
+              "of 50 mats by mean deceleration\n"
+              "and station; and, for the pilot, the hardest braking and the fastest touchdown "
+              "below the limit. matrig ready decides\n"
+              "on go or no-go. Exit 1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 
@@ -215,7 +215,7 @@ const struct command command_advise = {
     "                         [--members N] [--seed N] [--before RUN] [--keep [--who "
     "W]]\n"
     "                         [--load --serial LINK]",
-    "before a landing: how probable a zone of 50 mats is, and how hard to brake",
+    "advice before a landing: probability of a zone, hardest braking",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

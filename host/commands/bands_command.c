@@ -320,22 +320,23 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("NAME=VALUE", "an input; the default is the report's example (a number alone is in "
-                            "the unit named here):\n"
-                            "weight (lb), deceleration (ft/s2), bands, width and thickness (in) or "
-                            "area (in2), yield, modulus\n"
-                            "(psi), mat (lb), friction, held (mats that act against a connection), "
-                            "every (rows from rivet to\n"
-                            "rivet), row (ft), gear (ft, width of influence), length (ft between "
-                            "springs; default: the longest),\n"
-                            "spring (lb/ft), at (0 to 1, position of dT), tension (lb, T0)"),
-    HELP_ITEM("UNIT", "any unit of the input's kind: lb kip N kN kgf kg (the weight of that mass), "
-                      "ft in m mm, ft/s mph m/s,\n"
-                      "ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    HELP_NOTE("Exit 1 when by theory the band goes loose or yields. The theory leaves out the "
-              "impacts at which R passes from rivet to\n"
-              "rivet: simulate the band before building it (matrig sim, "
-              "host/scenes/model_runway_bands.json). "),
+    HELP_ITEM("NAME=VALUE", "an input; default: the report's example. A number alone has the unit "
+                            "given here: weight (lb),\n"
+                            "deceleration (ft/s2), bands, width and thickness (in) or area (in2), "
+                            "yield, modulus (psi), mat (lb),\n"
+                            "friction, held (mats that act against a connection), every (rows from "
+                            "rivet to rivet), row (ft), gear\n"
+                            "(ft, width of influence), length (ft between springs; default: the "
+                            "longest), spring (lb/ft), at (0 to\n"
+                            "1, position of dT), tension (lb, T0)"),
+    HELP_ITEM("UNIT", "unit of the input: lb kip N kN kgf kg (the weight of that mass), ft in m "
+                      "mm, ft/s mph m/s, ft/s2 g\n"
+                      "m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
+    HELP_NOTE(
+        "Exit 1 when the theory predicts a loose or yielding band. The theory leaves out the "
+        "impacts when the\n"
+        "force passes from rivet to rivet: simulate the band before building it (matrig sim,\n"
+        "host/scenes/model_runway_bands.json)."),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),
@@ -345,7 +346,7 @@ const struct command command_bands = {
     "bands",
     bands_command,
     "[NAME=VALUE[UNIT]...]",
-    "design restraining bands by Appendix C",
+    "design restraining bands by Appendix C of the report",
     COMMAND_PARTS(parts),
     {0, WORDS_MAX, "[NAME=VALUE[UNIT]...]"},
 };

@@ -849,53 +849,50 @@ static int board_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board's serial port (see matrig log --help); the board must be idle"),
-    HELP_ITEM("(no word)",
-              "the board, its firmware's version, commit and CRC, and whether the image is whole; "
-              "--image FILE (.elf\n"
-              "or .bin) compares it with a file. Exit 1 when it differs or is not whole"),
-    HELP_WORD("list", "its records, and how much room there is"),
-    HELP_WORD(
-        "read N",
-        "record N: --db fills what is missing of its landing in a campaign database (the "
-        "landing of the same\n"
-        "board, number and arming, or RUN; made when there is none). Exit 1 when a page cannot "
-        "be read"),
-    HELP_WORD("free N", "give its space back; nothing is ever overwritten that was not freed"),
+    HELP_ITEM("(no command)",
+              "show version, commit and CRC of the firmware, and whether the image is intact; "
+              "--image FILE (.elf or\n"
+              ".bin) compares it with a file. Exit 1 when it differs or is damaged"),
+    HELP_WORD("list", "list the records of the black box and its free space"),
+    HELP_WORD("read N", "read record N of the black box; --db adds missing data to its landing in "
+                        "a campaign database (same\n"
+                        "board, number and arming, or RUN; a new landing if there is none). Exit 1 "
+                        "when a page cannot be read"),
+    HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
     HELP_WITH(command_board_config),
-    HELP_WORD("runway", "what the board's predictor knows of the runway: landings, joints, where "
-                        "it comes from; -o writes it to a file.\n"
-                        "load F gives the board that of a file, forget: nobody has measured it. "
-                        "Not from arm to done.\n"
-                        "matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
-    HELP_WORD("arm [LANDING]", "arm it for a landing, numbered so; without a number, or with 0, it "
-                               "counts on. Over --can also while matrig\n"
-                               "log holds the same interface; over --serial when nobody else holds "
-                               "the port. Exit 2: the board refuses\n"
-                               "in its state, 3: not ready, try again, or no answer within 3 s\n"
-                               "matrig board --can can:can0 arm 7"),
-    HELP_WORD("disarm", "back to idle, whatever is being recorded"),
-    HELP_WORD("zero [1|2]",
-              "mean of a quarter of a second is the zero of all channels, of the transducers (1) "
-              "or the gages (2), until\n"
-              "reset. None is taken when one moves, is not valid, or is a gage under tension: exit "
-              "1"),
-    HELP_WORD("shunt", "shunt calibration of the gages, a second; exit 1 when one is not good. "
-                       "matrig log on the board's CAN\n"
-                       "keeps it: the calibrations before and after a landing give its drift"),
-    HELP_WORD(
-        "key new|clear",
-        "orders of an operator (arm, disarm, zero, shunt, survey, runway, chart) need a new "
-        "key from now on, or none.\n"
-        "The maintenance jumper must be fitted. The key is kept for this user; matrig uses it "
-        "by itself"),
+    HELP_WORD("runway",
+              "show the predictor's runway: landings, joints, origin; -o writes it to a file. load "
+              "F sends a runway\n"
+              "file to the board; forget resets the runway to unknown. Refused from arm to done.\n"
+              "  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+    HELP_WORD("arm [LANDING]", "arm the board for landing LANDING; default: the next number. --can "
+                               "works while matrig log uses the\n"
+                               "interface, --serial only when no other program uses the port. Exit "
+                               "2: refused in the present state.\n"
+                               "Exit 3: not ready (try again), or no answer within 3 s.\n"
+                               "  matrig board --can can:can0 arm 7"),
+    HELP_WORD("disarm", "return to idle, also during a recording"),
+    HELP_WORD("zero [1|2]", "measure the zeros of all channels, the transducers (1) or the gages "
+                            "(2), as a mean over 0.25 s; valid\n"
+                            "until reset. Exit 1, without new zeros, when a channel moves, is not "
+                            "valid, or is a gage under\n"
+                            "tension"),
+    HELP_WORD("shunt", "shunt calibration of the gages (1 s); exit 1 when a result is not good. "
+                       "matrig log on CAN stores it:\n"
+                       "the calibrations before and after a landing give the drift"),
+    HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
+                               "shunt, survey, runway, chart). The\n"
+                               "maintenance jumper must be fitted. The key is stored for this "
+                               "user, and matrig uses it automatically"),
     HELP_WITH(command_board_bringup),
-    HELP_WORD("health", "restarts and their causes, memories, stack, CAN, faults, what a processor "
-                        "fault left behind\n"
+    HELP_WORD("health", "show restarts and their causes, memories, stack, CAN, faults, and the "
+                        "state at a processor fault\n"
                         "(arm-none-eabi-addr2line -pfe IMAGE.elf ADDRESS names the function). Exit "
                         "1 when there is a fault"),
-    HELP_WORD("self-test", "memories, reference, excitation, black box, warning lamp (it lights "
-                           "for 0.2 s). Exit 1 when one fails"),
-    HELP_WORD("reset", "restart it"),
+    HELP_WORD("self-test", "test memories, reference, excitation, black box and warning lamp (it "
+                           "lights for 0.2 s). Exit 1 when a\n"
+                           "test fails"),
+    HELP_WORD("reset", "restart the board"),
     HELP_EXAMPLE("matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("-o", "FILE", out, NULL),
@@ -916,7 +913,7 @@ const struct command command_board = {
     "| health | "
     "self-test | reset | key new|clear |\n"
     "                        bringup [report|brown-out|rom]",
-    "a board: its bring-up, firmware, black box, configuration, runway and health",
+    "bring-up, firmware, black box, configuration, runway and health of a board",
     COMMAND_PARTS(parts),
     {0, 3,
      "list|read N|free N|config|runway|arm|disarm|zero|shunt|bringup|health|self-test|reset|key"},

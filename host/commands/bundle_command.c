@@ -114,12 +114,13 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
     OPTION_TEXT("-o", "F.db", path,
                 "file to write: a campaign with this landing as RUN 1, the firmware image, and "
-                "SHA-256 of image and record\n"
-                "(table bundles). Every command that reads a campaign reads it"),
+                "SHA-256 of image and\n"
+                "record (table bundles). All commands can read it"),
     OPTION_TEXT("--elf", "F", elf,
-                "image that recorded the landing (another one is refused); default: the image "
-                "installed with matrig, if it did"),
-    HELP_NOTE("For readers without matrig use matrig report or matrig export."),
+                "image that recorded the landing (any other is refused); default: the image "
+                "installed with matrig, if\n"
+                "it matches"),
+    HELP_NOTE("For readers without matrig, use matrig report or matrig export."),
     HELP_EXAMPLE("matrig bundle campaign.db 5 -o passed-on.db"),
 };
 
@@ -127,7 +128,7 @@ const struct command command_bundle = {
     "bundle",
     bundle_command,
     "DB RUN -o F [--elf F]",
-    "pack one landing and its firmware image into a campaign of its own",
+    "pack one landing and its firmware image into a new campaign",
     COMMAND_PARTS(parts),
     {2, 2, "DB RUN"},
 };

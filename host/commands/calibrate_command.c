@@ -559,46 +559,50 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "calibrate on the board, which must be idle: set one known value after the other"),
+                "calibrate on the board, which must be idle, with one known value after another"),
     OPTION_TEXT("--points", "F", points,
                 "calibrate from a file of VALUE,CODE rows, for the configuration of --config "
-                "(matrig board config get). Its first\n"
-                "line names the unit of the values and the codes, such as mm,codes or load "
-                "(lb),codes; a value may have its own unit:\n"
-                "12.7 mm,372.4"),
+                "(matrig board config\n"
+                "get). The first line names the unit of the values and the codes, such as mm,codes "
+                "or load (lb),codes;\n"
+                "a value may have its own unit: 12.7 mm,372.4"),
     OPTION_TEXT("-o", "F.cfg", output,
                 "write the configuration with the new calibration; matrig board config set F sends "
                 "it to the board"),
     OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
     OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
-                  "days until the calibration expires; default 365"),
-    OPTION_TEXT("--known", "E", known_text,
-                "standard error common to all known values, in or lb, or with its unit (0.05mm)"),
+                  "days until the calibration expires; default: 365"),
+    OPTION_TEXT(
+        "--known", "E", known_text,
+        "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
     OPTION_FLAG("--table", table,
                 "store the values as a table of points (2 to 8); default: a straight line"),
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
-                  "largest misfit of a point, in % of the span of the known values; default "
-                  "{standard}. Beyond it nothing is\n"
-                  "written, and the output names the point that explains the misfit"),
+                  "largest deviation of a point from the fit, in % of the span of the known "
+                  "values; default: {standard}.\n"
+                  "Above it nothing is written, and the output names the point responsible"),
     OPTION_TEXT("--accept", "T", accept,
-                "accept a larger misfit; T is the reason, and the written file begins with it"),
-    OPTION_TEXT("--db", "DB", db, "campaign that keeps the certificate"),
-    OPTION_TEXT("--certificate", "C", certificate,
-                "enter the sensor's calibration certificate into the campaign of --db, also "
-                "without points: 'number=2026-4711,\n"
-                "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, "
-                "coverage=2'. The expanded uncertainty is in in or\n"
-                "lb, with a unit (0.05mm), or a share of the reading (0.4%); coverage is its "
-                "factor; due may be never.\n"
-                "The newest certificate applies; after its due date matrig ready reports no-go. "
-                "--sensor S: the serial number, which ready compares with the configuration"),
+                "accept a larger deviation; T is the reason, written at the top of the file"),
+    OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),
+    OPTION_TEXT(
+        "--certificate", "C", certificate,
+        "store the sensor's calibration certificate in the campaign of --db, with or without "
+        "points:\n"
+        "  'number=2026-4711, laboratory=L, calibrated=2026-03-02, due=2027-03-01, "
+        "uncertainty=0.4%, coverage=2'\n"
+        "The uncertainty is expanded, in inches or pounds, with a unit (0.05mm), or a share of the "
+        "reading\n"
+        "(0.4%); due may be never. The newest certificate applies; after its due date matrig ready "
+        "reports\n"
+        "no-go. --sensor S is the serial number, which ready compares with the configuration"),
     OPTION_TEXT("--recompute", "C", recompute,
                 "apply the calibration of configuration C to recorded landings of DB (all, a "
-                "series, or one). Readings are recomputed\n"
-                "from the stored integers; the old values are kept (table recalibrations). Zeros "
-                "of gages stay as measured unless --zeros"),
+                "series, or one). Readings\n"
+                "are recomputed from the stored integers; the old values are kept (table "
+                "recalibrations). Zeros of\n"
+                "gages stay as measured without --zeros"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are in inches and pounds, also with --si. For uncertainty budgets see "
+    HELP_NOTE("Results are in inches and pounds, also with --si. For uncertainty budgets, use "
               "matrig uncertainty."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
     OPTION_TEXT("--config", "F", config, NULL),

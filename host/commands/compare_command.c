@@ -157,26 +157,27 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
-    HELP_ITEM("FILE", "what it is compared with: a scene, or a study file, whose runways are an "
-                      "ensemble that has a spread. Without\n"
-                      "RUN: all landings, in order; the runway is as each left it. Without FILE: "
-                      "the model runway"),
-    OPTION_TEXT("--scene", "S", scene, "the same as FILE"),
+    HELP_ITEM("FILE", "scene or study file; default: the model runway. A study file gives an "
+                      "ensemble of runways, and so a\n"
+                      "spread. Without RUN: all landings in order, each on the runway as the "
+                      "preceding one left it"),
+    OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
-                "the landings of a series (matrig landing --series) instead of all"),
+                "compare the landings of a series (matrig landing --series); default: all"),
     OPTION_TEXT("--limits", "F", limits_path,
-                "JSON of paths into the answer's JSON; exit 1 when one fails:\n"
-                "{\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1, "
-                "\"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
+                "file of limits for values of the JSON result, by path; exit 1 when one fails:\n"
+                "  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n"
+                "   \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
-                  "exit 1 when a channel's rms difference exceeds IN inches"),
+                  "exit 1 when the rms difference of a channel exceeds IN"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "as many of the campaign's runways; else as it says"),
-    OPTION_TEXT("-o", "F.csv", output, "one landing: write both as numbers, every millisecond"),
-    OPTION_FLAG("--all", all, "one landing: each transducer and each zone"),
-    OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
-    HELP_NOTE("A sentence states whether they agree and which value differs most. Only a "
-              "limit that fails exits 1."),
+                 "number of seeds (runways); default: the number in the study file"),
+    OPTION_TEXT("-o", "F.csv", output,
+                "one landing: write measured and simulated values every millisecond"),
+    OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),
+    OPTION_FLAG("--void", voided, "include a voided landing (matrig landing)"),
+    HELP_NOTE("The result states whether measurement and simulation agree, and which value differs "
+              "most. Exit 1 when a limit fails."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };
@@ -187,7 +188,7 @@ const struct command command_compare = {
     "DB RUN [FILE | --scene S] [--limits F] [--limit IN] [--seeds N] [-o F.csv] [--all] [--void] | "
     "DB FILE "
     "[--series NAME] | DB --series NAME",
-    "measured against simulated: a landing, or a series",
+    "compare measurement and simulation of a landing or a series",
     COMMAND_PARTS(parts),
     {1, 3, "DB RUN"},
 };

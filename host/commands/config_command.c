@@ -295,15 +295,15 @@ static int config_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_WORD("config get", "print the configuration in force, as text; -o writes it to a file. "
-                            "Works over --can LINK or --serial"),
+    HELP_WORD("config get", "print the active configuration as text; -o writes it to a file. Works "
+                            "over --can LINK or --serial"),
     HELP_WORD("config set F", "check F, show the changes, send F and verify that it is stored. "
-                              "Refused from arm to done, and over CAN\n"
-                              "without the board's maintenance jumper. A gain that differs too far "
-                              "from the board's (by a tenth; by half for\n"
-                              "another transducer, by a factor of five for another gage, by serial "
-                              "number) needs --force. A base at\n"
-                              "which another board sends a hello on --can LINK is refused"),
+                              "Refused from arm to done, and over\n"
+                              "CAN without the maintenance jumper. A gain that differs from the "
+                              "board's by more than a tenth needs\n"
+                              "--force (new serial number: transducer by half, gage by a factor of "
+                              "five). A base that another board\n"
+                              "on --can LINK uses is refused"),
     HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),

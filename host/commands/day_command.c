@@ -901,18 +901,20 @@ static int day_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database, made when it does not exist. What is done and what is next "
-                    "is read from it before each step,\n"
-                    "so the checklist is right whatever happened in between, and whoever did it"),
+    HELP_ITEM(
+        "DB",
+        "campaign database; created if missing. The checklist is read from it before each step"),
     HELP_NOTE("Steps: look, series, calibrate, survey, load, advise, ready, land. Enter runs the "
-              "next one, 1 to 8 another one, s skips it for\n"
-              "the landing to come, r makes the report, q quits. The log runs in a terminal of "
-              "its own: the checklist shows its command line."),
+              "next step, 1 to 8 that step, s skips\n"
+              "the step for the next landing, r writes the report, q quits. The log runs in a "
+              "separate terminal; the checklist shows\n"
+              "the command for it."),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port (see matrig log --help); else that of the last log, or "
-                "it asks"),
-    OPTION_TEXT("--can", "LINK", can, "its CAN bus, or none; likewise"),
-    HELP_NOTE("With --json: what is done and what is next, as one object."),
+                "the board's serial port (see matrig log --help); default: that of the last log, "
+                "otherwise the program\n"
+                "asks"),
+    OPTION_TEXT("--can", "LINK", can, "the board's CAN bus, or none; default: as for --serial"),
+    HELP_NOTE("--json prints the completed steps and the next step as one object."),
     HELP_EXAMPLE("matrig day campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 
@@ -920,7 +922,7 @@ const struct command command_day = {
     "day",
     day_command,
     "DB [--serial LINK] [--can LINK]",
-    "checklist of a test day: what is done, what is next, why",
+    "checklist of a test day: completed steps, next step, reason",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

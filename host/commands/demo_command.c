@@ -37,17 +37,17 @@ static int demo_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DIR", "folder for campaign.db and report.html, made when it does not exist; else "
-                     "./matrig-demo.\n"
-                     "A campaign that is there is left alone, with exit code 2"),
-    OPTION_TEXT("--elf", "F", elf, "firmware image; else the one that came with matrig"),
-    HELP_NOTE(
-        "Plays a day on matrig-board with synthetic landings: two of them, a survey, the advice "
-        "against the next one; that one against the\n"
-        "advice, as advised, and braked hard from touchdown on. Each is logged over CAN and "
-        "serial and compared with the simulation;\n"
-        "the page is made of all. No hardware and no network are needed. The commands are "
-        "those of a shell script: demo.sh."),
+    HELP_ITEM("DIR", "folder for campaign.db and report.html, created if missing; default: "
+                     "./matrig-demo. An existing\n"
+                     "campaign is not overwritten (exit code 2)"),
+    OPTION_TEXT("--elf", "F", elf, "firmware image; default: the one installed with matrig"),
+    HELP_NOTE("Plays a test day with synthetic landings on matrig-board: two landings, a survey, "
+              "and advice against the next landing.\n"
+              "That landing is then played three times: against the advice, as advised, and braked "
+              "hard from touchdown. Each landing\n"
+              "is logged over CAN and serial and compared with the simulation. No hardware or "
+              "network is needed. The commands are in\n"
+              "the shell script demo.sh."),
     HELP_EXAMPLE("matrig demo first"),
 };
 

@@ -306,9 +306,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
     HELP_ITEM(
         "--format candump",
-        "the CAN frames in the format of `candump -L`, with the time of day by the board's clock; "
-        "without a known\n"
-        "time of day, board time plus 1000000000 s (a date in 2001), and a note gives the reason"),
+        "the CAN frames in the format of `candump -L`, with the time of day by the board's clock. "
+        "If that is\n"
+        "not known: board time plus 1000000000 s (a date in 2001), and a note gives the reason"),
     HELP_ITEM("--format frames",
               "one row per frame of the camera: time, position of the gear and its error"),
     HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and "
@@ -317,8 +317,8 @@ static const struct command_part parts[] = {
     OPTION_TEXT("-o", "F.csv, .mf4, .dbc or .log", path,
                 "file to write; default: standard output. Its extension selects the format"),
     OPTION_TEXT("--base", "B", base,
-                "base address of the board on its bus, added to every identifier (dbc): 400 and "
-                "0x190 are the same"),
+                "base address of the board on its bus, added to every identifier (dbc), such as "
+                "400 or 0x190"),
     HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv\n"
                  "         matrig export --format dbc -o matrig.dbc"),
     OPTION_CHOICE("--format", "F", format, "format", "csv|candump|dbc|frames|mdf4", NULL),

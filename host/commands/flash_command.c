@@ -440,20 +440,21 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct session
 static const struct command_part parts[] = {
-    HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. The "
-                      "link's own rate applies to the firmware"),
+    HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. A "
+                      "rate in LINK is that of the\n"
+                      "firmware"),
     HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
     OPTION_WHOLE(
         "--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
-        "{low} to {high} for the boot ROM, default {standard}; the chip guarantees {standard}"),
+        "rate of the boot ROM, {low} to {high}; default: {standard}, which the chip guarantees"),
     OPTION_FLAG("--force", force,
-                "flash even when the board already runs this image, is another board, or the image "
-                "has no header"),
+                "flash even when the board already runs this image or is of another type, or the "
+                "image has no header"),
     HELP_NOTE("A board that sends a hello within 2.5 s restarts into its boot ROM (refused from "
-              "arm to done). Otherwise start the boot\n"
-              "ROM with BOOT0 high. stm32flash programs the chip and reads every byte back; the "
-              "configuration is kept. After a pulled\n"
-              "cable, switch the board off and on and run the command again: an incomplete image "
+              "arm to done). Otherwise start the\n"
+              "boot ROM with BOOT0 high. stm32flash programs the chip and reads every byte back; "
+              "the configuration is kept. If the\n"
+              "cable was pulled, switch the board off and on and repeat: an incomplete image "
               "starts the boot ROM.\n"
               "Exit 1 when the board does not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),

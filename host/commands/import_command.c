@@ -219,42 +219,45 @@ static int import_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database; it is created if missing"),
-    HELP_ITEM("FILE", "a candump -L log of a matrig board: its landings are imported as if they "
-                      "had been logged, from the bus\n"
-                      "that the board is on. With --map:"),
+    HELP_ITEM("DB", "campaign database; created if missing"),
+    HELP_ITEM("FILE", "a candump -L log of a matrig board; the landings on that board's bus are "
+                      "imported as if logged live.\n"
+                      "With --map: a file of another instrument"),
     OPTION_TEXT(
         "--map", "M.json", map,
         "import a table of another instrument (CSV), or its frames in a candump log, as a landing. "
-        "M names its columns:\n"
-        "{\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", "
+        "M names its\n"
+        "columns:\n"
+        "  {\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", "
         "\"missing\": [\"---\"],\n"
-        " \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
-        " \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", "
+        "   \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
+        "   \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", "
         "\"switch\": 3},\n"
-        " \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": "
-        "2.5, \"offset\": -1, \"station_ft\": 40,\n"
-        "               \"error\": 0.05}]}\n"
-        "header_lines: lines above the rows, counting blank lines but not comments. column: its "
-        "name, or its number from 1.\n"
-        "channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m, in, mm; "
-        "an edge where it passes\n"
-        "a switch), switch1 to switch64 (with threshold and edge). value = (number in the file * "
-        "scale + offset) in unit;\n"
-        "error: standard error. Times: s, ms, us, min. Also touchdown_ft, switch_error_ft, gap_s "
-        "(a longer gap is\n"
-        "missing data; default 1.5 times the usual step), last_line_open (true: the last line "
-        "needs no newline), note.\n"
-        "For frames, instead of column:\n"
-        "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
+        "   \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", "
+        "\"scale\": 2.5, \"offset\": -1,\n"
+        "                 \"station_ft\": 40, \"error\": 0.05}]}\n"
+        "  header_lines: lines above the rows, counting blank lines but not comments\n"
+        "  column: name of the column, or its number from 1\n"
+        "  channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m, in, mm; "
+        "gives\n"
+        "    an edge at each switch), switch1 to switch64 (with threshold and edge)\n"
+        "  scale, offset: value = (number in the file * scale + offset) in unit; error: standard "
+        "error\n"
+        "  unit of times: s, ms, us, min\n"
+        "Optional: touchdown_ft, switch_error_ft, note, gap_s (a longer gap is missing data; "
+        "default: 1.5\n"
+        "times the usual step), last_line_open (true: the last line needs no newline). For frames, "
+        "instead of\n"
+        "column:\n"
+        "  \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
                "the readings belong to the same landing as RUN: its gear, switches, survey and "
-               "stations are copied, and time 0\n"
-               "is its touchdown unless align names an edge"),
-    OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default 0"),
+               "stations are copied,\n"
+               "and time 0 is its touchdown unless align names an edge"),
+    OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
-                "bus to read from a log of several buses: can1"),
-    OPTION_FLAG("--again", again, "import a file a second time"),
+                "bus to read from a log of several buses, such as can1"),
+    OPTION_FLAG("--again", again, "import a file again"),
     HELP_NOTE("The output reports a file as complete, truncated or malformed (line and column, "
               "exit 4); the good part is imported."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
@@ -265,7 +268,7 @@ const struct command command_import = {
     "import",
     import_command,
     "DB FILE [--map M.json] [--like RUN] [--base B] [--interface I] [--again]",
-    "import logs, or other instruments' readings, into the campaign",
+    "import logs, or readings of other instruments, into a campaign",
     COMMAND_PARTS(parts),
     {2, 2, "DB FILE"},
 };

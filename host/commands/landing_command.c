@@ -411,30 +411,33 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN]", "campaign database and landing; without RUN, all landings are listed. "
-                          "Nothing is deleted: author, time,\n"
-                          "old value and reason of every change are kept and shown"),
-    OPTION_TEXT("--note", "T", note, "a note"),
+                          "Nothing is deleted: author,\n"
+                          "time, old value and reason of a change are kept and shown"),
+    OPTION_TEXT("--note", "T", note, "add a note"),
     OPTION_TEXT("--correct", "F=V", correct,
-                "correct touchdown_ft (its station, used from then on), weight_lb (of the "
-                "aircraft), pattern,\n"
-                "modification, runway or series; needs --reason"),
+                "correct touchdown_ft (touchdown station), weight_lb (aircraft weight), pattern, "
+                "modification, runway\n"
+                "or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "exclude the landing: report omits it and says so, and compare refuses it unless "
-                "its own --void is given.\n"
-                "--unvoid includes it again. Both need --reason"),
+                "exclude the landing: report omits it with a note, and compare needs its own "
+                "--void. --unvoid includes\n"
+                "it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
-                  "record a wave, break or other, with --station FT, --panels N, --height IN, "
-                  "--side left|right|centre|across,\n"
-                  "--form T (two-panel, end connector, ...), --at S (after touchdown), --note T"),
+                  "record a wave, break or other observation, with --station FT, --panels N, "
+                  "--height IN, --side\n"
+                  "left|right|centre|across, --form T (two-panel, end connector, ...), --at S "
+                  "(after touchdown), --note\n"
+                  "T"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
                  "withdraw observation N; needs --reason"),
     OPTION_TEXT("--series", "NAME", series,
-                "begin a series: landings recorded from now on belong to it; with --runway T, "
-                "--pattern T, --modification T, --note T.\n"
-                "Without RUN, the series are listed as well"),
+                "begin a series: all later landings belong to it; with --runway T, --pattern T, "
+                "--modification T,\n"
+                "--note T. matrig landing DB lists the series"),
     OPTION_TEXT("--withdraw-series", "NAME", withdraw_series,
-                "withdraw a series that was begun by mistake: its landings move to the series "
-                "before it; needs --reason"),
+                "withdraw a series that was begun by mistake: its landings move to the preceding "
+                "series; needs\n"
+                "--reason"),
     OPTION_TEXT("--who", "W", who, "author of the entry; default: the user"),
     HELP_EXAMPLE("matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 "
                  "--side left --form two-panel"),

@@ -149,14 +149,13 @@ static int live_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database that a running matrig log writes; only read"),
+    HELP_ITEM("DB", "campaign database that a running matrig log writes; opened read-only"),
     OPTION_TEXT("--port", "PORT", port,
-                "port of the page at 127.0.0.1; default 8473. 0: any free port"),
-    HELP_NOTE("--json prints the newest message of each kind as one object. This page only "
-              "watches; the page of matrig log --live,\n"
-              "which holds the links, can arm and disarm. From another computer: ssh -L "
-              "8473:127.0.0.1:8473 HOST, then open the\n"
-              "printed address."),
+                "port of the page on 127.0.0.1; default: 8473; 0: any free port"),
+    HELP_NOTE("--json prints the newest message of each kind as one object. This page is for "
+              "viewing only; that of matrig log --live\n"
+              "can also arm and disarm. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, "
+              "then open the printed address."),
     HELP_EXAMPLE(
         "matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
         "         matrig live campaign.db --port 8474"),
@@ -166,7 +165,7 @@ const struct command command_live = {
     "live",
     live_command,
     "DB [--port PORT]",
-    "watch a board on a page in the browser",
+    "watch a board on a web page",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -401,49 +401,48 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
-    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port; either link may be left out"),
-    OPTION_TEXT("--db", "DB", db, "campaign database, made when it does not exist"),
+    OPTION_TEXT("--serial", "LINK", serial,
+                "the board's serial port; one of the two links is enough"),
+    OPTION_TEXT("--db", "DB", db, "campaign database; created if missing"),
     OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
-                  "stop after S seconds; else at the end of the links, or on Ctrl-C"),
+                  "stop after S seconds; default: when the links end, or on Ctrl-C"),
     OPTION_TEXT("--live", "PORT", live,
-                "show it in a browser of this computer as it comes, arm and disarm there; see "
+                "live page in a browser on this computer, which can also arm and disarm; see "
                 "matrig live --help"),
     OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
     OPTION_FLAG("--commands", commands,
-                "take arm [N] and disarm, a line each, from standard input; it does without when "
-                "that is a terminal.\n"
-                "Before it arms it asks, and sends when the next line is yes"),
-    OPTION_FLAG("--all", all,
-                "print the whole summary of a landing; else the lines that matter, and the rest "
-                "with matrig show DB RUN"),
-    OPTION_TEXT("--page", "F.html", page,
-                "keep the report in F up to date: written beside the logging when a landing ends"),
+                "accept arm [N] and disarm from standard input, one per line (from a terminal: "
+                "always). Before arming,\n"
+                "matrig asks; the next line must be yes"),
+    OPTION_FLAG("--all", all, "print the full summary of each landing; default: its main lines"),
+    OPTION_TEXT(
+        "--page", "F.html", page,
+        "keep the report in F up to date; it is rewritten in the background after each landing"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, (double)NAN,
-                  "wait so long for a device that is unplugged or down, also at the start; else an "
-                  "hour for one that was there"),
-    HELP_NOTE(
-        "It says who answered; and within 2 s that the board fell silent, idle or armed. When "
-        "a landing ends\n"
-        "its summary is printed; when its links fall silent in the middle, what came until "
-        "then."),
+                  "wait S seconds for a device that is unplugged or down; default: 3600 for a "
+                  "device that was connected,\n"
+                  "0 at the start"),
+    HELP_NOTE("matrig log names the board that answered, and reports within 2 s when the board "
+              "goes silent. It prints a summary after\n"
+              "each landing; if the links go silent during a landing, it summarises the data "
+              "received so far."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
                  "landing.html"),
     HELP_NOTE("\n"
-              "LINK is one of"),
+              "LINK is one of:"),
 #define LINK_OF(name, form, text) HELP_ITEM(form, text),
 #include "host/link/kinds.def"
-    HELP_NOTE(
-        "Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus "
-        "has errors alone; the message says which.\n"
-        "While serial sends, the record is taken from it alone: CAN is kept raw, and fills what "
-        "serial lost when a landing ends.\n"
-        "A device that goes away is waited for; what it lost is counted and said. What "
-        "serial lost of a landing is filled from CAN.\n"
-        "A campaign that another program holds, a slow and a full disk are waited for: a "
-        "queue keeps 60 s of full links. What it cannot keep\n"
-        "is counted and said. One that is moved, replaced, deleted or overwritten is saved "
-        "as DB-saved-DATE.db beside, and gone on\n"
-        "with; exit 3."),
+    HELP_NOTE("Exit 3: " LINK_NO_HELLO
+              ": no data, a wrong bit rate, or error frames only; the message says which.\n"
+              "While serial data arrives, the record is made from serial only; CAN frames fill its "
+              "gaps when a\n"
+              "landing ends.\n"
+              "matrig log waits for a disconnected device, and counts and reports the data lost.\n"
+              "If the campaign is locked, or the disk slow or full, a queue keeps 60 s of full "
+              "links; data beyond\n"
+              "that is counted as lost. If the campaign is moved, replaced, deleted or "
+              "overwritten, logging\n"
+              "continues in DB-saved-DATE.db in the same folder; exit 3."),
 };
 
 const struct command command_log = {

@@ -483,33 +483,36 @@ static int params_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM(
         "READINGS",
-        "JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
-        "{\"readings\": [...], \"error\": E}, with standard errors\n"
-        "inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
-        "tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: "
-        "KL\n"
-        "hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
-        "            (leave out readings within the free travel: they are refused)\n"
-        "pull        pull_lb, weight_lb: f\n"
-        "deflection  load_lb, deflection_in [, mats]: KV"),
+        "JSON with any of these tests. A reading is a number, {\"value\": V, \"error\": E} or "
+        "{\"readings\": [...],\n"
+        "\"error\": E}, where E is a standard error.\n"
+        "  inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of the "
+        "oscillation: gives W and I\n"
+        "  tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, "
+        "stretch_in: gives KL\n"
+        "  hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: gives KT and TAD_deg\n"
+        "              (leave out readings within the free travel: they are refused)\n"
+        "  pull        pull_lb, weight_lb: gives f\n"
+        "  deflection  load_lb, deflection_in [, mats]: gives KV"),
     OPTION_TEXT("-o", "F.json", output_path, "write the parameters as the start of a scene"),
     OPTION_FORCE(force),
     HELP_NOTE("\n"
-              "Push tests (displacement of a loaded mat along the runway): gear_k_lb_ft, "
-              "gear_unloading, gear_axle_law, f"),
-    OPTION_TEXT(
-        "--push", "F.csv", push_path,
-        "rows in the order of reading; the first line names the columns with their units:\n"
-        "test,load (lb),force (lb),displacement (in). Also N, kg, mm; see docs/howto/push-test.md"),
+              "Push tests (displacement of a loaded mat along the runway) give gear_k_lb_ft, "
+              "gear_unloading, gear_axle_law, f:"),
+    OPTION_TEXT("--push", "F.csv", push_path,
+                "readings in order; the first line names the columns with their units: test,load "
+                "(lb),force\n"
+                "(lb),displacement (in). Also N, kg, mm; see docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
-                 "number of mats under the load that moved as one; k is the value of one mat"),
-    OPTION_TEXT("--plot", "F", plot_path, "draw each test with both laws (.svg, .png, .pdf)"),
+                 "mats under the load that moved together; k is the value of one mat"),
+    OPTION_TEXT("--plot", "F", plot_path,
+                "plot each test with the elastic and the rigid fit (.svg, .png, .pdf)"),
     OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,
-                  "load of one axle on the strip; default: the least load tested"),
+                  "load of one axle on the strip; default: the smallest load tested"),
     OPTION_NUMBER("--force-error", "LB", force_error_lb, "lb", 1e-6, 1e6, 0.5,
-                  "standard error of a force; default {standard}"),
+                  "standard error of a force; default: {standard}"),
     OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
-                  "standard error of a displacement; default {standard}"),
+                  "standard error of a displacement; default: {standard}"),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),
     HELP_EXAMPLE("matrig params --push push.csv --mats 2 --plot push.svg"),

@@ -322,28 +322,28 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database; it is created if missing. The result is stored with the "
-                    "landings of the next 12 h"),
+    HELP_ITEM("DB", "campaign database; created if missing. The result is stored with the landings "
+                    "of the next 12 h"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port (see matrig log --help); the board must be idle, or done "
-                "with a landing"),
-    OPTION_TEXT("--can", "LINK", can, "also listen to its CAN bus"),
+                "the board's serial port (see matrig log --help); the board must be idle or done"),
+    OPTION_TEXT("--can", "LINK", can, "also listen on the board's CAN bus"),
     OPTION_TEXT("--image", "FILE", image,
                 "firmware (.elf or .bin) that the board must run; default: the firmware of the "
                 "campaign's last landing"),
     OPTION_TEXT("--expect-config", "CRC|FILE", expected,
-                "configuration that the board must have; a file may differ in its revision, which "
-                "config set raises.\n"
-                "Default: the configuration of the campaign's last landing"),
+                "configuration that the board must have; default: that of the campaign's last "
+                "landing. The revision in\n"
+                "FILE is ignored"),
     HELP_NOTE("Checks readings at rest, shunt calibration and self-test in at most 20 s (the "
               "warning lamp lights for 0.2 s). Exit 1: no-go."),
     OPTION_FLAG("--walk", walk,
                 "walk test: trip each switch, push each transducer and pull each gage, in order. "
                 "Nothing is recorded.\n"
                 "The test ends when all have responded, after 600 s, or on Ctrl-C. Exit 1 when a "
-                "sensor did not respond\n"
-                "or responded in another's place. A kind of sensor without any response is "
-                "reported as not tested"),
+                "sensor does not\n"
+                "respond, or another responds in its place. A kind of sensor that gives no "
+                "response is reported as not\n"
+                "tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

@@ -60,11 +60,12 @@ static int report_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     OPTION_TEXT("-o", "F.html", path, "file to write; default: the campaign's name with .html"),
-    OPTION_RUN("--run", "RUN", run, "of this landing alone"),
+    OPTION_RUN("--run", "RUN", run, "limit the report to this landing"),
     OPTION_FLAG("--void", voided, "include the landings that were voided (matrig landing)"),
-    HELP_NOTE("Print the page, or save it as PDF, in the browser. "),
+    HELP_NOTE("Print the page in the browser, or save it there as PDF."),
     HELP_NOTE("The first page shows date, place, runway, series, gear weight, operator, purpose "
-              "and faults; for a missing entry it names the command that adds it. "),
+              "and faults;\n"
+              "for a missing entry, it names the command that adds it."),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 

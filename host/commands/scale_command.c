@@ -410,15 +410,15 @@ static const struct command_part parts[] = {
     HELP_ITEM("STUDY", "study file (with landings): runway, aircraft, landings, modifications and "
                        "the scene inside are scaled"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
-                  "prototype (the default: the input is the model's) or model"),
+                  "convert to prototype (from model values) or to model; default: prototype"),
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,
-                  "prototype length / model length; default {standard}"),
-    HELP_ITEM("--keep density", "the rule of the 1/7 model: forces scale by n^3 (the default)"),
-    HELP_ITEM("--keep modulus", "the rule of the pilot model: forces scale by n^2"),
+                  "prototype length / model length; default: {standard}"),
+    HELP_ITEM("--keep density", "rule of the 1/7 model: forces scale by n^3 (default)"),
+    HELP_ITEM("--keep modulus", "rule of the pilot model: forces scale by n^2"),
     OPTION_TEXT("-o", "F.json", output_path, "file for the scene; default: standard output"),
     OPTION_FORCE(force),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si; a value may "
-              "have another unit: F=480N."),
+              "have its own unit: F=480N."),
     HELP_EXAMPLE(
         "matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json"),
     OPTION_CHOICE("--keep", "RULE", keep, "rule", "density|modulus", NULL),

@@ -331,15 +331,14 @@ static int show_command(int argc, char **argv, const struct cli *cli)
 }
 
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database: one row per landing, with the numbers of its summary: time "
-                    "of arming, series, touchdown speed,\n"
-                    "stop station (+- is one standard error), first warning, frames lost, "
-                    "observations. A landing that was logged or\n"
-                    "imported twice is marked. The last lines count the outcomes of the warnings, "
-                    "by survey and by transducers"),
-    HELP_ITEM(
-        "RUN",
-        "the summary of a landing as matrig log printed it, with later notes and observations"),
+    HELP_ITEM("DB", "campaign database. Without RUN: one row per landing, with time of arming, "
+                    "series, touchdown speed,\n"
+                    "stop station (+- one standard error), first warning, frames lost and "
+                    "observations. Landings logged or\n"
+                    "imported twice are marked. The last lines count the outcomes of the warnings, "
+                    "by survey and by\n"
+                    "transducers"),
+    HELP_ITEM("RUN", "print the summary of landing RUN again, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };
 

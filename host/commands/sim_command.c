@@ -161,22 +161,23 @@ static const struct command_part parts[] = {
         "SCENE",
         "scene file, JSON; a number may be text with a unit: \"ground_damping\": \"175 N s/m\""),
     OPTION_FLAG("--keys", keys, "list the keys of a scene with default, unit and meaning"),
-    OPTION_TEXT("--solver", "S", options.solver,
-                "auto (the default) chooses a solver and states the reason; event, implicit, "
-                "cvode, rk4, rkgs, hamming and\n"
-                "moreau for the planar models, event and staggered for the chain. A second run "
-                "checks each answer"),
+    OPTION_TEXT(
+        "--solver", "S", options.solver,
+        "default: auto, which chooses a solver and states the reason. Planar models: event, "
+        "implicit, cvode,\n"
+        "rk4, rkgs, hamming, moreau. Chain: event, staggered. A second run checks each answer"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
                   "tolerance of the solver; for the chain, the largest error estimate as a share "
                   "of the largest movement"),
-    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step of rk4 and staggered"),
+    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0,
+                  "time step of rk4 and staggered"),
     OPTION_TEXT("--csv", "F.csv", csv_path,
-                "write the history of the mats in u_mats (or all): displacement, and height of the "
-                "left end"),
+                "write displacement and left-end height over time, for the mats in the scene key "
+                "u_mats (default: all)"),
     OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
                   "stop after S seconds of computing, as Ctrl-C does; default: no limit"),
-    HELP_NOTE("A long run prints its progress every 30 s. Ctrl-C stops it and prints what was "
-              "computed (status interrupted, exit 5)."),
+    HELP_NOTE("A long run prints its progress every 30 s. Ctrl-C stops it and prints the results "
+              "so far (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
 };
 
@@ -184,7 +185,7 @@ const struct command command_sim = {
     "sim",
     sim_command,
     "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--limit S] | --keys",
-    "run a mat scene",
+    "simulate the mat described in a scene file",
     COMMAND_PARTS(parts),
     {0, 1, "SCENE"},
 };

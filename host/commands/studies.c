@@ -88,11 +88,11 @@ int study_start(int argc, char **argv, const struct cli *cli)
 static const struct command_part error_parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
     OPTION_TEXT("--plot", "F", plot,
-                "draw error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
+                "plot error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
     HELP_NOTE("\n"
               "Every solver of the scene's model runs at several tolerances or steps. The "
               "reference is a solution on which two\n"
-              "different methods agree; without agreement there is no table (exit 5)."),
+              "different methods agree; if none agree, there is no table (exit 5)."),
     HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
 };
 
@@ -114,12 +114,13 @@ static const struct command_part study_parts[] = {
         "FILE",
         "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "number of seeds, from the file's first one on; default: the file's number"),
+                 "number of seeds, from the file's first one on; default: the number in the file"),
     OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
-                  "weightless: the gear exerts thrust only. elastic: axle lines with weight on "
-                  "ground that deflects (key elastic). Default: as in the file"),
+                  "weightless: the gear exerts thrust only. elastic: axle lines have weight, and "
+                  "the ground deflects\n"
+                  "(key elastic). default: as in the file"),
     OPTION_TEXT("--plot", "F", plot,
-                "draw movement and buckles along the runway (.svg, .png, .pdf)"),
+                "plot movement and buckles along the runway (.svg, .png, .pdf)"),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
     HELP_EXAMPLE(
         "matrig study host/landing_series/series/friction.json --ground elastic --seeds 4"),
@@ -130,7 +131,7 @@ const struct command command_study = {
     "study",
     study_start,
     "FILE [--seeds N] [--ground weightless|elastic] [--plot F]",
-    "a series of landings on an ensemble of runways: when each one buckles",
+    "simulate a series of landings on an ensemble of runways: when each buckles",
     COMMAND_PARTS(study_parts),
     {1, 1, "FILE"},
 };
@@ -142,19 +143,19 @@ const struct command command_study = {
 static const struct command_part sweep_parts[] = {
     HELP_ITEM("FILE", "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs "
                       "to vary, wanted results.\n"
-                      "Alone: list its cases, one line of JSON each"),
-    OPTION_TEXT("--cases", "N..M", cases,
-                "run cases N to M (or to the last one), or N alone, in sequence; each result is a "
-                "line of JSON.\n"
-                "For parallel runs use GNU parallel or a Slurm job array: "
-                "docs/howto/sweep-on-a-cluster.md"),
+                      "Without an option: list its cases, one line of JSON each"),
+    OPTION_TEXT(
+        "--cases", "N..M", cases,
+        "run cases N to M (N..: to the last one) or case N, in sequence; each result is a line of "
+        "JSON. For\n"
+        "parallel runs use GNU parallel or a Slurm job array: docs/howto/sweep-on-a-cluster.md"),
     OPTION_FLAG("--table", table,
                 "collect the results in the files after FILE: counts, reasons of failures, "
-                "sensitivity indices, all cases.\n"
-                "Exit 1 when cases are missing"),
+                "sensitivity indices, all\n"
+                "cases. Exit 1 when cases are missing"),
     OPTION_TEXT("-o", "F", output,
                 "file for the results of --cases, or for the cases of --table as CSV"),
-    HELP_NOTE("A failed case is a result too: its line states the reason.\n"),
+    HELP_NOTE("A failed case has a result line too, which states the reason."),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
                  "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),
 };
@@ -163,7 +164,7 @@ const struct command command_sweep = {
     "sweep",
     study_start,
     "FILE | FILE --cases N..M [-o R.jsonl] | FILE --table R.jsonl... [-o T.csv]",
-    "many cases of one scene or study: Cartesian, Latin hypercube, thresholds, indices",
+    "run many cases of a scene or study: Cartesian, Latin hypercube, thresholds, indices",
     COMMAND_PARTS(sweep_parts),
     {1, 1 + SWEEP_FILES_MAX, "FILE"},
 };
@@ -173,25 +174,26 @@ const struct command command_sweep = {
 
 #define VALUES struct fit_request
 static const struct command_part fit_parts[] = {
-    HELP_ITEM("DB [RUN...]", "campaign database and landings; default: all whose motion is known. "
-                             "Exit 1 when the model cannot describe the data"),
+    HELP_ITEM("DB [RUN...]", "campaign database and landings; default: all landings with known "
+                             "motion. Exit 1 when the model cannot\n"
+                             "describe the data"),
     OPTION_TEXT(
         "--scene", "S", scene,
         "scene file with the runway (model chain) and the prior values; default: the model runway"),
     OPTION_TEXT("--fit", "NAMES", fitted,
-                "parameters to fit, from gap,grit,f,share,KL; the others stay fixed. Default: all"),
+                "parameters to fit, from gap,grit,f,share,KL; the others stay fixed; default: all"),
     OPTION_TEXT("--prior", "NAME=V:E,...", prior,
-                "prior value and standard error (lb, in, lb/ft). Defaults: grit, KL and an "
-                "unsurveyed gap from\n"
-                "the scene, known to 50 %; f to 20 %; share 1/12 to 15 %; a surveyed gap from the "
-                "survey to 3 %"),
+                "prior value and standard error (lb, in, lb/ft); default: from the scene, with an "
+                "error of 50 % for\n"
+                "grit, KL and an unsurveyed gap, 20 % for f; share 1/12 with 15 %; a surveyed gap "
+                "with 3 %"),
     OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
-                 "simulated data sets per round, at least {low}; default {standard}"),
+                 "simulated data sets per round, at least {low}; default: {standard}"),
     OPTION_WHOLE(
         "--seed", "N", seed, 0.0, 1e9, 1.0,
-        "seed of all random draws; default {standard}. The same seed gives the same answer"),
-    OPTION_TEXT("--plot", "F", plot, "plot of the residuals, SVG, PNG or PDF (gnuplot)"),
-    OPTION_TEXT("-o", "F.json", out_scene, "scene with the fitted values"),
+        "seed of all random draws; default: {standard}. The same seed gives the same result"),
+    OPTION_TEXT("--plot", "F", plot, "plot the residuals (.svg, .png, .pdf)"),
+    OPTION_TEXT("-o", "F.json", out_scene, "write a scene with the fitted values"),
     OPTION_FORCE(force),
     HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
 };

@@ -767,43 +767,45 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB",
-              "campaign database; it is created if missing. An unfinished survey is continued"),
-    HELP_ITEM("(nothing else)",
-              "read from the keyboard, or from a caliper that acts as one: a number and Enter. "
-              "Each reading is on disk before\n"
-              "the next prompt. Words: s skip, u undo, b back, n TEXT note, q quit, ? help"),
+    HELP_ITEM("DB", "campaign database; created if missing. An unfinished survey is continued"),
+    HELP_ITEM("(no option)", "enter readings at the keyboard, or with a caliper that acts as a "
+                             "keyboard: a number and Enter. Each\n"
+                             "reading is on disk before the next prompt. Commands: s skip, u undo, "
+                             "b back, n TEXT note, q quit, ?\n"
+                             "help"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
-                  "stations of the left edge (the default), of both edges, or of none; diagonal, "
-                  "for mats laid at 45 degrees:\n"
-                  "along and across at all four lines, and seven 45 degree lines"),
-    OPTION_FLAG("--new", begin_new, "begin another survey although one is unfinished"),
+                  "edges whose stations are read; default: left. diagonal (mats laid at 45 "
+                  "degrees): stations and\n"
+                  "transverse distances on all four lines, and seven lines at 45 degrees"),
+    OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
-                     "distance of the gage points with all ten joints closed; default {standard}. "
-                     "The excess is the opening of the joints"),
+                     "distance between gage points with all ten joints closed; default: "
+                     "{standard}. The excess is the\n"
+                     "opening of the joints"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
-                     "standard error of a reading; default {standard}"),
+                     "standard error of a reading; default: {standard}"),
     OPTION_TEXT("--from", "CSV", from,
-                "read a sheet. Readings that a person would have to confirm are refused, with exit "
-                "1; --doubtful accepts them"),
+                "read a sheet. Readings that need confirmation are refused, with exit 1; "
+                "--doubtful accepts them"),
     OPTION_TEXT("--sheet", "F.csv", sheet,
-                "write the sheet: all places in walking order, with the last readings (-: standard "
-                "output)"),
-    OPTION_FLAG("--end", end, "end a partial survey"),
+                "write a sheet with all readings in walking order and their last values (-: "
+                "standard output)"),
+    OPTION_FLAG("--end", end, "end an incomplete survey"),
     OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
-                 "withdraw survey N: it stays in the campaign but no longer counts; needs "
-                 "--reason. matrig landing DB lists it"),
+                 "withdraw survey N; needs --reason. It stays in the campaign but is no longer "
+                 "used. matrig landing DB\n"
+                 "lists it"),
     OPTION_FLAG("--show", show,
                 "show survey N (default: the newest): opening and closing per ten mats, movement, "
                 "in-plane bow"),
     OPTION_TEXT("--load", "LINK", load,
-                "send the openings to the board and read them back, over serial, or over CAN with "
-                "a can: link or --can.\n"
-                "Exit 1 when the board then holds other values"),
+                "send the openings to the board and read them back, over serial or CAN (a can: "
+                "link, or --can). Exit 1\n"
+                "when the board reports different values"),
     OPTION_FORCE(force),
-    HELP_NOTE("A reading that differs from the last one by more than ten joints allow (10 x 0.036 "
-              "in; a station: 1 in) is asked for\n"
-              "again. With --si all lengths are millimetres. "),
+    HELP_NOTE("matrig asks again for a reading that differs from the last one by more than ten "
+              "joints allow (10 x 0.036 in; a\n"
+              "station: 1 in). With --si, lengths are in millimetres."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),

@@ -313,22 +313,25 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB", "campaign database; default landing: the newest, each channel at its peak"),
-    HELP_ITEM(
-        "CHANNEL",
-        "d1 to d8, t1 to t14: the whole budget of this channel; default: the sums of all channels"),
-    OPTION_RUN("--run", "RUN", run, "another landing"),
-    OPTION_TEXT("--config", "F", config,
-                "use a configuration instead of a landing, each channel at a third of its range"),
-    OPTION_TEXT("--at", "V", at, "budget at this reading, in or lb, or with its unit (5mm, 300N)"),
-    OPTION_NUMBER("--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
-                  "largest difference from the temperature of the calibration; default {standard}"),
+    HELP_ITEM("DB",
+              "campaign database; default: the newest landing, with each channel at its peak"),
+    HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: print the full budget of this channel; default: the "
+                         "combined uncertainty of all\n"
+                         "channels"),
+    OPTION_RUN("--run", "RUN", run, "use this landing instead of the newest"),
+    OPTION_TEXT(
+        "--config", "F", config,
+        "use a configuration instead of a landing, with each channel at a third of its range"),
+    OPTION_TEXT("--at", "V", at,
+                "reading for the budget, in inches or pounds, or with a unit (5mm, 300N)"),
     OPTION_NUMBER(
-        "--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
-        "time since the zeros of the gages were taken, with --config; default {standard}"),
-    HELP_NOTE("The budget adds certificate, position and temperature to the stated error beside "
-              "every reading. x, u(x) and c are in\n"
-              "inches and pounds, also with --si. "),
+        "--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
+        "largest difference from the temperature of the calibration; default: {standard}"),
+    OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
+                  "with --config: time since the gages were zeroed; default: {standard}"),
+    HELP_NOTE("The budget adds certificate, position and temperature to the stated error of each "
+              "reading. x, u(x) and c are in inches\n"
+              "and pounds, also with --si."),
     HELP_EXAMPLE("matrig uncertainty campaign.db d3"),
 };
 

@@ -156,8 +156,8 @@ TEST(help_has_the_rows)
     char *text = help_page_text(&command);
     assert_string_equal(text, "  DB             a file\n"
                               "  --db DB        another; of 0\n"
-                              "  --for S        from 0.5 to 7200; else 60 (s; or with a unit)\n"
-                              "  --gap IN       a gap (in, with --si mm; or with a unit)\n"
+                              "  --for S        from 0.5 to 7200; else 60 (unit: s)\n"
+                              "  --gap IN       a gap (unit: in, with --si mm)\n"
                               "  -n N           so many\n"
                               "  --run RUN      of one\n"
                               "  --format F     how\n"
