@@ -173,20 +173,36 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     }
 }
 
+/* Share of the members that roll off at this braking, in proportion between rows. */
+static double off_runway_at(const struct advise *advise, double mean_ft_s2)
+{
+    const struct advise_row *row = advise->row;
+    size_t i = 1;
+    while (i + 1 < advise->rows && row[i].mean_ft_s2 < mean_ft_s2)
+        i++;
+    double part = (mean_ft_s2 - row[i - 1].mean_ft_s2) /
+                  (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2);
+    return row[i - 1].off_runway + part * (row[i].off_runway - row[i - 1].off_runway);
+}
+
+/* By the zone; what rolls off is no braking to advise. */
 static void find_hardest(struct advise *advise)
 {
-    double mean_ft_s2[ADVISE_ROWS];
-    /* what rolls off is no braking to advise, nor is the gentlest, of which half rolls off */
-    size_t first = 0;
-    while (first + 1 < advise->rows && (advise->row[first].mean_ft_s2 < advise->least_ft_s2 ||
-                                        advise->row[first].off_runway >= advise->request.limit))
+    struct advise_row row[ADVISE_ROWS];
+    double mean_ft_s2[ADVISE_ROWS], limit = advise->request.limit;
+    size_t first = 0, rows;
+    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_ft_s2)
         first++;
-    for (size_t i = first; i < advise->rows; i++)
-        mean_ft_s2[i] = advise->row[i].mean_ft_s2;
-    advise->brake = advise_reach(mean_ft_s2 + first, advise->row + first, advise->rows - first,
-                                 advise->request.limit);
-    advise->short_ft_s2 = advise_short_ft_s2(advise->row + first, advise->rows - first,
-                                             advise->request.limit);
+    rows = advise->rows - first;
+    for (size_t i = 0; i < rows; i++) {
+        row[i] = advise->row[first + i];
+        row[i].off_runway = 0.0;
+        mean_ft_s2[i] = row[i].mean_ft_s2;
+    }
+    advise->brake = advise_reach(mean_ft_s2, row, rows, limit);
+    if (isfinite(advise->brake.at) && off_runway_at(advise, advise->brake.at) >= limit)
+        advise->brake.at = (double)NAN;
+    advise->short_ft_s2 = advise_short_ft_s2(row, rows, limit);
 }
 
 /* Rows at the planned braking, from the plan's speed down, or up when the plan is below the limit:
