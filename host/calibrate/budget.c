@@ -27,12 +27,13 @@ static const struct source {
     [BUDGET_GAIN] = {"gain", "gain: sensor, amplifier, excitation", "normal", "1", "1"},
     [BUDGET_ZERO] = {"zero", "zero", "normal", "in", "lb"},
     [BUDGET_DRIFT] = {"drift", "zero's drift: sensor, amplifier", "normal", "in per h", "lb per h"},
-    [BUDGET_LINEARITY] = {"linearity", "what the calibration leaves", "normal", "in", "lb"},
+    [BUDGET_LINEARITY] = {"linearity", "calibration: residual at the reading", "normal", "in",
+                          "lb"},
     [BUDGET_REFERENCE] = {"reference", "reference", "normal", "1", "1"},
     [BUDGET_CERTIFICATE] = {"certificate", "certificate of the sensor", "normal", "in", "lb"},
-    [BUDGET_BASELINE] = {"baseline", "what it leaves at a movement's start", "normal", "in", "lb"},
-    [BUDGET_POSITION] = {"position", "position: its station", "normal", "ft", "ft"},
-    [BUDGET_TEMPERATURE] = {"temperature", "temperature, against the calibration's", "rectangular",
+    [BUDGET_BASELINE] = {"baseline", "calibration: residual at the start", "normal", "in", "lb"},
+    [BUDGET_POSITION] = {"position", "position: station of the sensor", "normal", "ft", "ft"},
+    [BUDGET_TEMPERATURE] = {"temperature", "temperature: change since calibration", "rectangular",
                             "K", "K"},
 };
 
