@@ -469,6 +469,27 @@ TEST(noise_is_no_edge)
     ear_close(ear);
 }
 
+/* An edge before the DMA has read the one before it: the capture is overwritten (RM0090 18.4.5,
+ * CC1OF). The board reports it once, and the next edge is in its place. */
+TEST(an_overwritten_capture_is_reported)
+{
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.05);
+    double zero_s = scan_zero_s(ear->board) - TRIGGER_TICK / TICKS_PER_S;
+    ear_until(ear, 0.3);
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_ARM, 1, 1);
+    ear->board->state.mcu.tim[HIL_TIM2].sr |= 2u; /* CC1IF: not read yet */
+    pulse(ear, 0.5, 40);
+    double begun_s = pulse(ear, 0.7, 40);
+    ear_until(ear, 2.0);
+    assert_int_equal(ear->fault[MR_FAULT_EDGE_OVERRUN].count, 1);
+    assert_int_equal(ear->fault[MR_FAULT_EDGE_OVERRUN].detail, 0);
+    struct mr_edge edge;
+    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_MAX), MR_OK);
+    assert_near(edge.tick, (begun_s - zero_s) * TICKS_PER_S, 1.0);
+    ear_close(ear);
+}
+
 /* For 27 s no block comes, whatever is begun again: an edge of the time before would pass for one
  * to come, and hold up those behind it for 24 s more. */
 TEST(an_old_edge_holds_nothing_up)
