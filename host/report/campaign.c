@@ -529,11 +529,11 @@ static void record_row(const struct record_row *row, struct answer *answer)
     answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->risk_most, 2);
     answer_words(answer, NULL, "zone reached", "%s", row->is_void ? "void" : came[outcome->came]);
     answer_count(answer, NULL, "measured zone (mats)", outcome->mats);
-    answer_value(answer, NULL, "50 mats reached at", UNIT_TIME, outcome->t_s, 2);
+    answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->t_s, 1);
     answer_count(answer, NULL, "closed mats after", outcome->left_mats);
     answer_count(answer, NULL, "waves observed", (int64_t)outcome->waves);
     answer_count(answer, NULL, "breaks observed", (int64_t)outcome->breaks);
-    answer_value(answer, NULL, "lead time", UNIT_TIME, row->lead_s, 2);
+    answer_value(answer, NULL, "lead time, about", UNIT_TIME, row->lead_s, 1);
     answer_words(answer, NULL, "evidence", "%s",
                  row->verdict == RECORD_NOT_KNOWN ? row->why : outcome_basis_text(outcome->basis));
 }
@@ -554,7 +554,8 @@ static void warnings(const struct report *report, FILE *out)
         "Zone reached: the wheel reached at least 50 closed mats before it stopped, by "
         "survey and transducers or by observation, never by the predictor. Measured "
         "zone: the longest one that the wheel reached. Closed mats after: at the wheel, "
-        "by the survey after the landing. Times count from touchdown.");
+        "by the survey after the landing. Times count from touchdown. The survey's segments "
+        "of ten mats limit the accuracy of the time at 50 mats, and so of the lead time.");
     report_answer(answer, out);
 }
 
