@@ -219,12 +219,12 @@ static const struct option {
         "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",
             "parity at the far end of the serial line: none, even, odd or board (as the board);\n"
-            "default: none; pty: board, because Linux keeps no parity for pseudo-terminals"),
+            "default: none; pty: board"),
     OF_NUMBER("--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
               "bit rate at the far end of the serial line; default: 2000000; pty: as set there"),
     OF_TEXT("--rig", "RUNFILE", rig, "matrig-run file that moves the rig; default: nothing moves"),
     OF_TEXT("--replay", "FILE", replay,
-            "recorded landing, instead of a rig: a matrig-replay file, which matrig replay writes"),
+            "recorded landing instead of a rig: a matrig-replay file, as matrig replay writes it"),
     OF_WORD("--speed", "S", speed, "max|real",
             "max: full speed, waits for a slow host; real: real time, drops data; default: max"),
     OF_OWN("--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
@@ -241,13 +241,13 @@ static const struct option {
         "draw the electronics (gains, zeros, noise, INL, kick, resistors) from the spread of the\n"
         "reference circuits; default: the ideal board"),
     OF_NUMBER("--hse", "HZ", UNSIGNED, options.hse_hz, 0, 26e6,
-              "crystal; 0: it does not start; default: 8000000"),
+              "crystal frequency; 0: the crystal does not start; default: 8000000"),
     OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
               "error of the internal oscillator; default: 0"),
     OF_NUMBER("--cpi", "X", REAL, options.cpi, 1, 16,
               "virtual cycles per instruction, 1 to 16: wait states and bus together; default: 1"),
     OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
-              "watchdog clock, 17000 to 47000; default: 32000"),
+              "frequency of the watchdog clock, 17000 to 47000; default: 32000"),
     OF_TEXT("--flash", "FILE", flash,
             "content of the flash: read if FILE exists, written at the end. --elf overwrites the "
             "sectors\n"

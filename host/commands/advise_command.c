@@ -166,7 +166,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database. The runway is that of the last landing; the model is "
                     "updated with all landings of\n"
-                    "that board"),
+                    "the same board"),
     OPTION_NUMBER_SI("--speed", "V", advise.speed_ft_s, "ft/s", "m/s", 5.0, 100.0, NOT_GIVEN,
                      "planned speed at touchdown; default: that of the last landing"),
     OPTION_NUMBER_SI("--deceleration", "A", advise.deceleration_ft_s2, "ft/s2", "m/s2", 0.5, 32.2,
@@ -188,9 +188,8 @@ static const struct command_part parts[] = {
     OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL,
                  "members of the ensemble, {low} to {high}; default: {standard}"),
-    OPTION_WHOLE(
-        "--seed", "N", advise.seed, 0.0, 1e9, 1.0,
-        "seed of all random draws; default: {standard}. The same seed gives the same result"),
+    OPTION_WHOLE("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
+                 "seed of all random draws; default: {standard}"),
     OPTION_RUN("--before", "RUN", advise.before, "advise on landing RUN using only earlier data"),
     OPTION_FLAG("--keep", keep,
                 "store plan and advice in the campaign and compare the next landing with them"),

@@ -889,9 +889,8 @@ static const struct command_part parts[] = {
                         "state at a processor fault\n"
                         "(arm-none-eabi-addr2line -pfe IMAGE.elf ADDRESS names the function). Exit "
                         "1 when there is a fault"),
-    HELP_WORD("self-test", "test memories, reference, excitation, black box and warning lamp (it "
-                           "lights for 0.2 s). Exit 1 when a\n"
-                           "test fails"),
+    HELP_WORD("self-test", "test memories, reference, excitation, black box and warning lamp. Exit "
+                           "1 when a test fails"),
     HELP_WORD("reset", "restart the board"),
     HELP_EXAMPLE("matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db"),
     OPTION_TEXT("--can", "LINK", can, NULL),

@@ -111,7 +111,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     OPTION_TEXT("-o", "F.db", path,
                 "file to write: a campaign with this landing as RUN 1, the firmware image, and "
                 "SHA-256 of image and\n"

@@ -586,8 +586,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),
     OPTION_TEXT(
         "--certificate", "C", certificate,
-        "store the sensor's calibration certificate in the campaign of --db, with or without "
-        "points:\n"
+        "store the sensor's calibration certificate in the campaign of --db:\n"
         "  'number=2026-4711, laboratory=L, calibrated=2026-03-02, due=2027-03-01, "
         "uncertainty=0.4%, coverage=2'\n"
         "The uncertainty is expanded, in inches or pounds, with a unit (0.05mm), or a share of the "
@@ -602,8 +601,7 @@ static const struct command_part parts[] = {
                 "recalibrations). Zeros of\n"
                 "gages stay as measured without --zeros"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are in inches and pounds, also with --si. For uncertainty budgets, use "
-              "matrig uncertainty."),
+    HELP_NOTE("Results are in inches and pounds, also with --si."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
     OPTION_TEXT("--config", "F", config, NULL),
     OPTION_TEXT("--series", "NAME", series, NULL),

@@ -156,7 +156,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("FILE", "scene or study file; default: the model runway. A study file gives an "
                       "ensemble of runways, and so a\n"
                       "spread. Without RUN: all landings in order, each on the runway as the "

@@ -901,9 +901,7 @@ static int day_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM(
-        "DB",
-        "campaign database; created if missing. The checklist is read from it before each step"),
+    HELP_ITEM("DB", "campaign database; created if missing"),
     HELP_NOTE("Steps: look, series, calibrate, survey, load, advise, ready, land. Enter runs the "
               "next step, 1 to 8 that step, s skips\n"
               "the step for the next landing, r writes the report, q quits. The log runs in a "
@@ -922,7 +920,7 @@ const struct command command_day = {
     "day",
     day_command,
     "DB [--serial LINK] [--can LINK]",
-    "checklist of a test day: completed steps, next step, reason",
+    "checklist of a test day: completed steps and next step, with the reason",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

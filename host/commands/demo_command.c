@@ -46,8 +46,7 @@ static const struct command_part parts[] = {
               "That landing is then played three times: against the advice, as advised, and braked "
               "hard from touchdown. Each landing\n"
               "is logged over CAN and serial and compared with the simulation. No hardware or "
-              "network is needed. The commands are in\n"
-              "the shell script demo.sh."),
+              "network is needed."),
     HELP_EXAMPLE("matrig demo first"),
 };
 

@@ -402,7 +402,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "the board's serial port; one of the two links is enough"),
+                "the board's serial port; give --can, --serial or both"),
     OPTION_TEXT("--db", "DB", db, "campaign database; created if missing"),
     OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY,
                   "stop after S seconds; default: when the links end, or on Ctrl-C"),
@@ -411,9 +411,9 @@ static const struct command_part parts[] = {
                 "matrig live --help"),
     OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
     OPTION_FLAG("--commands", commands,
-                "accept arm [N] and disarm from standard input, one per line (from a terminal: "
-                "always). Before arming,\n"
-                "matrig asks; the next line must be yes"),
+                "accept arm [N] and disarm on standard input, one per line (without this option, "
+                "only from a\n"
+                "terminal). Before arming, matrig asks; the next line must be yes"),
     OPTION_FLAG("--all", all, "print the full summary of each landing; default: its main lines"),
     OPTION_TEXT(
         "--page", "F.html", page,
@@ -432,17 +432,18 @@ static const struct command_part parts[] = {
               "LINK is one of:"),
 #define LINK_OF(name, form, text) HELP_ITEM(form, text),
 #include "host/link/kinds.def"
-    HELP_NOTE("Exit 3: " LINK_NO_HELLO
-              ": no data, a wrong bit rate, or error frames only; the message says which.\n"
-              "While serial data arrives, the record is made from serial only; CAN frames fill its "
-              "gaps when a\n"
-              "landing ends.\n"
-              "matrig log waits for a disconnected device, and counts and reports the data lost.\n"
-              "If the campaign is locked, or the disk slow or full, a queue keeps 60 s of full "
-              "links; data beyond\n"
-              "that is counted as lost. If the campaign is moved, replaced, deleted or "
-              "overwritten, logging\n"
-              "continues in DB-saved-DATE.db in the same folder; exit 3."),
+    HELP_NOTE(
+        "Exit 3: " LINK_NO_HELLO
+        " (no data, wrong bit rate, or error frames only); the message gives the reason.\n"
+        "While serial data arrives, the record is made from serial only; when a landing ends, "
+        "gaps are filled from the CAN\n"
+        "frames.\n"
+        "matrig log waits for a disconnected device, and counts and reports the data lost.\n"
+        "If the campaign is locked, or the disk slow or full, a queue keeps 60 s of full "
+        "links; data beyond\n"
+        "that is counted as lost. If the campaign is moved, replaced, deleted or "
+        "overwritten, logging\n"
+        "continues in DB-saved-DATE.db in the same folder; exit 3."),
 };
 
 const struct command command_log = {

@@ -502,7 +502,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--push", "F.csv", push_path,
                 "readings in order; the first line names the columns with their units: test,load "
                 "(lb),force\n"
-                "(lb),displacement (in). Also N, kg, mm; see docs/howto/push-test.md"),
+                "(lb),displacement (in). N, kg and mm are possible; see docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
                  "mats under the load that moved together; k is the value of one mat"),
     OPTION_TEXT("--plot", "F", plot_path,

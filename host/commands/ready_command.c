@@ -335,15 +335,16 @@ static const struct command_part parts[] = {
                 "landing. The revision in\n"
                 "FILE is ignored"),
     HELP_NOTE("Checks readings at rest, shunt calibration and self-test in at most 20 s (the "
-              "warning lamp lights for 0.2 s). Exit 1: no-go."),
+              "warning lamp lights for 0.2 s). Exit 1:\n"
+              "no-go."),
     OPTION_FLAG("--walk", walk,
                 "walk test: trip each switch, push each transducer and pull each gage, in order. "
                 "Nothing is recorded.\n"
                 "The test ends when all have responded, after 600 s, or on Ctrl-C. Exit 1 when a "
                 "sensor does not\n"
-                "respond, or another responds in its place. A kind of sensor that gives no "
-                "response is reported as not\n"
-                "tested"),
+                "respond, or another responds in its place. If no sensor of a kind responds, that "
+                "kind is reported as\n"
+                "not tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

@@ -63,9 +63,8 @@ static const struct command_part parts[] = {
     OPTION_RUN("--run", "RUN", run, "limit the report to this landing"),
     OPTION_FLAG("--void", voided, "include the landings that were voided (matrig landing)"),
     HELP_NOTE("Print the page in the browser, or save it there as PDF."),
-    HELP_NOTE("The first page shows date, place, runway, series, gear weight, operator, purpose "
-              "and faults;\n"
-              "for a missing entry, it names the command that adds it."),
+    HELP_NOTE("The first page names the command that adds each missing entry (date, place, "
+              "operator, ...)."),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),
 };
 

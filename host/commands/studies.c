@@ -118,7 +118,7 @@ static const struct command_part study_parts[] = {
     OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
                   "weightless: the gear exerts thrust only. elastic: axle lines have weight, and "
                   "the ground deflects\n"
-                  "(key elastic). default: as in the file"),
+                  "(key elastic); default: as in the file"),
     OPTION_TEXT("--plot", "F", plot,
                 "plot movement and buckles along the runway (.svg, .png, .pdf)"),
     HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
@@ -144,11 +144,10 @@ static const struct command_part sweep_parts[] = {
     HELP_ITEM("FILE", "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs "
                       "to vary, wanted results.\n"
                       "Without an option: list its cases, one line of JSON each"),
-    OPTION_TEXT(
-        "--cases", "N..M", cases,
-        "run cases N to M (N..: to the last one) or case N, in sequence; each result is a line of "
-        "JSON. For\n"
-        "parallel runs use GNU parallel or a Slurm job array: docs/howto/sweep-on-a-cluster.md"),
+    OPTION_TEXT("--cases", "N..M", cases,
+                "run cases N to M (N..: to the last one) or case N, in sequence; each result is a "
+                "line of JSON. For\n"
+                "parallel runs see docs/howto/sweep-on-a-cluster.md"),
     OPTION_FLAG("--table", table,
                 "collect the results in the files after FILE: counts, reasons of failures, "
                 "sensitivity indices, all\n"
@@ -189,9 +188,8 @@ static const struct command_part fit_parts[] = {
                 "with 3 %"),
     OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
                  "simulated data sets per round, at least {low}; default: {standard}"),
-    OPTION_WHOLE(
-        "--seed", "N", seed, 0.0, 1e9, 1.0,
-        "seed of all random draws; default: {standard}. The same seed gives the same result"),
+    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
+                 "seed of all random draws; default: {standard}"),
     OPTION_TEXT("--plot", "F", plot, "plot the residuals (.svg, .png, .pdf)"),
     OPTION_TEXT("-o", "F.json", out_scene, "write a scene with the fitted values"),
     OPTION_FORCE(force),

@@ -774,14 +774,14 @@ static const struct command_part parts[] = {
                              "b back, n TEXT note, q quit, ?\n"
                              "help"),
     OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none|diagonal",
-                  "edges whose stations are read; default: left. diagonal (mats laid at 45 "
-                  "degrees): stations and\n"
-                  "transverse distances on all four lines, and seven lines at 45 degrees"),
+                  "edges at which stations are read; default: left. diagonal is for mats laid at "
+                  "45 degrees: stations\n"
+                  "and transverse distances on all four lines, and seven lines at 45 degrees"),
     OPTION_FLAG("--new", begin_new, "start a new survey even if the last one is unfinished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 32.5, 34.5, SURVEY_SPACING_IN,
-                     "distance between gage points with all ten joints closed; default: "
-                     "{standard}. The excess is the\n"
-                     "opening of the joints"),
+                     "distance between gage points with all ten joints closed; a reading exceeds "
+                     "it by the opening of the\n"
+                     "joints; default: {standard}"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
                      "standard error of a reading; default: {standard}"),
     OPTION_TEXT("--from", "CSV", from,
@@ -805,7 +805,7 @@ static const struct command_part parts[] = {
     OPTION_FORCE(force),
     HELP_NOTE("matrig asks again for a reading that differs from the last one by more than ten "
               "joints allow (10 x 0.036 in; a\n"
-              "station: 1 in). With --si, lengths are in millimetres."),
+              "station: 1 in)."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),

@@ -314,7 +314,7 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB",
-              "campaign database; default: the newest landing, with each channel at its peak"),
+              "campaign database; default: its newest landing, with each channel at its peak"),
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: print the full budget of this channel; default: the "
                          "combined uncertainty of all\n"
                          "channels"),
