@@ -580,7 +580,8 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
                   "largest deviation of a point from the fit, in % of the span of the known "
                   "values; default: {standard}.\n"
-                  "Above it nothing is written, and the output names the point responsible"),
+                  "If a point is above this limit, nothing is written, and the output names the "
+                  "point responsible"),
     OPTION_TEXT("--accept", "T", accept,
                 "accept a larger deviation; T is the reason, written at the top of the file"),
     OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),

@@ -301,9 +301,9 @@ static const struct command_part parts[] = {
                               "Refused from arm to done, and over\n"
                               "CAN without the maintenance jumper. A gain that differs from the "
                               "board's by more than a tenth needs\n"
-                              "--force (new serial number: transducer by half, gage by a factor of "
-                              "five). A base that another board\n"
-                              "on --can LINK uses is refused"),
+                              "--force; with a new serial number, the limit is half for a "
+                              "transducer and a factor of five for a\n"
+                              "gage. A base that another board on --can LINK uses is refused"),
     HELP_WORD("config check F", "check F without a board"),
     OPTION_TEXT("--can", "LINK", can, NULL),
     OPTION_TEXT("--serial", "LINK", serial, NULL),

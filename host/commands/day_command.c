@@ -920,7 +920,7 @@ const struct command command_day = {
     "day",
     day_command,
     "DB [--serial LINK] [--can LINK]",
-    "checklist of a test day: completed steps and next step, with the reason",
+    "checklist of a test day: completed steps and the next step, with reasons",
     COMMAND_PARTS(parts),
     {1, 1, "DB"},
 };

@@ -257,7 +257,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
                 "bus to read from a log of several buses, such as can1"),
-    OPTION_FLAG("--again", again, "import a file again"),
+    OPTION_FLAG("--again", again, "import a file that was imported before"),
     HELP_NOTE("The output reports a file as complete, truncated or malformed (line and column, "
               "exit 4); the good part is imported."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"

@@ -336,8 +336,8 @@ static const struct command_part parts[] = {
                     "stop station (+- one standard error), first warning, frames lost and "
                     "observations. Landings logged or\n"
                     "imported twice are marked. The last lines count the outcomes of the warnings, "
-                    "by survey and by\n"
-                    "transducers"),
+                    "as found by survey and\n"
+                    "by transducers"),
     HELP_ITEM("RUN", "print the summary of landing RUN again, with later notes and observations"),
     HELP_EXAMPLE("matrig show campaign.db; matrig show campaign.db 5"),
 };
