@@ -7,43 +7,43 @@
 /*        NAME              number  text (detail in brackets) */
 /* clang-format off */
 #define MR_FAULT_TABLE(X)                                                                         \
-    X(CLOCK_FALLBACK,       0, "no crystal of 8 MHz: internal oscillator, times within 1 % "     \
-      "[its MHz; 0: did not start; 255: stopped twice]")                                         \
-    X(CAN_MISSING,          5, "CAN controller did not start")                                   \
-    X(SCAN_STALL,           6, "scans stopped and were restarted")                               \
-    X(SCAN_OVERRUN,         7, "converter overrun, or lost scan [1 or 3]")                       \
-    X(BLOCK_LATE,           8, "blocks were overwritten before they were processed")             \
-    X(POLARITY,             9, "excitation had the wrong polarity for the scan")                 \
-    X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: too old after "  \
-      "a pause of the blocks; 2: camera pulses]")                                                \
-    X(CAN_PASSIVE,         11, "CAN is error passive: unplugged, or wrong bit rate [TEC]")       \
-    X(CAN_BUS_OFF,         12, "CAN went bus-off")                                               \
-    X(CAN_QUEUE_FULL,      13, "CAN frames were dropped because the queue was full")             \
-    X(SERIAL_QUEUE_FULL,   14, "serial frames were dropped because the queue was full")          \
-    X(SERIAL_BAD_FRAME,    15, "a received serial frame was refused [negative status "           \
-      "code]")                                                                                   \
-    X(CAN_SILENT,          17, "CAN is kept silent: the clock is not exact enough")              \
-    X(CAN_RX_OVERRUN,      18, "commands on CAN came faster than they could be processed")       \
-    X(WATCHDOG_RESET,      19, "the watchdog reset the board")                                   \
-    X(HARD_FAULT,          20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 " \
-      "other, 5 crystal stopped, 6 unexpected interrupt]")                                       \
-    X(REFERENCE,           21, "reference channel out of range: no displacements and tensions")  \
-    X(NO_FIT,              23, "no final speed: too few or contradictory switches [negative "    \
-      "status code]")                                                                            \
-    X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of a "           \
-      "different type [1: since start]")                                                         \
-    X(NOR_FAILED,          25, "a page or sector of the black box failed [1 program, 2 erase, "  \
-      "3 read, 4 mark, 6 runway]")                                                               \
-    X(BOX_LOST,            26, "the black box had no room for a block or a message [0 block, 1 " \
-      "message]")                                                                                \
-    X(CONFIG,              27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 both: " \
-      "the built-in configuration is active]")                                                   \
-    X(SELFTEST,            28, "a self-test failed [number, see the table of self-tests]")       \
-    X(TASK_LATE,           29, "a task of the firmware was late [number, see the table of "      \
-      "tasks]")                                                                                  \
-    X(THERMOMETER,         30, "no mat temperature [1 no answer, 2 bus stuck, 3 value out of "   \
-      "range]")                                                                                  \
-    X(CHANNEL,             31, "a channel is not valid: channel_event has the reason [channel, " \
+    X(CLOCK_FALLBACK,       0, "no crystal of 8 MHz: the board runs on the internal oscillator, " \
+      "times within 1 % [MHz of the crystal; 0: it did not start; 255: it stopped twice]")        \
+    X(CAN_MISSING,          5, "CAN controller did not start")                                    \
+    X(SCAN_STALL,           6, "scans stopped and were restarted")                                \
+    X(SCAN_OVERRUN,         7, "converter overrun, or lost scan [converter, 1 or 3]")             \
+    X(BLOCK_LATE,           8, "blocks were overwritten before they were processed")              \
+    X(POLARITY,             9, "excitation had the wrong polarity for the scan")                  \
+    X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: edges too old "   \
+      "after a pause of the blocks; 2: camera pulses]")                                           \
+    X(CAN_PASSIVE,         11, "CAN is error passive: unplugged, or wrong bit rate [transmit "    \
+      "error counter]")                                                                           \
+    X(CAN_BUS_OFF,         12, "CAN went bus-off")                                                \
+    X(CAN_QUEUE_FULL,      13, "CAN frames were dropped because the queue was full")              \
+    X(SERIAL_QUEUE_FULL,   14, "serial frames were dropped because the queue was full")           \
+    X(SERIAL_BAD_FRAME,    15, "a received serial frame was refused [status code]")               \
+    X(CAN_SILENT,          17, "the board does not send on CAN: its clock is not accurate "       \
+      "enough")                                                                                   \
+    X(CAN_RX_OVERRUN,      18, "commands on CAN came faster than they could be processed")        \
+    X(WATCHDOG_RESET,      19, "the watchdog reset the board")                                    \
+    X(HARD_FAULT,          20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 "  \
+      "other, 5 crystal stopped, 6 unexpected interrupt]")                                        \
+    X(REFERENCE,           21, "reference channel out of range: no displacements and tensions")   \
+    X(NO_FIT,              23, "no final speed: too few or contradictory switches [status "       \
+      "code]")                                                                                    \
+    X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of a "            \
+      "different type [0: at the start, 1: later]")                                               \
+    X(NOR_FAILED,          25, "the black-box memory failed [1 program, 2 erase, 3 read, 4 "      \
+      "mark a record as free, 6 store the runway, 7 store the key]")                              \
+    X(BOX_LOST,            26, "the black box had no room for a block or a message [0 block, 1 "  \
+      "message]")                                                                                 \
+    X(CONFIG,              27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 both: "  \
+      "the built-in configuration is active]")                                                    \
+    X(SELFTEST,            28, "a self-test failed [its number in common/fault.h]")               \
+    X(TASK_LATE,           29, "a task of the firmware was late [its number in common/fault.h]")  \
+    X(THERMOMETER,         30, "no mat temperature [1 no answer, 2 bus stuck, 3 value out of "    \
+      "range]")                                                                                   \
+    X(CHANNEL,             31, "a channel is not valid: see channel_event [channel, "             \
       "from 0]")
 /* clang-format on */
 
@@ -145,7 +145,7 @@ enum mr_self_test_number {
     X(UNPLUGGED, 3, "nobody acknowledges: unplugged, or no other node")  \
     X(STUCK,     4, "nothing passes")                                    \
     X(OFF,       5, "bus-off")                                           \
-    X(SILENT,    6, "silent: the clock is not exact enough")             \
+    X(SILENT,    6, "silent: the clock is not accurate enough")          \
     X(MISSING,   7, "missing")
 /* clang-format on */
 

@@ -167,11 +167,12 @@ void reference_campaign(FILE *out)
           "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
           "commands, RUN is the `id` of a landing.\n"
           "- A column with the name of a message field has the unit and the values of this field "
-          "([messages](messages.md)). The ending of a column name is the unit.\n"
+          "([messages](messages.md)). The ending of a column name states the unit.\n"
           "- Columns ending in `_us` are times in microseconds. Board times count from the first "
           "scan, "
           "host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is the "
-          "index of a millisecond of acquisition. `tick` is TIM2 at 84 MHz.\n"
+          "index of a block (one millisecond of acquisition). `tick` is a count of timer TIM2 (84 "
+          "MHz).\n"
           "- NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `boot` counts restarts "
           "of the board in the session. `idx` is the channel, from 0. `who` is a login name.\n",
           out);

@@ -22,7 +22,7 @@ void reference_configuration(FILE *out)
           "`site.mats = 420`, or `gate[3].station_ft = 12.5` in a group with several members. "
           "Members count from 1: `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` the "
           "gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig board "
-          "config check F` reports wrong lines and shows the correct form.\n",
+          "config check FILE` reports the wrong lines of a file and shows the correct form.\n",
           out);
 #define GROUP(name, count)                                                         \
     fprintf(out,                                                                   \

@@ -81,7 +81,7 @@ static void write_commands(FILE *out)
                                              [MR_LINKS_JUMPER] = "serial with the jumper",
                                              [MR_LINKS_REPLAY] = "either, after `replay`"};
     fputs("\n## Commands to the board\n\nThe message `command` carries a code. The board refuses a "
-          "command in another state of the landing or by another link. Jumper: MAINTENANCE "
+          "command in any other state of the landing and over any other link. Jumper: MAINTENANCE "
           "([pins](pins.md)).\n\n| Code | Name | Allowed for | State | Link | Effect |\n"
           "|--:|---|---|---|---|---|\n",
           out);
@@ -93,7 +93,8 @@ static void write_commands(FILE *out)
 
 static void write_faults(FILE *out)
 {
-    fputs("\n## Faults\n\nFault n sets bit n of `health.faults`. Brackets explain the detail of "
+    fputs("\n## Faults\n\nFault n sets bit n of `health.faults`. Brackets explain the field "
+          "`detail` of "
           "the message `fault`.\n\n| Fault | Meaning |\n|--:|---|\n",
           out);
 #define ROW(NAME, number, text) fprintf(out, "| %u | %s |\n", number, text);
@@ -107,13 +108,17 @@ void reference_messages(FILE *out)
     fprintf(
         out,
         "Layout version %u. A bold row begins a message: CAN identifier and serial type, name, "
-        "length if not 8 bytes, period, meaning. The rows below it are its fields.\n\n"
-        "- The board sends on CAN and serial unless stated otherwise. A board with a base adds it "
-        "to every CAN identifier ([base](../howto/configure.md#can-base)"
+        "length if not 8 bytes, period, meaning. The rows below it are the fields of the "
+        "message.\n\n"
+        "- The board sends on CAN and serial unless stated otherwise. A board with a CAN base "
+        "adds the base to every CAN identifier ([base](../howto/configure.md#can-base)"
         ").\n"
         "- Integers are little-endian. A unit with a number is the resolution of a scaled integer, "
         "which has one code for \"missing\". Reserved bytes are 0 and not listed.\n"
-        "- A block is one millisecond of acquisition; `block16` is the low 16 bits of its index.\n"
+        "- `tick` is a count of timer TIM2 (84 MHz). Status codes are the negative numbers in "
+        "`common/status.h`; an unsigned field holds the code without its sign.\n"
+        "- A block is one millisecond of acquisition; `block16` is the low 16 bits of the block "
+        "index.\n"
         "- `matrig export --format dbc` writes this table as a DBC file.\n",
         MR_LAYOUT);
     write_messages(out);

@@ -128,16 +128,17 @@ void reference_pins(FILE *out)
     const struct mr_board *board;
     const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
-    fputs("All pins float until the firmware configures them, 10 ms after a reset. A signal that "
-          "needs a level before that has a resistor outside the chip. Parts that off-the-shelf "
+    fputs("All pins float until the firmware configures them, 10 ms after a reset. Where a "
+          "signal needs a level before then, a resistor outside the chip sets it. Parts that "
+          "off-the-shelf "
           "boards have on these pins: [boards](../howto/boards.md).\n\n## Boards\n",
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         print_board(out, board, board_table_of(i));
-    fputs(
-        "\n## Signals\n\nEach cell shows the pin, the pin number of the package, and the use (in "
-        "brackets: the alternate function). `pull-up` is inside the chip.\n\n| Signal | Purpose |",
-        out);
+    fputs("\n## Signals\n\nEach cell shows the pin, the pin number of the package, and the use (in "
+          "brackets: the alternate function). `pull-up` alone means the pull-up inside the "
+          "chip.\n\n| Signal | Purpose |",
+          out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         fprintf(out, " %s, %s |", board->name, board->package);
     fputs("\n|---|---|", out);

@@ -31,7 +31,8 @@ void reference_scene(FILE *out)
         "may be text with a unit ([units](units.md)): `\"ground_damping\": \"175 N s/m\"`. `matrig "
         "sim --keys` prints this table. Equations: "
         "[host/sim/README.md](../../host/sim/README.md).\n\nThe keys `bands2` and `band2_*` "
-        "describe a second group of bands in the same way as `bands` and `band_*`.\n\n"
+        "describe a second group of bands in the same way as `bands` and `band_*`. "
+        "Default `-`: not set.\n\n"
         "| Key | Default | Meaning; unit |\n|---|---|---|\n",
         out);
     for (size_t i = 0; (key = sim_key_at(i)); i++) {

@@ -308,15 +308,15 @@ TEST(a_text_has_the_list_of_values_where_the_star_stands)
                         "bit 0 power, 1 pin, 2 software, 3 watchdog, 4 low power, 5 brown-out");
     /* that a channel is not fitted no message says */
     mr_field_text(field_of(MR_ID_CHANNEL_EVENT, "validity"), text, sizeof text);
-    assert_string_equal(text, "0 valid, 2 saturated, 3 open, 4 reference, 5 short, 6 too fast, 7 "
-                              "stuck, 8 out of range, 9 not excited");
+    assert_string_equal(text, "0 valid, 2 saturated, 3 signal lead open, 4 reference out of range, "
+                              "5 shorted, 6 too fast, 7 stuck, 8 out of range, 9 not excited");
     mr_field_text(field_of(MR_ID_RUNWAY_STORE, "copy_b"), text, sizeof text);
     assert_string_equal(text, "as copy_a, for copy B");
     mr_field_text(field_of(MR_ID_LANDING, "cause"), text, 20);
     assert_string_equal(text, "cause of the change");
     /* numbers of two digits, in their order */
     mr_field_text(field_of(MR_ID_SWITCH_EVENT, "reason"), text, sizeof text);
-    assert_non_null(strstr(text, ", 9 missing, 10 reverse, 11 slow, 12 alone"));
+    assert_non_null(strstr(text, ", 9 did not open, 10 passed backward, 11 passed"));
     /* a star of a field whose numbers have no names is a star */
     mr_field_text(&(struct mr_field_info){.text = "2 * 3"}, text, sizeof text);
     assert_string_equal(text, "2 * 3");

@@ -513,7 +513,7 @@ TEST(a_bare_board_is_not_driven_by_noise)
 
 /* --- what is pulled outside --- */
 
-/* What the pins of a board promise: "pulled up outside". */
+/* What the pins of a board promise: "external pull-up". */
 struct promise {
     unsigned port, pin;
     const char *text;
@@ -567,9 +567,9 @@ TEST(resistors_are_where_the_pins_say)
         for (size_t i = 0; i < boards[b].rows; i++) {
             const struct promise *row = &boards[b].row[i];
             uint16_t bit = (uint16_t)(1u << row->pin);
-            if (strstr(row->text, "pulled up o")) /* outside, or on the board */
+            if (strstr(row->text, "external pull-up"))
                 up[row->port] |= bit;
-            if (strstr(row->text, "pulled down outside"))
+            if (strstr(row->text, "external pull-down"))
                 down[row->port] |= bit;
         }
         assert_memory_equal(board->mcu.gpio.pulled_up, up, sizeof up);
