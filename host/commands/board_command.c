@@ -852,19 +852,20 @@ static const struct command_part parts[] = {
     HELP_ITEM("(no command)",
               "show version, commit and CRC of the firmware, and whether the image is intact; "
               "--image FILE (.elf or\n"
-              ".bin) compares it with a file. Exit 1 when it differs or is damaged"),
+              ".bin) compares it with a file. Exit 1 when the image differs or is damaged"),
     HELP_WORD("list", "list the records of the black box and its free space"),
-    HELP_WORD("read N", "read record N of the black box; --db adds missing data to its landing in "
-                        "a campaign database (same\n"
+    HELP_WORD("read N", "read record N of the black box; --db fills in the data that its landing "
+                        "lacks in a campaign (same\n"
                         "board, number and arming, or RUN; a new landing if there is none). Exit 1 "
                         "when a page cannot be read"),
     HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
     HELP_WITH(command_board_config),
-    HELP_WORD("runway",
-              "show the predictor's runway: landings, joints, origin; -o writes it to a file. load "
-              "F sends a runway\n"
-              "file to the board; forget resets the runway to unknown. Refused from arm to done.\n"
-              "  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+    HELP_WORD("runway", "show the predictor's runway: landings, joints, origin; -o writes it to a "
+                        "file. load F sends a runway\n"
+                        "file to the board; forget resets the runway to unknown. Refused from "
+                        "arming until the landing is\n"
+                        "done.\n"
+                        "  matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
     HELP_WORD("arm [LANDING]", "arm the board for landing LANDING; default: the next number. --can "
                                "works while matrig log uses the\n"
                                "interface, --serial only when no other program uses the port. Exit "

@@ -159,8 +159,9 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("FILE", "scene or study file; default: the model runway. A study file gives an "
                       "ensemble of runways, and so a\n"
-                      "spread. Without RUN: all landings in order, each on the runway as the "
-                      "preceding one left it"),
+                      "spread. Without RUN, all landings are compared in order, each on the runway "
+                      "that the preceding\n"
+                      "landing left"),
     OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
                 "compare the landings of a series (matrig landing --series); default: all"),

@@ -441,8 +441,8 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
 #define VALUES struct session
 static const struct command_part parts[] = {
     HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. A "
-                      "rate in LINK is that of the\n"
-                      "firmware"),
+                      "rate in LINK applies to the\n"
+                      "firmware, not to the boot ROM"),
     HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
     OPTION_WHOLE(
         "--baud", "N", baud, BAUD_LEAST, BAUD_MOST, ROM_BAUD,
@@ -451,11 +451,12 @@ static const struct command_part parts[] = {
                 "flash even when the board already runs this image or is of another type, or the "
                 "image has no header"),
     HELP_NOTE("A board that sends a hello within 2.5 s restarts into its boot ROM (refused from "
-              "arm to done). Otherwise start the\n"
-              "boot ROM with BOOT0 high. stm32flash programs the chip and reads every byte back; "
-              "the configuration is kept. If the\n"
-              "cable was pulled, switch the board off and on and repeat: an incomplete image "
-              "starts the boot ROM.\n"
+              "arming until the landing is done).\n"
+              "Otherwise start the boot ROM with BOOT0 high. stm32flash programs the chip and "
+              "reads every byte back; the\n"
+              "configuration is kept. If the cable was pulled, switch the board off and on and "
+              "repeat: an incomplete image starts the\n"
+              "boot ROM.\n"
               "Exit 1 when the board does not run the image afterwards."),
     HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
 };

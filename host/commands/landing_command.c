@@ -419,9 +419,9 @@ static const struct command_part parts[] = {
                 "modification, runway\n"
                 "or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "exclude the landing: report omits it with a note, and compare needs its own "
-                "--void. --unvoid includes\n"
-                "it again. Both need --reason"),
+                "exclude the landing: report omits it with a note, and compare refuses it without "
+                "--void. --unvoid\n"
+                "includes it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "record a wave, break or other observation, with --station FT, --panels N, "
                   "--height IN, --side\n"

@@ -423,9 +423,9 @@ static const struct command_part parts[] = {
                   "device that was connected,\n"
                   "0 at the start"),
     HELP_NOTE("matrig log names the board that answered, and reports within 2 s when the board "
-              "goes silent. It prints a summary after\n"
-              "each landing; if the links go silent during a landing, it summarises the data "
-              "received so far."),
+              "goes silent. A summary is printed\n"
+              "after each landing; if the links go silent during a landing, the summary covers the "
+              "data received so far."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
                  "landing.html"),
     HELP_NOTE("\n"
@@ -443,7 +443,7 @@ static const struct command_part parts[] = {
         "links; data beyond\n"
         "that is counted as lost. If the campaign is moved, replaced, deleted or "
         "overwritten, logging\n"
-        "continues in DB-saved-DATE.db in the same folder; exit 3."),
+        "continues in DB-saved-DATE.db in the same folder, and the exit code is 3."),
 };
 
 const struct command command_log = {
