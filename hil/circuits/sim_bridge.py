@@ -134,7 +134,7 @@ def figures(parts, work):
         ("gage_trim_beyond_part", beyond, "1", "share of simulated circuits that the trimmer cannot balance"),
         ("gage_trim_left_lb", deviation(left), "lb", "standard deviation of the zero after trimming to 0.01 % of the trimmer's voltage"),
         ("gage_drift_lb_k", deviation([(w - l) / 10 for w, l in zip(warm, left)]), "lb/K",
-         "standard deviation of the zero's drift from amplifier, trimmer and resistors, without the gages"),
+         "standard deviation of the zero drift caused by amplifier, trimmer and resistors, without the gages"),
         ("gage_shunt_lb", step / (nominal / 200), "lb", "nominal step of the shunt"),
         ("gage_shunt_error_rel", deviation(steps) / 40, "1", "standard deviation of the shunt step between channels, relative to 40 lb"),
         ("gage_reference_rel", with_reference, "1", "rule 1: residual error with the reference 1 % low, reading taken as ratio to the reference"),

@@ -62,6 +62,6 @@ def figures(parts, work):
         ("gage_excitation_sd_rel", deviation(ratio["2V5G"]), "1", "standard deviation of the ratio of the bridge supply to the reference, at 100 mA"),
         ("transducer_excitation_sd_rel", deviation(ratio["2V5T"]), "1", "standard deviation of the ratio of the transducer supply to the reference, at 10 mA"),
         ("gage_zero_v", mean(level["0V4"]), "V", "output at zero tension, mean"),
-        ("transducer_mid_supply_sd_v", deviation(level["MID"]), "V", "standard deviation of MID at one VDDA"),
+        ("transducer_mid_supply_sd_v", deviation(level["MID"]), "V", "standard deviation of MID at a fixed VDDA"),
         ("gage_supply_short_a", short(parts, work) / 1.0, "A", "current from the bridge supply into an excitation lead shorted by 1 Ohm"),
     ]

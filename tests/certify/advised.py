@@ -28,7 +28,7 @@ SERIES = [
 HEAD = """# Measured: advice before each landing of the 1973 series
 
 Results of `matrig advise --before RUN` (256 ensemble runs) before each landing of the series in [certification](certification.md). These are synthetic landings on the emulated board, with
-decelerations from the 1973 report. Friction and survey were configured before each landing. The plan is the speed and mean braking of the landing itself, assumed to be met within 10 %.
+decelerations from the 1973 report. Friction and survey were configured before each landing. The plan is the speed and mean braking of the landing itself, assumed to be followed within 10 %.
 `advise` does not know the modification (bands, cleats, ...), only the earlier landings. The true zone is the zone of the synthetic landing. The outcomes of 1973 are listed for comparison only,
 because the thrust, ground and mats of that time are unknown.
 
