@@ -15,7 +15,7 @@
     X(BLOCK_LATE,           8, "blocks were overwritten before they were processed")              \
     X(POLARITY,             9, "excitation had the wrong polarity for the scan")                  \
     X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: edges too old "   \
-      "after a pause of the blocks; 2: camera pulses]")                                           \
+      "after a pause of the blocks; 2: camera pulses, not edges]")                                \
     X(CAN_PASSIVE,         11, "CAN is error passive: unplugged, or wrong bit rate [transmit "    \
       "error counter]")                                                                           \
     X(CAN_BUS_OFF,         12, "CAN went bus-off")                                                \

@@ -9,30 +9,30 @@
 
 /*        name             value  exit  text */
 /* clang-format off */
-#define MR_STATUS_TABLE(X)                                                                 \
-    X(MR_OK,                 0,   0,   "ok")                                               \
-    X(MR_LIMIT,             -1,   1,   "a comparison or a limit failed")                   \
-    X(MR_USAGE,             -2,   2,   "wrong usage")                                      \
-    X(MR_IO,                -3,   3,   "input or output failed")                           \
-    X(MR_TIMEOUT,           -4,   3,   "nothing received within the time allowed")         \
-    X(MR_CLOSED,            -5,   3,   "the other side closed the link")                   \
-    X(MR_MALFORMED,         -6,   4,   "malformed input")                                  \
-    X(MR_TRUNCATED,         -7,   4,   "input ends too early")                             \
-    X(MR_CRC,               -8,   4,   "checksum does not match")                          \
-    X(MR_VERSION,           -9,   4,   "made by a different version")                      \
-    X(MR_TOO_LONG,         -10,   4,   "longer than the format allows")                    \
-    X(MR_NUMERICS,         -11,   5,   "numerics refused or failed")                       \
-    X(MR_TOO_FEW,          -12,   5,   "too few values for a result")                      \
-    X(MR_NOT_NOW,          -13,   2,   "not allowed in the present state")                 \
-    X(MR_UNKNOWN,          -14,   2,   "unknown name or number")                           \
-    X(MR_FULL,             -15,   3,   "no room left")                                     \
-    X(MR_UNMODELLED,       -16,   3,   "the emulated board does not model this")           \
-    X(MR_HALTED,           -17,   3,   "the processor has halted")                         \
-    X(MR_WAIT,             -18,   3,   "not ready yet: try again later")                   \
-    X(MR_CABLE,            -19,   2,   "only over serial, or with the maintenance jumper") \
-    X(MR_JUMPER,           -20,   2,   "only over serial, with the maintenance jumper")    \
-    X(MR_REPLAY,           -21,   2,   "accepted only in a replay")                        \
-    X(MR_PROOF,            -22,   2,   "it needs the board's key")                         \
+#define MR_STATUS_TABLE(X)                                                                       \
+    X(MR_OK,                 0,   0,   "ok")                                                     \
+    X(MR_LIMIT,             -1,   1,   "a comparison or a limit failed")                         \
+    X(MR_USAGE,             -2,   2,   "wrong usage")                                            \
+    X(MR_IO,                -3,   3,   "input or output failed")                                 \
+    X(MR_TIMEOUT,           -4,   3,   "nothing received within the time allowed")               \
+    X(MR_CLOSED,            -5,   3,   "the other side closed the link")                         \
+    X(MR_MALFORMED,         -6,   4,   "malformed input")                                        \
+    X(MR_TRUNCATED,         -7,   4,   "input ends too early")                                   \
+    X(MR_CRC,               -8,   4,   "checksum does not match")                                \
+    X(MR_VERSION,           -9,   4,   "made by a different version")                            \
+    X(MR_TOO_LONG,         -10,   4,   "longer than the format allows")                          \
+    X(MR_NUMERICS,         -11,   5,   "numerics refused or failed")                             \
+    X(MR_TOO_FEW,          -12,   5,   "too few values for a result")                            \
+    X(MR_NOT_NOW,          -13,   2,   "not allowed in the present state")                       \
+    X(MR_UNKNOWN,          -14,   2,   "unknown name or number")                                 \
+    X(MR_FULL,             -15,   3,   "no room left")                                           \
+    X(MR_UNMODELLED,       -16,   3,   "the emulated board does not model this")                 \
+    X(MR_HALTED,           -17,   3,   "the processor has halted")                               \
+    X(MR_WAIT,             -18,   3,   "not ready yet: try again later")                         \
+    X(MR_CABLE,            -19,   2,   "only over serial, or over CAN with the maintenance jumper")\
+    X(MR_JUMPER,           -20,   2,   "only over serial and with the maintenance jumper")       \
+    X(MR_REPLAY,           -21,   2,   "accepted only in a replay")                              \
+    X(MR_PROOF,            -22,   2,   "the command needs the board's key")                      \
     X(MR_LOCKOUT,          -23,   2,   "too many wrong proofs on this link: wait a second")
 /* clang-format on */
 

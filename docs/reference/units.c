@@ -24,12 +24,13 @@ void reference_units(FILE *out)
     reference_head(out, "Units", "the tables of units in `host/base/quantity.c`");
     fputs(
         "A number in an option, in typed input or in a table of readings may have a unit, with or "
-        "without a blank: `15mm`, `15 mm`. In a JSON file such a number is text: `\"15 mm\"`. The "
-        "unit of a number without a unit is given by the help of the option, the name of the key "
-        "or the column head.\n\n"
+        "without a blank: `15mm`, `15 mm`. In a JSON file such a number is text: `\"15 mm\"`. If "
+        "a number has no unit, the help of the option, the name of the key or the column head "
+        "states it.\n\n"
         "- Any unit of the right kind is accepted. A unit of a different kind is an error: `3 lb` "
         "is not a length.\n"
-        "- Units combine: `kip/in`, `kN/mm`, `lb s/in`. A power is a digit: `mm2`, `m/s2`.\n"
+        "- Units combine: `kip/in`, `kN/mm`, `lb s/in`. A power is written as a digit: `mm2`, "
+        "`m/s2`.\n"
         "- `lb` is a force, 4.4482216152605 N. Where a force is expected, `kg` is the weight of "
         "that "
         "mass at 9.80665 m/s2.\n"
@@ -42,5 +43,5 @@ void reference_units(FILE *out)
         out);
     for (size_t i = 0; (kind = quantity_kind_at(i)); i++)
         write_kind(out, kind);
-    fputs("\nmatrig prints ft, in, lb and s; with `--si` m, mm, N and s.\n", out);
+    fputs("\nmatrig prints ft, in, lb and s; with `--si`, it prints m, mm, N and s.\n", out);
 }

@@ -43,7 +43,7 @@ the_same_again_changes_nothing() { # and the CRC that the file has is the board'
 over_can_too() {
     sed 's/^\(site\.touchdown_ft = \).*/\14.25/' "$tmp/back.cfg" >"$tmp/third.cfg"
     can set "$tmp/third.cfg" 2>"$tmp/refused"
-    [ $? = 2 ] && grep 'the board refuses .config-apply.: .*only over serial, or with the maintenance jumper' "$tmp/refused" || return 1
+    [ $? = 2 ] && grep 'the board refuses .config-apply.: .*only over serial, or over CAN with the maintenance jumper' "$tmp/refused" || return 1
     with_board --jumper --can "unix:$sockets/can" -- $matrig --json board --can "unix:$sockets/can" config set "$tmp/third.cfg" >"$tmp/set.json" || return 1
     cat "$tmp/set.json"
     [ "$(python3 -c 'import json,sys; d=json.load(open(sys.argv[1])); print(d["revision"], [c["field"] for c in d["changes"]])' "$tmp/set.json")" = "2 ['site.touchdown_ft']" ]

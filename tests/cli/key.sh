@@ -163,7 +163,7 @@ check "a board without a key says that its bus is open" says "open bus"
 
 refused_without_jumper() {
     by_serial -- $matrig board --serial "$serial" key new 2>"$tmp/err"
-    [ $? = 2 ] && cat "$tmp/err" && grep -q 'refuses `key-set`: .*; only over serial, with the maintenance jumper' "$tmp/err"
+    [ $? = 2 ] && cat "$tmp/err" && grep -q 'refuses `key-set`: .*; only over serial and with the maintenance jumper' "$tmp/err"
 }
 check "a key is set with the maintenance jumper alone" refused_without_jumper
 check "... and nothing is left of it" test "$(keys)" = 0
@@ -230,7 +230,7 @@ s = socket.socket(socket.AF_UNIX)
 s.connect(sys.argv[1])
 s.sendall(struct.pack("<IB3x8s", 0x400, 8, bytes([3, 0, 7, 0, 0, 0, 0, 0])))
 P
-check "another program's order is refused, and the log says why" said "another program ordered \"disarm\"; the board refused it: it needs the board's key"
+check "another program's order is refused, and the log says why" said "another program ordered \"disarm\"; the board refused it: the command needs the board's key"
 echo disarm >&8
 said 'disarm\?' && echo yes >&8
 check "the log disarms" said 'matrig: disarmed'
@@ -239,7 +239,7 @@ wait $log
 exec 8>&-
 off
 $matrig show "$work/x.db" 1 >"$tmp/show"
-check "who ordered what is in the campaign" grep -q "disarm by another program at .* s: refused, it needs the board's key" "$tmp/show"
+check "who ordered what is in the campaign" grep -q "disarm by another program at .* s: refused, the command needs the board's key" "$tmp/show"
 check "the landing replays, proofs or not" $matrig replay "$work/x.db" 1
 check "the report says that a key was set" bash -c "$matrig report '$work/x.db' -o '$work/x.html' && grep -q 'a key is set' '$work/x.html'"
 

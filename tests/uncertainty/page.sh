@@ -22,7 +22,7 @@ $(of --without certificate | rows 'without certificate')
 $(of --without temperature | rows 'without temperature')
 
 - Expanded holds: share of draws with an error inside the 95 % interval. Wilson: interval for the true share.
-- Stated holds: share of draws with an error below 1.96 times the stated error of a reading. It is low because the stated error leaves out certificate and temperature.
+- Stated holds: share of draws with an error below 1.96 times the stated error of a reading. This share is low because the stated error leaves out certificate and temperature.
 - The rows without certificate and without temperature show that the test can fail. The stated drift of a gage includes its temperature error.
 
 Contributions to the combined uncertainty, rms of $draws draws, and the true error:
@@ -35,7 +35,7 @@ Each draw is one transducer and one gage on a separate board. Its reference, sup
 circuits (\`hil/circuits/figures.def\`). The nonlinearity of the sensor is as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard has a standard uncertainty of
 0.4 % (transducer) or 0.2 % (gage), so the certificate states 0.8 % and 0.4 % with k = 2.
 
-The calibration goes up and down through ten known values, each set by hand to 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature then changes by up to 10 K, and one
+The calibration goes up and down through ten known values, each set by hand to within 0.001 in or 0.05 lb; \`matrig calibrate\` fits a straight line. The temperature then changes by up to 10 K, and one
 reading is taken: a movement of 0.3 to 2.5 in, or a tension of 50 to 350 lb. The error is the reading minus the truth. The [budget](../explanation/errors.md#two-numbers-for-one-reading) uses the
 calibration, the certificate and the 10 K, but not the drawn values. It counts the residual of the straight line at both ends of a movement, because a movement is the difference of two readings.
 
