@@ -163,7 +163,7 @@ def figures(parts, work):
         ("staircase_kick_rel", kick(work, "staircase", part, "STAIRCASE", around), "1",
          "share of the previous channel's voltage that remains in a reading"),
         ("edge_delay_us", sum(delays) / len(delays) if delays else math.nan, "us", "mean time from the opening of the contact to the edge"),
-        ("edge_delay_spread_us", (max(delays) - min(delays)) / 2 if delays else math.nan, "us", "half range of the edge delay over the tolerances"),
+        ("edge_delay_spread_us", (max(delays) - min(delays)) / 2 if delays else math.nan, "us", "half the range of the edge delay over all tolerances"),
         ("one_shot_least_us", min(widths, default=math.nan), "us", f"minimum width of the edge pulse, {ONE_SHOTS} simulated circuits"),
         ("one_shot_most_us", max(widths, default=math.nan), "us", "maximum width of the edge pulse, 60 simulated circuits"),
     ]
