@@ -123,7 +123,7 @@ ASSUMED = [
      "stated zero error, before trimming"),
     ("gage_trim_left_lb", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = [\d.]+f, \.zero_error = ([\d.]+)", 1, "below", "stated zero error, after trimming"),
     ("gage_gain_sd_rel", "firmware/config.c", r"BRIDGE_ERRORS[\s\\]+\.gain_error = ([\d.]+)", 1, "below", "stated gain error"),
-    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "stated drift per kelvin, for 5 K per hour"),
+    ("gage_drift_lb_k", "firmware/config.c", r"BRIDGE_ERRORS.*[\s\\]+\.gain_error.*drift_error_per_h = ([\d.]+)", 0.2, "below", "stated drift per hour, divided by 5 K per hour"),
     ("gage_shunt_lb", "hil/rig/rig.h", r"HIL_RIG_SHUNT_LB +([\d.]+)", 1, 0.01, "emulated shunt"),
     ("gage_shunt_lb", "firmware/config.c", r"\.shunt_lb = ([\d.]+)", 1, 0.01, "shunt in the firmware"),
     ("staircase_settle_us", "hil/rig/rig.c", r"STAIRCASE_TAU_S +([\d.e-]+)", 1e6, 0.05, "time constant of the emulated staircase"),
