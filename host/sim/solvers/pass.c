@@ -8,6 +8,7 @@
 #include "host/base/xmalloc.h"
 
 #define FOLDED_DEG      85.0
+#define STEP_DEG        30.0 /* a mat that turns by more in a given step is thrown by the step */
 #define FOUND_MAX       64
 #define ROOT_STEPS      100
 #define INSIDE          6
@@ -42,6 +43,7 @@ struct pass {
     struct model_switch flipped; /* last */
     double flipped_s;
     double awake_s;
+    double angle_deg; /* largest, after the last step */
 };
 
 /* No progress. */
@@ -443,7 +445,10 @@ static bool one_step(struct pass *p, double limit_s)
     if (!isfinite(angle) || !isfinite(s->z[m->size + 2 * mat - 1]) || !isfinite(s->z[2 * mat - 1]))
         return fail(p, SIM_UNSTABLE, liveliest(m, s->z, &speed), s->t_s);
     if (angle > FOLDED_DEG)
-        return fail(p, SIM_FOLDED, mat, s->t_s);
+        return fail(p,
+                    s->kind->fixed && angle - p->angle_deg > STEP_DEG ? SIM_UNSTABLE : SIM_FOLDED,
+                    mat, s->t_s);
+    p->angle_deg = angle;
     return true;
 }
 
