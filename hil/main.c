@@ -219,14 +219,18 @@ static const struct option {
         "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",
             "parity at the far end of the serial line: none, even, odd or board (as the board);\n"
-            "default: none; pty: board"),
-    OF_NUMBER("--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
-              "bit rate at the far end of the serial line; default: 2000000; pty: as set there"),
+            "default: none; with pty:, board"),
+    OF_NUMBER(
+        "--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
+        "bit rate at the far end of the serial line; default: 2000000; with pty:, as set at the\n"
+        "terminal"),
     OF_TEXT("--rig", "RUNFILE", rig, "matrig-run file that moves the rig; default: nothing moves"),
     OF_TEXT("--replay", "FILE", replay,
             "recorded landing instead of a rig: a matrig-replay file, as matrig replay writes it"),
-    OF_WORD("--speed", "S", speed, "max|real",
-            "max: full speed, waits for a slow host; real: real time, drops data; default: max"),
+    OF_WORD(
+        "--speed", "S", speed, "max|real",
+        "max: as fast as possible, waits for a slow host; real: real time, drops data that a slow\n"
+        "host does not read; default: max"),
     OF_OWN("--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
            "film camera: triggered by PE2, gives a pulse per frame on PB3 after DELAY_MS (default: "
            "0)"),
@@ -243,9 +247,9 @@ static const struct option {
     OF_NUMBER("--hse", "HZ", UNSIGNED, options.hse_hz, 0, 26e6,
               "crystal frequency; 0: the crystal does not start; default: 8000000"),
     OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
-              "error of the internal oscillator; default: 0"),
+              "error of the internal oscillator in ppm; default: 0"),
     OF_NUMBER("--cpi", "X", REAL, options.cpi, 1, 16,
-              "virtual cycles per instruction, 1 to 16: wait states and bus together; default: 1"),
+              "virtual cycles per instruction, 1 to 16, including wait states and bus; default: 1"),
     OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
               "frequency of the watchdog clock, 17000 to 47000; default: 32000"),
     OF_TEXT("--flash", "FILE", flash,
@@ -269,9 +273,10 @@ static const struct option {
             "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
     OF_FLAG("--alignment", options.watch_alignment,
             "fault on unaligned multiple and double transfers, as the hardware does; slower"),
-    OF_OWN("--rules", "R", parse_rules,
-           "on a violated timing or electrical rule at the pins: stop, count, count:NAME,...\n"
-           "(only these rules) or off; default: stop"),
+    OF_OWN(
+        "--rules", "R", parse_rules,
+        "action on a violated timing or electrical rule at the pins: stop, count, count:NAME,...\n"
+        "(only these rules) or off; default: stop"),
     OF_TEXT("--margins", "FILE", margins,
             "write for each rule the number of checks, the smallest margin and its place"),
     OF_FLAG("--trace", trace, "report exceptions and unusual events on stderr"),
@@ -287,10 +292,10 @@ static const struct option {
     OF_TEXT("--profile", "FILE", profile, "number of instructions by function"),
     OF_NUMBER("--stall", "S", REAL, stall_s, 0.001, 86400,
               "end when a host does not read for S seconds; default: 30"),
-    OF_NUMBER("--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
-              "end after S seconds of wall clock; default: 600 more than the run's length; none "
-              "for a run\n"
-              "without end or with --gdb"),
+    OF_NUMBER(
+        "--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
+        "end after S seconds of wall clock; default: the run's length plus 600; no limit for a\n"
+        "run without end or with --gdb"),
 #undef AT
 };
 
@@ -314,10 +319,11 @@ static void print_help(void)
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
         print_item(options[i].name, options[i].value, options[i].help);
     print_item("--version", "", "print the version and exit");
-    puts("Virtual time starts when a host has connected to each unix: link, and gdb with --gdb, "
-         "within 30 s.\n"
-         "At full speed it pauses, for at most 30 s, until a program has kept the pty: link open "
-         "for 50 ms.\n"
+    puts("Virtual time starts when a host has connected to each unix: link, and gdb with --gdb; "
+         "the\n"
+         "board waits at most 30 s for them. With --speed max, virtual time also pauses, for at "
+         "most\n"
+         "30 s, until a program has kept the pty: link open for 50 ms.\n"
          "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.");
 }
 

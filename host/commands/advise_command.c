@@ -178,13 +178,14 @@ static const struct command_part parts[] = {
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.share, NULL, 0.3, 2.0, NOT_GIVEN,
-                  "thrust on the strip / (axle weight x a/g), measured to 3 %; default: uniform "
-                  "from 0.7 to 1.3, updated\n"
-                  "with the landings"),
-    OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
-                  "advise against the landing at this probability of a zone, in %, or above; "
-                  "default: {standard} (a\n"
-                  "missed zone costs four times a needlessly gentle landing)"),
+                  "thrust on the strip / (axle weight x a/g), if measured within 3 %; default: "
+                  "unknown (uniform from\n"
+                  "0.7 to 1.3, updated from the recorded landings)"),
+    OPTION_NUMBER(
+        "--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_LIMIT,
+        "advise against the landing at this probability of a zone, in %, or above; default: "
+        "{standard}\n"
+        "(assumes that a missed zone costs four times as much as a needlessly gentle landing)"),
     OPTION_WHOLE("--members", "N", advise.members, (double)ADVISE_LEAST, (double)ADVISE_MOST,
                  (double)ADVISE_USUAL,
                  "members of the ensemble, {low} to {high}; default: {standard}"),

@@ -325,18 +325,20 @@ static const struct command_part parts[] = {
                             "deceleration (ft/s2), bands, width and thickness (in) or area (in2), "
                             "yield, modulus (psi), mat (lb),\n"
                             "friction, held (mats that act against a connection), every (rows from "
-                            "rivet to rivet), row (ft), gear\n"
-                            "(ft, width of influence), length (ft between springs; default: the "
-                            "longest), spring (lb/ft), at (0 to\n"
-                            "1, position of dT), tension (lb, T0)"),
+                            "rivet to rivet), row (ft,\n"
+                            "length of a mat), gear (ft, width of influence of the gear), length "
+                            "(ft between springs; default:\n"
+                            "the longest possible), spring (lb/ft), at (0 to 1, where the braking "
+                            "force acts along the length),\n"
+                            "tension (lb, T0)"),
     HELP_ITEM("UNIT", "unit of the input: lb kip N kN kgf kg (the weight of that mass), ft in m "
                       "mm, ft/s mph m/s, ft/s2 g\n"
                       "m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm, in2 ft2 mm2"),
-    HELP_NOTE(
-        "Exit 1 when the theory predicts a loose or yielding band. The theory leaves out the "
-        "impacts when the\n"
-        "force passes from rivet to rivet: simulate the band before building it (matrig sim,\n"
-        "host/scenes/model_runway_bands.json)."),
+    HELP_NOTE("Exit 1 when the theory predicts a loose or yielding band. The theory omits the "
+              "impacts that occur\n"
+              "when the force passes from one rivet to the next, so simulate the band before "
+              "building it (matrig\n"
+              "sim, host/scenes/model_runway_bands.json)."),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in "
                  "thickness=0.375in yield=50ksi"),

@@ -854,10 +854,11 @@ static const struct command_part parts[] = {
               "--image FILE (.elf or\n"
               ".bin) compares it with a file. Exit 1 when the image differs or is damaged"),
     HELP_WORD("list", "list the records of the black box and its free space"),
-    HELP_WORD("read N", "read record N of the black box; --db fills in the data that its landing "
-                        "lacks in a campaign (same\n"
-                        "board, number and arming, or RUN; a new landing if there is none). Exit 1 "
-                        "when a page cannot be read"),
+    HELP_WORD("read N", "read record N of the black box. With --db DB, data of record N that the "
+                        "campaign lacks is added to\n"
+                        "the landing with the same board, number and arming, or to landing RUN; if "
+                        "there is no such landing,\n"
+                        "one is created. Exit 1 when a page cannot be read"),
     HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
     HELP_WITH(command_board_config),
     HELP_WORD("runway", "show the predictor's runway: landings, joints, origin; -o writes it to a "
@@ -873,14 +874,15 @@ static const struct command_part parts[] = {
                                "Exit 3: not ready (try again), or no answer within 3 s.\n"
                                "  matrig board --can can:can0 arm 7"),
     HELP_WORD("disarm", "return to idle, also during a recording"),
-    HELP_WORD("zero [1|2]", "measure the zeros of all channels, the transducers (1) or the gages "
-                            "(2), as a mean over 0.25 s; valid\n"
-                            "until reset. Exit 1, without new zeros, when a channel moves, is not "
-                            "valid, or is a gage under\n"
-                            "tension"),
-    HELP_WORD("shunt", "shunt calibration of the gages (1 s); exit 1 when a result is not good. "
-                       "matrig log on CAN stores it:\n"
-                       "the calibrations before and after a landing give the drift"),
+    HELP_WORD("zero [1|2]", "measure the zeros of all channels, of the transducers (1) or of the "
+                            "gages (2), each as a mean over\n"
+                            "0.25 s. The zeros are valid until a reset. Exit 1, and no new zeros, "
+                            "when a reading moves or is not\n"
+                            "valid, or a gage is under tension"),
+    HELP_WORD("shunt",
+              "shunt calibration of the gages (1 s); exit 1 when a result is not good. A running "
+              "matrig log on CAN\n"
+              "stores the result: the calibrations before and after a landing show the drift"),
     HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
                                "shunt, survey, runway, chart). The\n"
                                "maintenance jumper must be fitted. The key is stored for this "

@@ -559,7 +559,8 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
     OPTION_TEXT("--serial", "LINK", serial,
-                "calibrate on the board, which must be idle, with one known value after another"),
+                "calibrate on the board, which must be idle: matrig asks for one known value after "
+                "another"),
     OPTION_TEXT("--points", "F", points,
                 "calibrate from a file of VALUE,CODE rows, for the configuration of --config "
                 "(matrig board config\n"
@@ -580,27 +581,29 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, MISS_PERCENT,
                   "largest deviation of a point from the fit, in % of the span of the known "
                   "values; default: {standard}.\n"
-                  "If a point is above this limit, nothing is written, and the output names the "
-                  "point responsible"),
+                  "If a point deviates more, nothing is written, and the output names the point "
+                  "that is probably wrong"),
     OPTION_TEXT("--accept", "T", accept,
                 "accept a larger deviation; T is the reason, written at the top of the file"),
     OPTION_TEXT("--db", "DB", db, "campaign that stores the certificate"),
-    OPTION_TEXT(
-        "--certificate", "C", certificate,
-        "store the sensor's calibration certificate in the campaign of --db:\n"
-        "  'number=2026-4711, laboratory=L, calibrated=2026-03-02, due=2027-03-01, "
-        "uncertainty=0.4%, coverage=2'\n"
-        "The uncertainty is expanded, in inches or pounds, with a unit (0.05mm), or a share of the "
-        "reading\n"
-        "(0.4%); due may be never. The newest certificate applies; after its due date matrig ready "
-        "reports\n"
-        "no-go. --sensor S is the serial number, which ready compares with the configuration"),
+    OPTION_TEXT("--certificate", "C", certificate,
+                "store the sensor's calibration certificate in the campaign of --db:\n"
+                "  'number=2026-4711, laboratory=L, calibrated=2026-03-02, due=2027-03-01, "
+                "uncertainty=0.4%, coverage=2'\n"
+                "The uncertainty is the expanded uncertainty: in inches or pounds, in another unit "
+                "(0.05mm), or as a\n"
+                "share of the reading (0.4%). due=never is allowed. The newest certificate "
+                "applies; after its due\n"
+                "date matrig ready reports no-go. --sensor S is the serial number, which ready "
+                "compares with the\n"
+                "configuration"),
     OPTION_TEXT("--recompute", "C", recompute,
                 "apply the calibration of configuration C to recorded landings of DB (all, a "
-                "series, or one). Readings\n"
-                "are recomputed from the stored integers; the old values are kept (table "
-                "recalibrations). Zeros of\n"
-                "gages stay as measured without --zeros"),
+                "series, or one).\n"
+                "Readings are recomputed from the stored integers; the old values are kept (table "
+                "recalibrations).\n"
+                "Without --zeros, the zeros of the gages stay as measured; with --zeros, they are "
+                "those of C"),
     OPTION_FORCE(force),
     HELP_NOTE("Results are in inches and pounds, also with --si."),
     HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),

@@ -158,15 +158,18 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("FILE", "scene or study file; default: the model runway. A study file gives an "
-                      "ensemble of runways, and so a\n"
-                      "spread. Without RUN, all landings are compared in order, each on the runway "
-                      "that the preceding\n"
-                      "landing left"),
+                      "ensemble of runways, so the\n"
+                      "result includes a spread. Without RUN, all landings are compared in order, "
+                      "each on the runway that\n"
+                      "the preceding landing left"),
     OPTION_TEXT("--scene", "S", scene, "same as FILE"),
     OPTION_TEXT("--series", "NAME", series,
-                "compare the landings of a series (matrig landing --series); default: all"),
+                "compare only the landings of this series (matrig landing --series); default: all "
+                "landings"),
     OPTION_TEXT("--limits", "F", limits_path,
-                "file of limits for values of the JSON result, by path; exit 1 when one fails:\n"
+                "file of limits for values of the JSON result, named by path: the largest "
+                "magnitude allowed; for\n"
+                "share and within, the smallest value allowed. Exit 1 when a limit is violated:\n"
                 "  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n"
                 "   \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
@@ -178,7 +181,8 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),
     OPTION_FLAG("--void", voided, "include a voided landing (matrig landing)"),
     HELP_NOTE("The result states whether measurement and simulation agree, and which value differs "
-              "most. Exit 1 when a limit fails."),
+              "most. Exit 1 when a limit is\n"
+              "violated."),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };

@@ -304,9 +304,10 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file, without DB RUN"),
     HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
-    HELP_ITEM("--format candump", "the CAN frames in the format of `candump -L`, with the time of "
-                                  "day by the board's clock; if that is\n"
-                                  "not known, board time plus 1000000000 s (a date in 2001)"),
+    HELP_ITEM("--format candump",
+              "the CAN frames in the format of `candump -L`. Times are times of day computed from "
+              "the board's\n"
+              "clock; if no time of day is known, board time plus 1000000000 s (a date in 2001)"),
     HELP_ITEM("--format frames",
               "one row per frame of the camera: time, position of the gear and its error"),
     HELP_ITEM("--format mdf4", "ASAM MDF 4.10: readings and gear at 1 kHz with units and "

@@ -222,12 +222,12 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
     HELP_ITEM("FILE", "a candump -L log of a matrig board; the landings on that board's bus are "
                       "imported as if logged live.\n"
-                      "With --map: a file of another instrument"),
+                      "With --map, FILE is a file of a different instrument"),
     OPTION_TEXT(
         "--map", "M.json", map,
-        "import a table of another instrument (CSV), or its frames in a candump log, as a landing. "
-        "M names its\n"
-        "columns:\n"
+        "import as a landing: a table of a different instrument (CSV), or the frames of that "
+        "instrument in a\n"
+        "candump log. M names the columns:\n"
         "  {\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", "
         "\"missing\": [\"---\"],\n"
         "   \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
@@ -247,13 +247,13 @@ static const struct command_part parts[] = {
         "Optional: touchdown_ft, switch_error_ft, note, gap_s (a longer gap is missing data; "
         "default: 1.5\n"
         "times the usual step), last_line_open (true: the last line needs no newline). For frames, "
-        "instead of\n"
-        "column:\n"
+        "replace\n"
+        "column by:\n"
         "  \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
     OPTION_RUN("--like", "RUN", readings.like,
-               "the readings belong to the same landing as RUN: its gear, switches, survey and "
-               "stations are copied,\n"
-               "and time 0 is its touchdown unless align names an edge"),
+               "the readings belong to the same landing as RUN: gear, switches, survey and "
+               "stations of RUN are\n"
+               "copied, and time 0 is the touchdown of RUN unless align names an edge"),
     OPTION_TEXT("--base", "B", base, "CAN base of the board (0x190); default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
                 "bus to read from a log of several buses, such as can1"),

@@ -411,9 +411,10 @@ static const struct command_part parts[] = {
                 "matrig live --help"),
     OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
     OPTION_FLAG("--commands", commands,
-                "accept arm [N] and disarm on standard input, one per line (without this option, "
-                "only from a\n"
-                "terminal). Before arming, matrig asks; the next line must be yes"),
+                "accept arm [N] and disarm, one per line, when standard input is not a terminal "
+                "(from a terminal,\n"
+                "they are always accepted). After arm, matrig asks for confirmation: the next line "
+                "must be yes"),
     OPTION_FLAG("--all", all, "print the full summary of each landing; default: its main lines"),
     OPTION_TEXT(
         "--page", "F.html", page,
@@ -422,10 +423,10 @@ static const struct command_part parts[] = {
                   "wait S seconds for a device that is unplugged or down; default: 3600 for a "
                   "device that was connected,\n"
                   "0 at the start"),
-    HELP_NOTE("matrig log names the board that answered, and reports within 2 s when the board "
-              "goes silent. A summary is printed\n"
-              "after each landing; if the links go silent during a landing, the summary covers the "
-              "data received so far."),
+    HELP_NOTE("matrig log names the board that answered. If the board goes silent, matrig log "
+              "reports this within 2 s. A summary is\n"
+              "printed after each landing; if the links go silent during a landing, the summary "
+              "covers the data received so far."),
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page "
                  "landing.html"),
     HELP_NOTE("\n"

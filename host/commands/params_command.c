@@ -504,7 +504,7 @@ static const struct command_part parts[] = {
                 "(lb),force\n"
                 "(lb),displacement (in). N, kg and mm are possible; see docs/howto/push-test.md"),
     OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MOST, 0,
-                 "mats under the load that moved together; k is the value of one mat"),
+                 "number of mats under the load that moved together; k is given per mat"),
     OPTION_TEXT("--plot", "F", plot_path,
                 "plot each test with the elastic and the rigid fit (.svg, .png, .pdf)"),
     OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,

@@ -342,9 +342,9 @@ static const struct command_part parts[] = {
                 "Nothing is recorded.\n"
                 "The test ends when all have responded, after 600 s, or on Ctrl-C. Exit 1 when a "
                 "sensor does not\n"
-                "respond, or another responds in its place. If no sensor of a kind responds, that "
-                "kind is reported as\n"
-                "not tested"),
+                "respond, or a different sensor responds in its place. If no sensor of a kind "
+                "responds, that kind is\n"
+                "reported as not tested"),
     HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
 };
 

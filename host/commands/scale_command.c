@@ -405,10 +405,12 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("NAME=VALUE",
               "a quantity, by name or symbol; without any argument, all ratios are listed"),
-    HELP_ITEM("SCENE",
-              "scene file, JSON: every key is scaled, and defaults that scale are written out"),
-    HELP_ITEM("STUDY", "study file (with landings): runway, aircraft, landings, modifications and "
-                       "the scene inside are scaled"),
+    HELP_ITEM("SCENE", "scene file, JSON: every key is scaled. Keys left at a default that depends "
+                       "on the scale are written\n"
+                       "out with the scaled value"),
+    HELP_ITEM(
+        "STUDY",
+        "study file, JSON: its runway, aircraft, landings, modifications and scene are scaled"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
                   "convert to prototype (from model values) or to model; default: prototype"),
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,

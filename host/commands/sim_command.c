@@ -165,7 +165,7 @@ static const struct command_part parts[] = {
                 "solver; default: auto, which chooses one and states the reason. Planar models: "
                 "event, implicit,\n"
                 "cvode, rk4, rkgs, hamming, moreau. Chain: event, staggered. A second run checks "
-                "each answer"),
+                "each result"),
     OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
                   "tolerance of the solver; for the chain, the largest error estimate as a share "
                   "of the largest movement"),
@@ -174,8 +174,9 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--csv", "F.csv", csv_path,
                 "write displacement and left-end height over time, for the mats in the scene key "
                 "u_mats (default: all)"),
-    OPTION_NUMBER("--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
-                  "stop after S seconds of computing, as Ctrl-C does; default: no limit"),
+    OPTION_NUMBER(
+        "--limit", "S", options.limit_s, "s", 1e-3, 1e7, 0.0,
+        "stop after S seconds and print the results so far, as on Ctrl-C; default: no limit"),
     HELP_NOTE("A long run prints its progress every 30 s. Ctrl-C stops it and prints the results "
               "so far (status interrupted, exit 5)."),
     HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),

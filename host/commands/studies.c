@@ -91,8 +91,9 @@ static const struct command_part error_parts[] = {
                 "plot error against run time (.svg, .png, .pdf). Errors are in ft, also with --si"),
     HELP_NOTE("\n"
               "Every solver of the scene's model runs at several tolerances or steps. The "
-              "reference is a solution on which two\n"
-              "different methods agree; if none agree, there is no table (exit 5)."),
+              "reference is a solution\n"
+              "on which two different methods agree. If no two methods agree, there is no table "
+              "(exit 5)."),
     HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
 };
 
@@ -114,7 +115,8 @@ static const struct command_part study_parts[] = {
         "FILE",
         "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "number of seeds, from the file's first one on; default: the number in the file"),
+                 "number of seeds, starting with the first seed of the file; default: the number "
+                 "in the file"),
     OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
                   "weightless: the gear exerts thrust only. elastic: axle lines have weight, and "
                   "the ground deflects\n"
@@ -142,19 +144,19 @@ const struct command command_study = {
 #define VALUES struct sweep_request
 static const struct command_part sweep_parts[] = {
     HELP_ITEM("FILE", "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs "
-                      "to vary, wanted results.\n"
-                      "Without an option: list its cases, one line of JSON each"),
+                      "to vary, outputs. Without\n"
+                      "an option, the cases of the sweep are listed, one line of JSON each"),
     OPTION_TEXT("--cases", "N..M", cases,
-                "run cases N to M (N..: to the last one) or case N, in sequence; each result is a "
-                "line of JSON. For\n"
-                "parallel runs see docs/howto/sweep-on-a-cluster.md"),
+                "run cases N to M, one after the other; N.. runs case N to the last case, N only "
+                "case N. Each result\n"
+                "is a line of JSON. For parallel runs see docs/howto/sweep-on-a-cluster.md"),
     OPTION_FLAG("--table", table,
-                "collect the results in the files after FILE: counts, reasons of failures, "
-                "sensitivity indices, all\n"
-                "cases. Exit 1 when cases are missing"),
+                "summarize the result files R.jsonl...: counts, reasons for failures, sensitivity "
+                "indices, all cases.\n"
+                "Exit 1 when cases are missing"),
     OPTION_TEXT("-o", "F", output,
-                "file for the results of --cases, or for the cases of --table as CSV"),
-    HELP_NOTE("A failed case has a result line too, which states the reason."),
+                "file to write: the results of --cases, or the cases of --table as CSV"),
+    HELP_NOTE("A failed case also has a result line, with the reason for the failure."),
     HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json --cases 1..35 -o r.jsonl\n"
                  "matrig sweep host/sweep/examples/threshold.json --table r.jsonl -o table.csv"),
 };
@@ -182,10 +184,11 @@ static const struct command_part fit_parts[] = {
     OPTION_TEXT("--fit", "NAMES", fitted,
                 "parameters to fit, from gap,grit,f,share,KL; the others stay fixed; default: all"),
     OPTION_TEXT("--prior", "NAME=V:E,...", prior,
-                "prior value and standard error (lb, in, lb/ft); default: from the scene, with an "
-                "error of 50 % for\n"
-                "grit, KL and an unsurveyed gap, 20 % for f; share 1/12 with 15 %; a surveyed gap "
-                "with 3 %"),
+                "prior value and standard error (lb, in, lb/ft); default: values from the scene, "
+                "with errors of 50 %\n"
+                "for grit, KL and an unsurveyed gap, 3 % for a surveyed gap, and 20 % for f; share "
+                "is 1/12 with an\n"
+                "error of 15 %"),
     OPTION_WHOLE("--draws", "N", draws, FIT_LEAST_DRAWS, 1e5, 300.0,
                  "simulated data sets per round, at least {low}; default: {standard}"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,

@@ -313,8 +313,8 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("DB",
-              "campaign database; default: its newest landing, with each channel at its peak"),
+    HELP_ITEM("DB", "campaign database. By default, the budget is for the newest landing, with "
+                    "each channel at its peak"),
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14: print the full budget of this channel; default: the "
                          "combined uncertainty of all\n"
                          "channels"),
@@ -327,8 +327,9 @@ static const struct command_part parts[] = {
     OPTION_NUMBER(
         "--kelvin", "K", kelvin, "K", 0.0, 60.0, 10.0,
         "largest difference from the temperature of the calibration; default: {standard}"),
-    OPTION_NUMBER("--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
-                  "with --config: time since the gages were zeroed; default: {standard}"),
+    OPTION_NUMBER(
+        "--hours", "H", hours, "h", 0.0, 1000.0, 1.0,
+        "with --config: time from zeroing of the gages to the reading; default: {standard}"),
     HELP_NOTE("The budget adds certificate, position and temperature to the stated error of each "
               "reading. x, u(x) and c are in inches\n"
               "and pounds, also with --si."),
