@@ -7,15 +7,16 @@
 /*        NAME              number  text (detail in brackets) */
 /* clang-format off */
 #define MR_FAULT_TABLE(X)                                                                         \
-    X(CLOCK_FALLBACK,       0, "no crystal of 8 MHz: the board runs on the internal oscillator, " \
-      "times within 1 % [MHz of the crystal; 0: it did not start; 255: it stopped twice]")        \
+    X(CLOCK_FALLBACK,       0, "no 8 MHz crystal: the board runs on the internal oscillator, "    \
+      "times are accurate to 1 % [measured frequency of the crystal in MHz; 0: it did not "       \
+      "start; 255: it stopped twice]")                                                            \
     X(CAN_MISSING,          5, "CAN controller did not start")                                    \
     X(SCAN_STALL,           6, "scans stopped and were restarted")                                \
     X(SCAN_OVERRUN,         7, "converter overrun, or lost scan [converter, 1 or 3]")             \
     X(BLOCK_LATE,           8, "blocks were overwritten before they were processed")              \
     X(POLARITY,             9, "excitation had the wrong polarity for the scan")                  \
     X(EDGE_OVERRUN,        10, "edges came faster than they could be stored [1: edges too old "   \
-      "after a pause of the blocks; 2: camera pulses, not edges]")                                \
+      "after a pause of the blocks; 2: camera pulses instead of edges]")                          \
     X(CAN_PASSIVE,         11, "CAN is error passive: unplugged, or wrong bit rate [transmit "    \
       "error counter]")                                                                           \
     X(CAN_BUS_OFF,         12, "CAN went bus-off")                                                \
@@ -28,7 +29,8 @@
     X(WATCHDOG_RESET,      19, "the watchdog reset the board")                                    \
     X(HARD_FAULT,          20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 "  \
       "other, 5 crystal stopped, 6 unexpected interrupt]")                                        \
-    X(REFERENCE,           21, "reference channel out of range: no displacements and tensions")   \
+    X(REFERENCE,           21, "reference channel out of range: displacements and tensions are "  \
+      "missing")                                                                                  \
     X(NO_FIT,              23, "no final speed: too few or contradictory switches [status "       \
       "code]")                                                                                    \
     X(NOR_MISSING,         24, "no black box: its memory does not answer, or is of a "            \

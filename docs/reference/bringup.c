@@ -29,7 +29,8 @@ void reference_bringup(FILE *out)
         "and when it receives the word `report`. It sends the section `brown-out` when it "
         "receives `brown-out`. The word `rom` starts the boot ROM.\n\n"
         "*Outside* is the result for a value outside the limits, *None* the result for a missing "
-        "value; `look` means that you decide. `*` stands for the rest of a name.\n\n"
+        "value; `look` means that you decide whether the value is acceptable. `*` stands for the "
+        "rest of a name.\n\n"
         "| Section | Line | Limits | Outside | None | Source | Remedy |\n"
         "|---|---|---|---|---|---|---|\n",
         out);
@@ -41,10 +42,9 @@ void reference_bringup(FILE *out)
     row(out, #section, name, "`" #fact "` of the board", beyond, none, source, advice);
 #include "host/board/bringup_limits.def"
     fputs("\n`cycles_predict` is the number of cycles that the predictor takes per block of a "
-          "landing. `of_budget_predict` is `cycles_predict` divided by the budget of 1.5 cycles "
-          "per instruction "
-          "and 12.5 more per division or root. Above 1 the chip is slower than `make budget` "
-          "assumes. The emulated board counts instructions, so the 0.66 to 0.67 that it reports "
-          "do not apply to hardware.\n",
+          "landing. `of_budget_predict` is `cycles_predict` divided by the budget (1.5 cycles "
+          "per instruction, and 12.5 more per division or root). A value above 1 means that the "
+          "chip is slower than `make budget` assumes. The emulated board counts instructions, so "
+          "its value of 0.66 to 0.67 does not apply to hardware.\n",
           out);
 }

@@ -167,7 +167,7 @@ void reference_campaign(FILE *out)
           "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
           "commands, RUN is the `id` of a landing.\n"
           "- A column with the name of a message field has the unit and the values of this field "
-          "([messages](messages.md)). The ending of a column name states the unit.\n"
+          "([messages](messages.md)). A column name ends with the unit.\n"
           "- Columns ending in `_us` are times in microseconds. Board times count from the first "
           "scan, "
           "host times (`host_us`, `made_us`, `started_us`, `taken_us`) from 1970. `block` is the "

@@ -20,8 +20,9 @@ void reference_configuration(FILE *out)
     reference_head(out, "Configuration", "`common/config.def`");
     fputs("`matrig board config get` prints the configuration as text, one field per line: "
           "`site.mats = 420`, or `gate[3].station_ft = 12.5` in a group with several members. "
-          "Members count from 1: `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` the "
-          "gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig board "
+          "Members are numbered from 1: `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` "
+          "the gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig "
+          "board "
           "config check FILE` reports the wrong lines of a file and shows the correct form.\n",
           out);
 #define GROUP(name, count)                                                         \

@@ -80,11 +80,12 @@ static void write_commands(FILE *out)
                                              [MR_LINKS_CABLE] = "serial; CAN with the jumper",
                                              [MR_LINKS_JUMPER] = "serial with the jumper",
                                              [MR_LINKS_REPLAY] = "either, after `replay`"};
-    fputs("\n## Commands to the board\n\nThe message `command` carries a code. The board refuses a "
-          "command in any other state of the landing and over any other link. Jumper: MAINTENANCE "
-          "([pins](pins.md)).\n\n| Code | Name | Allowed for | State | Link | Effect |\n"
-          "|--:|---|---|---|---|---|\n",
-          out);
+    fputs(
+        "\n## Commands to the board\n\nThe message `command` carries a code. The board accepts a "
+        "command only in the state of the landing and over the link that the table lists. Jumper: "
+        "MAINTENANCE ([pins](pins.md)).\n\n| Code | Name | Allowed for | State | Link | Effect |\n"
+        "|--:|---|---|---|---|---|\n",
+        out);
 #define COMMAND(NAME, code, text, part, indexed, counts, privilege, states, links, meaning)        \
     fprintf(out, "| %d | `%s` | %s | %s | %s | %s |\n", code, text, who[MR_PRIVILEGE_##privilege], \
             when[MR_WHEN_##states], how[MR_LINKS_##links], meaning);
@@ -94,8 +95,7 @@ static void write_commands(FILE *out)
 static void write_faults(FILE *out)
 {
     fputs("\n## Faults\n\nFault n sets bit n of `health.faults`. Brackets explain the field "
-          "`detail` of "
-          "the message `fault`.\n\n| Fault | Meaning |\n|--:|---|\n",
+          "`detail` of the message `fault`.\n\n| Fault | Meaning |\n|--:|---|\n",
           out);
 #define ROW(NAME, number, text) fprintf(out, "| %u | %s |\n", number, text);
     MR_FAULT_TABLE(ROW)

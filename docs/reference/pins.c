@@ -69,7 +69,9 @@ static void print_use(FILE *out, const struct board_row *row)
     switch (row->kind) {
     case BOARD_ROW_ANALOGUE: fprintf(out, "%s", row->use); break;
     case BOARD_ROW_FUNCTION: fprintf(out, "%s (%u)", row->use, row->number); break;
-    case BOARD_ROW_OUTPUT: fprintf(out, "output, first %s", row->number ? "high" : "low"); break;
+    case BOARD_ROW_OUTPUT:
+        fprintf(out, "output, initially %s", row->number ? "high" : "low");
+        break;
     case BOARD_ROW_INPUT: fputs("input", out); break;
     case BOARD_ROW_RESERVED: fprintf(out, "reserved%s%s", row->use[0] ? ", " : "", row->use); break;
     }
@@ -79,11 +81,11 @@ static void print_use(FILE *out, const struct board_row *row)
 static void print_board(FILE *out, const struct mr_board *board, const struct board_table *table)
 {
     fprintf(out,
-            "\n### %s\n\nBoard: %s (%s, %s). Serial link: USART%ld. VDDA: %.1f V. Clock: %s of 8 "
-            "MHz. Source: `firmware/boards/%s.def`.\n",
+            "\n### %s\n\nBoard: %s (%s, %s). Serial link: USART%ld. VDDA: %.1f V. Clock: %s. "
+            "Source: `firmware/boards/%s.def`.\n",
             board->name, board->text, board->part, board->package, board_fact_of(table, "SERIAL"),
             (double)board_fact_of(table, "SUPPLY_MV") / 1e3,
-            board_fact_of(table, "CLOCK_BYPASS") ? "an input" : "a crystal", board->name);
+            board_fact_of(table, "CLOCK_BYPASS") ? "8 MHz input" : "8 MHz crystal", board->name);
 }
 
 static const struct board_row *row_of(const struct board_table *table, const char *signal)
@@ -129,15 +131,15 @@ void reference_pins(FILE *out)
     const struct board_table *table;
     reference_head(out, "Pins", "`firmware/boards/`");
     fputs("All pins float until the firmware configures them, 10 ms after a reset. Where a "
-          "signal needs a level before then, a resistor outside the chip sets it. Parts that "
-          "off-the-shelf "
-          "boards have on these pins: [boards](../howto/boards.md).\n\n## Boards\n",
+          "signal needs a defined level before then, a resistor outside the chip sets it. Parts "
+          "that off-the-shelf boards have on these pins: [boards](../howto/boards.md).\n\n## "
+          "Boards\n",
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         print_board(out, board, board_table_of(i));
     fputs("\n## Signals\n\nEach cell shows the pin, the pin number of the package, and the use (in "
-          "brackets: the alternate function). `pull-up` alone means the pull-up inside the "
-          "chip.\n\n| Signal | Purpose |",
+          "brackets: the alternate function). `pull-up` in a pin column means the pull-up inside "
+          "the chip.\n\n| Signal | Purpose |",
           out);
     for (unsigned i = 0; (board = mr_board_of(i)) && board_table_of(i); i++)
         fprintf(out, " %s, %s |", board->name, board->package);

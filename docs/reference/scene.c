@@ -31,7 +31,7 @@ void reference_scene(FILE *out)
         "may be text with a unit ([units](units.md)): `\"ground_damping\": \"175 N s/m\"`. `matrig "
         "sim --keys` prints this table. Equations: "
         "[host/sim/README.md](../../host/sim/README.md).\n\nThe keys `bands2` and `band2_*` "
-        "describe a second group of bands in the same way as `bands` and `band_*`. "
+        "describe a second group of bands, as `bands` and `band_*` describe the first. "
         "Default `-`: not set.\n\n"
         "| Key | Default | Meaning; unit |\n|---|---|---|\n",
         out);

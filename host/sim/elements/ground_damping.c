@@ -36,7 +36,8 @@ const struct element element_ground_damping = {
             .offset = ELEMENT_FIELD(ground_damping),
             .high = SIM_LARGEST,
             .unit = "lb s/ft",
-            .meaning = "viscous damping along the runway of each mat that rests on the ground"},
+            .meaning = "viscous damping of each mat that rests on the ground, in the direction of "
+                       "the runway"},
     .force_lb = force_lb,
     .slope_lb_s_ft = slope_lb_s_ft,
     .steepest_lb_s_ft = steepest_lb_s_ft,
