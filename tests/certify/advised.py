@@ -28,9 +28,9 @@ SERIES = [
 HEAD = """# Measured: advice before each landing of the 1973 series
 
 Results of `matrig advise --before RUN` (256 ensemble runs) before each landing of the series in [certification](certification.md). These are synthetic landings on the emulated board, with
-decelerations from the 1973 report. Friction and survey were configured before each landing. The plan is the speed and mean braking of the landing itself, assumed to be followed within 10 %.
-`advise` does not know the modification (bands, cleats, ...), only the earlier landings. The true zone is the zone of the synthetic landing. The outcomes of 1973 are listed for comparison only,
-because the thrust, ground and mats of that time are unknown.
+decelerations from the 1973 report. Friction and survey were configured before each landing. The plan is the actual speed and mean braking of the landing; `advise` assumes that it is followed within
+10 %. `advise` knows the earlier landings, but not the modification (bands, cleats, ...). The true zone is the longest zone that the wheel reaches in the synthetic landing. The outcomes of 1973 are
+listed for comparison only, because the thrust, ground and mats of that time are unknown.
 
 """
 
@@ -67,7 +67,7 @@ parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true, lines = truths(arguments.out), ["| Series | Outcome in 1973 (page of the report) |", "|---|---|"]
 lines += ["| %s | %s |" % (name, then) for name, count, then in SERIES]
-lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %.", "",
+lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %. Advice `no runway yet`: there is no earlier landing.", "",
           "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count, then in SERIES:
     db = "%s/series-%s.db" % (arguments.out, name)

@@ -12,7 +12,7 @@ rows() { sed -n "3,4s/^/| $1 /p"; } # BUDGET: its two rows of the table
 cat >docs/measured/uncertainty.md <<P
 # Measured: the uncertainty budget
 
-\`make uncertainty\` wrote this page on $(date -u +%F) at $(git rev-parse --short HEAD). All sensors and boards are simulated (\`tests/uncertainty\`); no real sensor was calibrated.
+\`make uncertainty\` wrote this page on $(date -u +%F) (commit $(git rev-parse --short HEAD)). All sensors and boards are simulated (\`tests/uncertainty\`); no real sensor was calibrated.
 
 | Budget $(sed -n 1p <<<"$whole")
 |---$(sed -n 2p <<<"$whole")
@@ -23,7 +23,7 @@ $(of --without temperature | rows 'without temperature')
 
 - Expanded holds: share of draws with an error inside the 95 % interval. Wilson: interval for the true share.
 - Stated holds: share of draws with an error below 1.96 times the stated error of a reading. This share is low because the stated error leaves out certificate and temperature.
-- The rows without certificate and without temperature show that the test can fail. The stated drift of a gage includes its temperature error.
+- The rows \`without\` leave one contribution out and show that the test can fail. Without temperature the gage rows do not change, because the stated drift of a gage includes its temperature error.
 
 Contributions to the combined uncertainty, rms of $draws draws, and the true error:
 
@@ -31,7 +31,7 @@ $(sed -n '6,$p' <<<"$whole")
 
 ## Method
 
-Each draw is one transducer and one gage on a separate board. Its reference, supply, amplifier, excitation, converter (nonlinearity and noise) and drift are drawn from the tolerances of the reference
+Each draw is one transducer and one gage on a separate board. The reference, supply, amplifier, excitation, converter (nonlinearity and noise) and drift are drawn from the tolerances of the reference
 circuits (\`hil/circuits/figures.def\`). The nonlinearity of the sensor is as large as the built-in configuration states (0.002 in, 0.1 lb rms). The laboratory's standard has a standard uncertainty of
 0.4 % (transducer) or 0.2 % (gage), so the certificate states 0.8 % and 0.4 % with k = 2.
 
