@@ -207,7 +207,8 @@ static const struct option {
             "firmware image (ELF); default: the one installed with matrig-board"),
     OF_OWN(
         "--board", "B", parse_board,
-        "board in common/boards.def: zg, discovery, nucleo446; default: the image's board, or zg"),
+        "board in common/boards.def: zg, discovery, nucleo446; default: the board of the image,\n"
+        "or zg without an image"),
     OF_TEXT("--can", "LINK", can,
             "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
     OF_TEXT(
@@ -231,11 +232,13 @@ static const struct option {
         "--speed", "S", speed, "max|real",
         "max: as fast as possible, waits for a slow host; real: real time, drops data that a slow\n"
         "host does not read; default: max"),
-    OF_OWN("--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
-           "film camera: triggered by PE2, gives a pulse per frame on PB3 after DELAY_MS (default: "
-           "0)"),
+    OF_OWN(
+        "--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
+        "film camera with HZ frames per second: triggered by PE2, sends a pulse per frame on PB3,\n"
+        "the first after DELAY_MS; each frame varies by up to +-JITTER_US (defaults: 0)"),
     OF_NUMBER("--for", "S", REAL, for_s, 1e-6, FOREVER_S,
-              "seconds of virtual time; default: duration of the run file, or until a signal"),
+              "run for S seconds of virtual time; default: the duration of the run file, or until "
+              "a signal"),
     OF_OWN("--seed", "N", parse_seed, "seed of the converter noise; default: 1"),
     OF_NUMBER("--vdda", "V", REAL, options.vdda_v, 2.7, 3.6,
               "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
@@ -252,12 +255,12 @@ static const struct option {
               "virtual cycles per instruction, 1 to 16, including wait states and bus; default: 1"),
     OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
               "frequency of the watchdog clock, 17000 to 47000; default: 32000"),
-    OF_TEXT("--flash", "FILE", flash,
-            "content of the flash: read if FILE exists, written at the end. --elf overwrites the "
-            "sectors\n"
-            "that the image uses"),
+    OF_TEXT(
+        "--flash", "FILE", flash,
+        "file with the content of the flash: read at the start if it exists, written at the end.\n"
+        "--elf overwrites the sectors that the image uses"),
     OF_TEXT("--nor", "FILE", nor,
-            "content of the black box's memory, read and written like --flash"),
+            "file with the content of the black box's memory, read and written as with --flash"),
     OF_OWN("--temperature", "C[,C/h]", parse_temperature,
            "mat temperature and its rise per hour; none: no thermometer; default: 20"),
     OF_FLAG("--jumper", options.jumper, "fit the maintenance jumper"),
@@ -271,14 +274,15 @@ static const struct option {
             "times of flash and NOR operations: spread (random), typical or max; default: spread"),
     OF_TEXT("--faults", "FILE", faults,
             "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
-    OF_FLAG("--alignment", options.watch_alignment,
-            "fault on unaligned multiple and double transfers, as the hardware does; slower"),
+    OF_FLAG(
+        "--alignment", options.watch_alignment,
+        "raise a fault on unaligned multiple and double transfers, as the hardware does; slower"),
     OF_OWN(
         "--rules", "R", parse_rules,
         "action on a violated timing or electrical rule at the pins: stop, count, count:NAME,...\n"
         "(only these rules) or off; default: stop"),
     OF_TEXT("--margins", "FILE", margins,
-            "write for each rule the number of checks, the smallest margin and its place"),
+            "write for each rule the number of checks, the smallest margin and where it occurred"),
     OF_FLAG("--trace", trace, "report exceptions and unusual events on stderr"),
     OF_TEXT("--gdb", "PORT", gdb,
             "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
@@ -287,9 +291,10 @@ static const struct option {
             "virtual time while gdb holds the board: stands, or runs in real time (timers and "
             "watchdog\n"
             "stop as DBGMCU requests, links and converters continue); default: stands"),
-    OF_TEXT("--vcd", "FILE", vcd,
-            "trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
-    OF_TEXT("--profile", "FILE", profile, "number of instructions by function"),
+    OF_TEXT(
+        "--vcd", "FILE", vcd,
+        "write a trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
+    OF_TEXT("--profile", "FILE", profile, "write the number of instructions per function"),
     OF_NUMBER("--stall", "S", REAL, stall_s, 0.001, 86400,
               "end when a host does not read for S seconds; default: 30"),
     OF_NUMBER(

@@ -316,8 +316,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("-o", "F.csv, .mf4, .dbc or .log", path,
                 "file to write; default: standard output. Its extension selects the format"),
     OPTION_TEXT("--base", "B", base,
-                "base address of the board on its bus, added to every identifier (dbc), such as "
-                "400 or 0x190"),
+                "CAN base of the board, added to every identifier (dbc), such as 400 or 0x190"),
     HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv\n"
                  "         matrig export --format dbc -o matrig.dbc"),
     OPTION_CHOICE("--format", "F", format, "format", "csv|candump|dbc|frames|mdf4", NULL),

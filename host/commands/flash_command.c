@@ -449,8 +449,8 @@ static const struct command_part parts[] = {
                  "rate guaranteed for the\n"
                  "chip"),
     OPTION_FLAG("--force", force,
-                "flash even when the board already runs this image or is of another type, or the "
-                "image has no header"),
+                "flash even when the board already runs this image or is of a different type, or "
+                "the image has no header"),
     HELP_NOTE("A board that sends a hello within 2.5 s restarts into its boot ROM (refused from "
               "arming until the landing is done). If\n"
               "no hello arrives, restart the board with BOOT0 high. stm32flash programs the chip "

@@ -421,8 +421,8 @@ static const struct command_part parts[] = {
         "keep the report in F up to date; it is rewritten in the background after each landing"),
     OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, (double)NAN,
                   "wait S seconds for a device that is unplugged or down; default: 3600 for a "
-                  "device that was connected,\n"
-                  "0 at the start"),
+                  "device that is lost\n"
+                  "during the log, 0 for a device that is missing at the start"),
     HELP_NOTE("matrig log names the board that answered. If the board goes silent, matrig log "
               "reports this within 2 s. A summary is\n"
               "printed after each landing; if the links go silent during a landing, the summary "
@@ -440,9 +440,10 @@ static const struct command_part parts[] = {
         "gaps are filled from the CAN\n"
         "frames.\n"
         "matrig log waits for a disconnected device, and counts and reports the data lost.\n"
-        "If the campaign is locked, or the disk slow or full, a queue keeps 60 s of full "
-        "links; data beyond\n"
-        "that is counted as lost. If the campaign is moved, replaced, deleted or "
+        "If the campaign is locked, or the disk slow or full, a queue in memory holds 60 s of data "
+        "at full\n"
+        "rate; further data is dropped and counted as lost. If the campaign is moved, replaced, "
+        "deleted or "
         "overwritten, logging\n"
         "continues in DB-saved-DATE.db in the same folder, and the exit code is 3."),
 };

@@ -796,16 +796,17 @@ static const struct command_part parts[] = {
                  "used. matrig landing DB\n"
                  "lists it"),
     OPTION_FLAG("--show", show,
-                "show survey N (default: the newest): opening and closing per ten mats, movement, "
+                "show the survey of --survey N (default: the newest): opening and closing per ten "
+                "mats, movement,\n"
                 "in-plane bow"),
     OPTION_TEXT("--load", "LINK", load,
                 "send the openings to the board and read them back, over serial or CAN (a can: "
                 "link, or --can). Exit 1\n"
                 "when the board reports different values"),
     OPTION_FORCE(force),
-    HELP_NOTE("matrig asks again for a reading that differs from the last one by more than ten "
-              "joints allow (10 x 0.036 in; a\n"
-              "station: 1 in)."),
+    HELP_NOTE("matrig asks again for a reading that differs from that of the previous survey "
+              "(first survey: from the nominal value)\n"
+              "by more than ten joints allow (10 x 0.036 in; a station: 1 in)."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
     OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
