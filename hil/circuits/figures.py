@@ -253,7 +253,7 @@ def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
              "Simulated properties of the circuits, and the values that firmware and emulated board assume. *Included* means that the file includes the value from `hil/circuits/figures.def`.", "",
-             "| Figure | Simulated | Assumed | File | Meaning | Within |", "|---|--:|--:|---|---|---|"]
+             "| Figure | Simulated | Assumed | File | Meaning of the assumed value | Assumption holds |", "|---|--:|--:|---|---|---|"]
     for name, value, unit, path, what, assumed, holds in beside(figures):
         unit = "" if unit == "1" else " " + unit
         told = "*included*" if assumed is None else number(assumed) + unit

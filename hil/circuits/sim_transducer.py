@@ -117,7 +117,7 @@ def figures(parts, work):
     return [
         ("transducer_top_in", (VDDA / 2 - 0.03) / 0.5 - 0.1, "in", "upper limit of the amplifier at 0.5 V/in, with 0.050 V at zero"),
         ("transducer_gain_sd_rel", deviation(gains) / mean(gains), "1", f"standard deviation between channels, {COPIES} simulated circuits, without the cell"),
-        ("transducer_cell_ppm_k", abs(warmer[1] / warmer[0] - 1) * 1e6, "ppm/K", "change of gain for a cell conductance of +2 %/K"),
+        ("transducer_cell_ppm_k", abs(warmer[1] / warmer[0] - 1) * 1e6, "ppm/K", "change of gain if the conductance of the cell rises by 2 %/K"),
         ("transducer_mid_v", mean(middle), "V", "common mode of both polarities"),
         ("transducer_mid_sd_v", deviation([mean(m) for _, m in read]), "V", "standard deviation of the common mode, without MID"),
         ("transducer_settle_us", time_constant_us(times, nominal[0], SCAN_S * 2), "us", "time constant of a reversal at the converter"),

@@ -67,7 +67,8 @@ parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true, lines = truths(arguments.out), ["| Series | Outcome in 1973 (page of the report) |", "|---|---|"]
 lines += ["| %s | %s |" % (name, then) for name, count, then in SERIES]
-lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %. Advice `no runway yet`: there is no earlier landing.", "",
+lines += ["", "Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %. "
+          "Advice `no runway yet`: there is no earlier landing.", "",
           "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count, then in SERIES:
     db = "%s/series-%s.db" % (arguments.out, name)
