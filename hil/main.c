@@ -405,10 +405,12 @@ static enum mr_status parse(struct arguments *a, int argc, char **argv)
         if (option && given[option - options])
             return refuse("%s is given twice; give it once", argv[i]);
         if (strncmp(argv[i], "--", 2) != 0)
-            return refuse("what is `%s`? Everything is given by options; see matrig-board --help",
+            return refuse("unexpected argument `%s`; matrig-board takes only options, see "
+                          "matrig-board --help",
                           argv[i]);
         if (i + 1 == argc && !(option && option->kind == FLAG))
-            return refuse("%s needs a value, or is no option; see matrig-board --help", argv[i]);
+            return refuse("%s needs a value, or is not an option; see matrig-board --help",
+                          argv[i]);
         if (!option)
             return refuse("unknown option %s; matrig-board --help lists them", argv[i]);
         given[option - options] = true;
@@ -426,14 +428,14 @@ static enum mr_status parse(struct arguments *a, int argc, char **argv)
 static enum mr_status check(struct arguments *a)
 {
     if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
-        return refuse("which firmware? None is beside matrig-board, nor in ../share/matrig; give "
-                      "--elf FILE");
+        return refuse(
+            "no firmware image next to matrig-board or in ../share/matrig; give --elf FILE");
     if (a->options.bare && a->rig)
-        return refuse("--bare and --rig cannot be given together: nothing is plugged in where the "
-                      "rig is, or the rig is");
+        return refuse(
+            "--bare and --rig cannot be given together: --bare emulates a board without a rig");
     if (a->rig && a->replay)
-        return refuse("--rig and --replay cannot be given together: the pins are either a rig's or "
-                      "a record's");
+        return refuse("--rig and --replay cannot be given together: the pins follow either a rig "
+                      "or a record");
     if (a->parity == PARITY_NOT_GIVEN)
         a->parity = strncmp(a->serial, "pty:", 4) == 0 ? PARITY_BOARD : HIL_PARITY_NONE;
     a->options.host_parity_follows = a->parity == PARITY_BOARD;
@@ -445,7 +447,7 @@ static enum mr_status check(struct arguments *a)
 static enum mr_status take_arguments(struct arguments *a, int argc, char **argv)
 {
     if (argc == 1)
-        return refuse("nothing is asked: give a landing with --rig, links with --can and --serial, "
+        return refuse("nothing to do: give a landing with --rig, links with --can and --serial, or "
                       "an image with --elf; see matrig-board --help");
     enum mr_status status = parse(a, argc, argv);
     return status == MR_OK ? check(a) : status;
@@ -455,8 +457,8 @@ static enum mr_status take_arguments(struct arguments *a, int argc, char **argv)
 static enum mr_status check_board(const struct arguments *a)
 {
     if (a->options.boot0 && !a->options.type->rom_hears)
-        return refuse("--boot0: the boot ROM of the board %s does not listen at its serial link; "
-                      "such a board is programmed through its ST-LINK",
+        return refuse("--boot0: the boot ROM of board %s cannot be reached on its serial link; "
+                      "program such a board through its ST-LINK",
                       hil_board_type_name(a->options.type));
     return MR_OK;
 }
@@ -509,11 +511,11 @@ static enum mr_status check_paths(const struct arguments *a)
     for (unsigned i = READ_ONLY; i < PATHS; i++) {
         for (unsigned k = 0; given[i].path && k < i; k++) {
             if (given[k].path && same_file(given[i].path, given[k].path))
-                return refuse("%s and %s are both %s; give each its own", given[k].option,
+                return refuse("%s and %s are both %s; give two different files", given[k].option,
                               given[i].option, given[i].path);
         }
         if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_precious(given[i].path))
-            return refuse("%s would overwrite a database or a program: %s; give another file",
+            return refuse("%s would overwrite a database or a program: %s; give a different file",
                           given[i].option, given[i].path);
     }
     return MR_OK;
@@ -647,8 +649,8 @@ static enum mr_status session_play(struct session *session, double duration_s)
     /* What waits at the end is given its time at either speed. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
     if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
-        complain("the limit of wall-clock time ended the run at %.3f s of virtual time; give "
-                 "more with --wall-limit S",
+        complain("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
+                 "limit, give --wall-limit S",
                  (double)hil_board_now_ps(session->board) * 1e-12);
         status = MR_TIMEOUT;
     }
@@ -710,8 +712,8 @@ static enum mr_status session_open(struct session *session)
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
     if (stop_asked == HIL_WALL_STOP)
-        complain("the limit of wall-clock time was reached while links were being opened; is a "
-                 "host running? --wall-limit S raises it");
+        complain("the wall-clock limit was reached while links were being opened; check that a "
+                 "host is running, or raise the limit with --wall-limit S");
     else if (!stop_asked)
         told(status, error);
     return status;
@@ -739,7 +741,7 @@ static void tell_rules(const struct session *session)
     uint64_t times;
     unsigned broken = hil_rules_counted(&session->board->mcu.rules, &times);
     if (broken)
-        complain("%u %s broken, %llu %s in all%s", broken, broken == 1 ? "rule" : "rules",
+        complain("%u %s broken, %llu %s in total%s", broken, broken == 1 ? "rule" : "rules",
                  (unsigned long long)times, times == 1 ? "time" : "times",
                  session->a->margins ? "" : "; --margins FILE lists them");
 }
@@ -809,7 +811,7 @@ static enum mr_status open_record(const char *option, const char *path, FILE **f
 {
     if (!path || (*file = fopen(path, "w")))
         return MR_OK;
-    complain("%s: cannot write %s: %s; give another file", option, path, strerror(errno));
+    complain("%s: cannot write %s: %s; give a different file", option, path, strerror(errno));
     return MR_IO;
 }
 
@@ -818,8 +820,8 @@ static enum mr_status close_record(const char *option, const char *path, FILE *f
     failed |= fclose(file) != 0;
     if (!failed)
         return MR_OK;
-    complain("%s: cannot write all of %s: %s; make room or give another file", option, path,
-             strerror(errno));
+    complain("%s: cannot write all of %s: %s; free disk space or give a different file", option,
+             path, strerror(errno));
     return MR_IO;
 }
 

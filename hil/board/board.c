@@ -167,8 +167,7 @@ static enum mr_status which_head(const uint8_t *flash, const struct hil_board_ty
     const struct hil_board_type *found = hil_board_type_of(image.board);
     if (!found) {
         snprintf(error, size,
-                 "the image is for board %u, which this matrig-board does not know; use the "
-                 "matrig-board of the image's version",
+                 "the image is for unknown board %u; use the matrig-board version of the image",
                  image.board);
         return MR_VERSION;
     }
@@ -331,14 +330,15 @@ static enum mr_status check_fits(struct hil_board *board, const char *path)
         if (board->core.memory->flash[i] == 0xff)
             continue;
         snprintf(board->core.reason, sizeof board->core.reason,
-                 "%s: more than the %u KiB of flash that this chip has; is it for another board?",
+                 "%s: more than the %u KiB of flash of this chip; give the image for this board",
                  path, (unsigned)type->flash_kib);
         return MR_VERSION;
     }
     if (wanted->number == type->number)
         return MR_OK;
     snprintf(board->core.reason, sizeof board->core.reason,
-             "%s is an image for the board %s, and this is %s; give the other image, or no --board",
+             "%s is an image for board %s, but this is board %s; give the image for this board, or "
+             "leave --board out",
              path, hil_board_type_name(wanted), hil_board_type_name(type));
     return MR_VERSION;
 }
@@ -543,7 +543,7 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
     *n = 0;
     if (hil_is_precious(path))
         return fail(board, MR_MALFORMED, path,
-                    "a database or a program, to be overwritten; give another");
+                    "a database or a program would be overwritten; give a different file");
     FILE *file = fopen(path, "rb");
     if (!file)
         return errno == ENOENT ? MR_OK : fail(board, MR_IO, path, strerror(errno));
@@ -551,10 +551,10 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
     bool failed = ferror(file) != 0, more = fgetc(file) != EOF;
     fclose(file);
     if (failed)
-        return fail(board, MR_IO, path, "cannot be read; give another");
+        return fail(board, MR_IO, path, "cannot be read; give a different file");
     if (more)
         return fail(board, MR_MALFORMED, path,
-                    "larger than the memory it is to fill; give another");
+                    "larger than the memory that it fills; give a different file");
     return MR_OK;
 }
 
@@ -575,7 +575,7 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
     if (good && rename(beside, path) == 0)
         return MR_OK;
     remove(beside);
-    return fail(board, MR_IO, told, "cannot be written; make room or give another");
+    return fail(board, MR_IO, told, "cannot be written; free disk space or give a different file");
 }
 
 static bool take_options(struct hil_board *board, const uint8_t *bytes)
@@ -597,8 +597,9 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
     enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
     if (status == MR_OK && n > HIL_FLASH_SIZE &&
         (n != HIL_FLASH_SIZE + OPTION_BYTES || !take_options(board, bytes + HIL_FLASH_SIZE)))
-        status = fail(board, MR_MALFORMED, path,
-                      "no flash file: what follows the first MiB is no option bytes; give another");
+        status = fail(
+            board, MR_MALFORMED, path,
+            "not a flash file: no valid option bytes after the first MiB; give a different file");
     if (status == MR_OK && n) {
         memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
         status = check_fits(board, path);

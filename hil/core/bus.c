@@ -110,7 +110,7 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
             return;
         }
         if (!p->narrow) {
-            hil_bus_refuse(core, "this register is only modelled for word writes");
+            hil_bus_refuse(core, "this register is modelled only for word writes");
             return;
         }
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));

@@ -309,7 +309,7 @@ const char *hil_register_objection(const struct hil_register *r, uint32_t value)
 {
     uint32_t changed = value ^ r->reset;
     if (r->access == 'r')
-        return "the register is read-only: silicon ignores the write";
+        return "the register is read-only: the chip ignores the write";
     if (changed & r->refused)
         return r->what;
     if (!r->loose && (changed & ~(r->plain | r->action | r->status | r->partly)))

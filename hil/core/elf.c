@@ -93,8 +93,8 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         uint8_t *to = hil_memory_place(memory, s.p_paddr, s.p_filesz);
         if (!to)
             return refuse(image, MR_VERSION,
-                          "segment %u at 0x%08x (%u bytes) is outside the STM32F407ZG's memories; "
-                          "is it for another chip?",
+                          "segment %u at 0x%08x (%u bytes) is outside the memories of the "
+                          "STM32F407ZG; give an image for this chip",
                           i, s.p_paddr, s.p_filesz);
         flash |= s.p_paddr == HIL_FLASH_BASE;
         if (copy)
@@ -103,8 +103,8 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
     if (!flash)
         return refuse(image, MR_VERSION, "has no vector table at 0x%08x; %s",
                       (unsigned)HIL_FLASH_BASE,
-                      headers ? "the file's headers are there: link it for that address, with -n"
-                              : "is it for another chip?");
+                      headers ? "the headers of the file are at that address: link with -n"
+                              : "give an image for this chip");
     return MR_OK;
 }
 

@@ -155,7 +155,8 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
     for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++) {
         uint32_t byte = value >> (8u * i) & 0xffu;
         if (byte && byte < 0x10u) /* 0xff asks how many bits there are */
-            hil_bus_refuse(core, "a priority in the lower four bits: silicon takes it for 0");
+            hil_bus_refuse(core,
+                           "a priority in the lower four bits: the chip reads these bits as 0");
         core->state.nvic.priority[exception + i] = (int16_t)(byte & 0xf0u);
     }
     hil_nvic_update(core);
@@ -525,7 +526,8 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
     unsigned number = hil_cpu_register(core, 16) & XPSR_NUMBER, nested = 0;
     uint32_t form = exc_return | 0x10u, zero = 0;
     if (form < 0xfffffff0u) {
-        hil_core_stop(core, MR_HALTED, "branch to 0x%08x in exception %u is no exception return",
+        hil_core_stop(core, MR_HALTED,
+                      "branch to 0x%08x in exception %u is not an exception return",
                       (unsigned)exc_return, number);
         return;
     }

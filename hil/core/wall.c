@@ -44,8 +44,8 @@ void hil_pace_done(struct hil_pace *pace, uint64_t t_ps)
 static void on_alarm(int number)
 {
     static const char text[] =
-        "matrig-board: still not at an end some seconds after its wall-clock limit: a link or a "
-        "file blocks, or the emulator hangs; look at who should read them\n";
+        "matrig-board: still running several seconds after its wall-clock limit: a link or a file "
+        "blocks, or the emulator hangs; check the programs that read the links\n";
     (void)number;
     *stop_flag = HIL_WALL_STOP;
     if (alarms++) {

@@ -499,7 +499,7 @@ static void explain(struct hil_gdb *gdb, enum mr_status status)
                  (unsigned)d->watch_address, (unsigned)d->watch_pc);
     else if (d->hold == HIL_HOLD_BKPT)
         snprintf(text, sizeof text,
-                 "the firmware's own BKPT instruction; going on steps over it\n");
+                 "BKPT instruction of the firmware; to step over it, continue\n");
     else
         return;
     put_console(&gdb->line, text);
@@ -549,8 +549,9 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
         bind(gdb->listener, (const struct sockaddr *)&address, sizeof address) != 0 ||
         listen(gdb->listener, 1) != 0 ||
         getsockname(gdb->listener, (struct sockaddr *)&address, &length) != 0) {
-        snprintf(error, size, "--gdb: cannot listen on port %lu: %s; give another, or 0 for any",
-                 port, strerror(errno));
+        snprintf(error, size,
+                 "--gdb: cannot listen on port %lu: %s; give a different port, or 0 for any", port,
+                 strerror(errno));
         return MR_IO;
     }
     snprintf(gdb->place, sizeof gdb->place, "127.0.0.1:%u", ntohs(address.sin_port));

@@ -192,7 +192,7 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
     vcd->file = fopen(path, "w");
     vcd->path = strdup(path);
     if (!vcd->file || !vcd->path) {
-        snprintf(error, size, "--vcd: cannot write %s: %s; give another file", path,
+        snprintf(error, size, "--vcd: cannot write %s: %s; give a different file", path,
                  strerror(errno));
         free(vcd->path);
         free(vcd);
@@ -217,7 +217,8 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
     bool failed = ferror(vcd->file) != 0;
     failed |= fclose(vcd->file) != 0;
     if (failed)
-        snprintf(error, size, "--vcd: cannot write all of %s: %s; make room or give another file",
+        snprintf(error, size,
+                 "--vcd: cannot write all of %s: %s; free disk space or give a different file",
                  vcd->path, strerror(errno));
     free(vcd->path);
     free(vcd);

@@ -62,8 +62,8 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
     if (lstat(path, &st) == 0) {
         if (readlink(path, target, sizeof left - 1) < 0 || strcmp(target, left) != 0) {
             snprintf(error, size,
-                     "--serial: %s is there and no link to a pseudo-terminal; remove it or give "
-                     "another path",
+                     "--serial: %s exists and is not a link to a pseudo-terminal; remove it or "
+                     "give a different path",
                      path);
             return MR_IO;
         }
@@ -73,8 +73,9 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
     if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) &&
         open_once(*fd) && symlink(ptsname(*fd), path) == 0)
         return MR_OK;
-    snprintf(error, size, "--serial: cannot make a pseudo-terminal at %s: %s; give another path",
-             path, strerror(errno));
+    snprintf(error, size,
+             "--serial: cannot create a pseudo-terminal at %s: %s; give a different path", path,
+             strerror(errno));
     if (*fd >= 0)
         close(*fd);
     *fd = -1;
@@ -120,18 +121,19 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
     struct stat st;
     if (strlen(path) >= sizeof address.sun_path) {
         snprintf(error, size,
-                 "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s",
+                 "%s: socket path of %zu characters, at most %zu fit; give a shorter path than %s",
                  option, strlen(path), sizeof address.sun_path - 1, path);
         return MR_USAGE;
     }
     strcpy(address.sun_path, path);
     if (lstat(path, &st) == 0 && !S_ISSOCK(st.st_mode)) {
-        snprintf(error, size, "%s: %s is there and no socket; remove it or give another path",
-                 option, path);
+        snprintf(error, size,
+                 "%s: %s exists and is not a socket; remove it or give a different path", option,
+                 path);
         return MR_IO;
     }
     if (is_live(&address)) {
-        snprintf(error, size, "%s: another program listens at %s; end it or give another path",
+        snprintf(error, size, "%s: another program listens on %s; end it or give a different path",
                  option, path);
         return MR_IO;
     }
@@ -139,9 +141,8 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
     *listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (*listener < 0 || bind(*listener, (const struct sockaddr *)&address, sizeof address) != 0 ||
         listen(*listener, 1) != 0) {
-        snprintf(error, size,
-                 "%s: cannot listen at %s: %s; give a path in a folder that can be written", option,
-                 path, strerror(errno));
+        snprintf(error, size, "%s: cannot listen on %s: %s; give a path in a writable folder",
+                 option, path, strerror(errno));
         return MR_IO;
     }
     return MR_OK;
@@ -168,19 +169,20 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->type = HIL_LINK_FILE;
         link->path = text + 5;
         if (hil_is_precious(link->path)) {
-            snprintf(error, size, "would overwrite a database or a program: %s; give another file",
+            snprintf(error, size,
+                     "would overwrite a database or a program: %s; give a different file",
                      link->path);
             return MR_USAGE;
         }
         link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
         if (link->fd >= 0)
             return MR_OK;
-        snprintf(error, size, "%s: cannot write %s: %s; give another file", noun(link), link->path,
-                 strerror(errno));
+        snprintf(error, size, "%s: cannot write %s: %s; give a different file", noun(link),
+                 link->path, strerror(errno));
         return MR_IO;
     }
     snprintf(error, size,
-             "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH%s or none",
+             "%s: `%s` is not a link of the emulated board; give unix:PATH, file:PATH%s or none",
              noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
     return MR_USAGE;
 }
@@ -214,7 +216,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
             return MR_OK;
     }
     snprintf(error, size,
-             "%s: no host connected to %s within %d s; start matrig log there, or give none",
+             "%s: no host connected to %s within %d s; start matrig log on this link, or give none",
              noun(link), link->path, timeout_ms / 1000);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
@@ -310,7 +312,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (n < 0 && errno == EINTR)
             continue;
         if (link->type == HIL_LINK_FILE) {
-            snprintf(error, size, "%s: cannot write %s: %s; make room or give another file",
+            snprintf(error, size,
+                     "%s: cannot write %s: %s; free disk space or give a different file",
                      noun(link), link->path, strerror(errno));
             return MR_IO;
         }
@@ -325,8 +328,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             return MR_CLOSED;
         if (hil_wall_ms() - moved > stall_ms) {
             snprintf(error, size,
-                     "%s: the host has read nothing from %s for %.4g s; is it stopped? --stall S "
-                     "waits longer",
+                     "%s: the host has not read from %s for %.4g s; check that it is running, or "
+                     "wait longer with --stall S",
                      noun(link), link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }

@@ -269,9 +269,10 @@ static void hold_sampling(struct hil_rules_device *rules, unsigned adc, unsigned
     if (ohm <= most_ohm)
         hil_rules_kept(rules, HIL_RULE_SAMPLING);
     else
-        hil_rules_broken(rules, HIL_RULE_SAMPLING, 0,
-                         "input %u of ADC%u has %.0f Ohm, and %u clocks of %.1f MHz take %.0f",
-                         input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
+        hil_rules_broken(
+            rules, HIL_RULE_SAMPLING, 0,
+            "input %u of ADC%u has %.0f Ohm, but %u clocks of %.1f MHz allow only %.0f", input, adc,
+            ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }
 
 /* The sequence of the registers. False: not a possible one. */
@@ -295,8 +296,7 @@ static bool plan(struct hil_adc_device *dev, unsigned unit)
         unsigned port = PORT_OF(pins[unit][channel]), pin = NUMBER_OF(pins[unit][channel]);
         if (!hil_board_type_has(dev->options->type, port, pin)) {
             hil_core_stop(dev->core, MR_HALTED,
-                          "conversion of P%c%u, a pin that the package does not have", 'A' + port,
-                          pin);
+                          "conversion of P%c%u, a pin missing in this package", 'A' + port, pin);
             return false;
         }
         a->source[k] = (int8_t)dev->outside.source(dev->outside.who, port, pin);
@@ -322,7 +322,7 @@ static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     uint32_t clock_cycles = prescaler * hil_rcc_divider(dev->rcc, HIL_RCC_APB2);
     uint32_t hclk_hz = dev->core->state.clock.hclk_hz;
     if (hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
-        hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: silicon takes up to 36 MHz",
+        hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: the chip allows up to 36 MHz",
                       (unsigned)(hclk_hz / clock_cycles));
         return;
     }
@@ -405,7 +405,7 @@ static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
     uint32_t armed = value & ~before & CR2_EXTEN_RISING;
     if (armed && (a->triggers_high >> (value >> 24 & 15u) & 1u))
         hil_bus_refuse(dev->core,
-                       "EXTEN while the trigger is high: silicon may take it for an edge");
+                       "EXTEN while the trigger is high: the chip may detect this as an edge");
     a->cr2 = value & ~CR2_SWSTART;
     if (value & ~before & CR2_ADON)
         a->on = hil_stamp(dev->core);

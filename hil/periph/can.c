@@ -454,7 +454,7 @@ void hil_can_event(void *device, uint64_t at)
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
-        hil_trace(dev->core, "CAN back from bus-off");
+        hil_trace(dev->core, "CAN recovered from bus-off");
         /* fall through */
     case HIL_CAN_JOINING:
         c->msr &= ~(MSR_INAK | MSR_SLAK);
@@ -588,7 +588,7 @@ static void hold_flags(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
         hil_bus_refuse(dev->core,
-                       "what was read is written back: it clears all flags that are set");
+                       "the value read is written back: this clears all flags that are set");
 }
 
 static void tsr_write(struct hil_can_device *dev, uint32_t value)
@@ -644,9 +644,9 @@ static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t v
     if (offset > FMR && offset < FA1R && !initialising)
         hil_bus_refuse(
             dev->core,
-            "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
+            "filter mode, scale or FIFO outside filter initialisation: the chip ignores the write");
     if (offset >= BANKS && !initialising && (c->fa1r >> (offset - BANKS) / 8u & 1u))
-        hil_bus_refuse(dev->core, "the bank of an active filter: silicon ignores it");
+        hil_bus_refuse(dev->core, "the bank of an active filter: the chip ignores the write");
     if (offset == FA1R && (value & ~c->fs1r))
         hil_bus_refuse(dev->core, "a filter of 16 bits");
     *filter_register(c, offset) = value;
@@ -670,7 +670,7 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     case ESR: /* LEC can be set by software, to see it change */ c->esr = value & 0x70u; break;
     default:
         if (offset == BTR && !(c->msr & MSR_INAK))
-            hil_bus_refuse(dev->core, "BTR outside initialisation: silicon ignores it");
+            hil_bus_refuse(dev->core, "BTR outside initialisation: the chip ignores the write");
         c->word[offset / 4u] = value;
         break;
     }

@@ -103,7 +103,7 @@ uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_req
     if (s->par != r->peripheral) {
         hil_core_stop(
             dev->core, MR_UNMODELLED,
-            "DMA%u stream %u serves a request of the register at 0x%08x, but PAR is 0x%08x",
+            "DMA%u stream %u serves a request from the register at 0x%08x, but PAR is 0x%08x",
             r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
         return 0;
     }

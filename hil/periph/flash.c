@@ -317,7 +317,7 @@ static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size
     } else if (offset % ROW_BYTES + size > ROW_BYTES) {
         refuse(dev, SR_PGAERR, "store across a row of 128 bits", address);
     } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
-        refuse(dev, SR_PGPERR, "store of another width than PSIZE", address);
+        refuse(dev, SR_PGPERR, "store of a width other than PSIZE", address);
     } else {
         flash->address = offset;
         flash->value = value;
@@ -425,7 +425,7 @@ static void acr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
     if ((value & ACR_DCRST) && ((rcc->flash_acr | value) & ACR_DCEN))
-        hil_bus_refuse(dev->core, "DCRST while the cache is on: silicon ignores it");
+        hil_bus_refuse(dev->core, "DCRST while the cache is on: the chip ignores it");
     else if (value & ACR_DCRST)
         dev->core->state.bank.stale = 0;
     rcc->latency_unread |= (value & ACR_LATENCY) > (rcc->flash_acr & ACR_LATENCY);

@@ -166,8 +166,8 @@ static bool has_pins(struct hil_gpio_device *dev, unsigned port, uint32_t moder)
         if ((moder >> (2u * pin) & 3u) == HIL_PIN_INPUT ||
             hil_board_type_has(dev->options->type, port, pin))
             continue;
-        hil_core_stop(dev->core, MR_HALTED, "P%c%u is used: the package does not have that pin",
-                      'A' + port, pin);
+        hil_core_stop(dev->core, MR_HALTED,
+                      "P%c%u is used, but this package does not have that pin", 'A' + port, pin);
         return false;
     }
     return true;

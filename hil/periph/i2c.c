@@ -360,7 +360,7 @@ static const char *wrong_settings(const struct hil_i2c_device *dev)
     uint32_t least = i2c->ccr & CCR_FS && i2c->ccr & CCR_DUTY ? 1u : 4u;
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
         return "PE with CR2.FREQ other than PCLK1 in MHz";
-    return (i2c->ccr & 0xfffu) < least ? "PE with CCR below its least value" : NULL;
+    return (i2c->ccr & 0xfffu) < least ? "PE with CCR below its minimum" : NULL;
 }
 
 static void cr1_write(struct hil_i2c_device *dev, uint32_t value)

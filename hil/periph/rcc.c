@@ -91,10 +91,11 @@ static uint32_t hpre_divider(uint32_t hpre)
 
 static void halt(struct hil_rcc_device *dev, const char *what)
 {
-    hil_core_stop(
-        dev->core, MR_HALTED,
-        "clock setting silicon would not run at: %s (RCC_CR 0x%08x, PLLCFGR 0x%08x, CFGR 0x%08x)",
-        what, (unsigned)dev->state->cr, (unsigned)dev->state->pllcfgr, (unsigned)dev->state->cfgr);
+    hil_core_stop(dev->core, MR_HALTED,
+                  "clock setting that the chip does not support: %s (RCC_CR 0x%08x, PLLCFGR "
+                  "0x%08x, CFGR 0x%08x)",
+                  what, (unsigned)dev->state->cr, (unsigned)dev->state->pllcfgr,
+                  (unsigned)dev->state->cfgr);
 }
 
 /* Output of the PLL for a source frequency; halts when a limit of the data sheet is broken. */
@@ -325,8 +326,8 @@ static void fresh_accessed(void *who)
         hil_rules_kept(dev->rules, HIL_RULE_CLOCK_ENABLE);
     else
         hil_rules_broken(dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
-                         "%u instructions after the store at 0x%08x, wanted %u cycles, a read back "
-                         "or a DSB between",
+                         "%u instructions after the store at 0x%08x; required: %u cycles, a read "
+                         "back or a DSB between",
                          between - 1u, (unsigned)fresh.pc, fresh.cycles);
 }
 
@@ -359,7 +360,7 @@ static void hold_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
         return;
     if (rcc->latency_unread)
         hil_rules_broken(dev->rules, HIL_RULE_WAIT_STATES, hil_stamp(dev->core).pc,
-                         "from %u to %u Hz, FLASH_ACR was written and not read",
+                         "from %u to %u Hz, but FLASH_ACR was written and not read back",
                          (unsigned)before_hz, (unsigned)hclk_hz(dev, true));
     else
         hil_rules_kept(dev->rules, HIL_RULE_WAIT_STATES);
@@ -427,7 +428,7 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case CSR: csr_write(dev, value); break;
     default:
         if (offset == PLLCFGR && (rcc->cr & CR_PLLON))
-            hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: silicon ignores it");
+            hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: the chip ignores the write");
         rcc->word[offset / 4u] = value;
         break;
     }
@@ -518,10 +519,10 @@ uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset)
 static bool may_change(struct hil_iwdg_device *dev, bool updating)
 {
     if (!dev->state->unlocked)
-        hil_bus_refuse(dev->core, "the register is locked: silicon ignores the write");
+        hil_bus_refuse(dev->core, "the register is locked: the chip ignores the write");
     else if (updating)
         hil_bus_refuse(dev->core,
-                       "a value is still on its way (PVU, RVU): silicon ignores the write");
+                       "a value is still being transferred (PVU, RVU): the chip ignores the write");
     return dev->state->unlocked && !updating;
 }
 

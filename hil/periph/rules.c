@@ -81,8 +81,8 @@ static void stop(struct hil_rules_device *dev, enum hil_rule rule)
     tell_place(dev, tally->from_pc, from, sizeof from);
     tell_place(dev, tally->to_pc, to, sizeof to);
     if (tally->slew_ns > 0.0)
-        snprintf(slew, sizeof slew, " (%.0f ns of slew taken off)", tally->slew_ns);
-    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, wanted %.1f; from %s to %s; %s",
+        snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
+    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
                   rules[rule].name, rules[rule].what, tally->worst_ns, slew, tally->least_ns, from,
                   to, rules[rule].source);
 }
@@ -229,7 +229,7 @@ void hil_rules_floats(void *device, unsigned port, uint32_t value, uint32_t bits
     struct hil_difference difference;
     if (matters(dev, value, bits, &difference))
         hil_rules_broken(dev, HIL_RULE_FLOATING, difference.pc,
-                         "P%c%u is an input, and nothing drives or pulls it", 'A' + (int)port,
+                         "P%c%u is an input, but nothing drives or pulls it", 'A' + (int)port,
                          difference.bit);
 }
 
@@ -275,7 +275,7 @@ unsigned hil_rules_counted(const struct hil_rules_device *dev, uint64_t *times)
 void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
 {
     fprintf(out, "%-18s %9s %8s %12s %12s %8s  %s\n", "rule", "judged", "broken", "wanted, ns",
-            "nearest, ns", "slew, ns", "from, to; what; who says so");
+            "nearest, ns", "slew, ns", "from, to; what; source");
     for (unsigned i = 0; i < HIL_RULES; i++) {
         const struct hil_tally *tally = &dev->state->tally[i];
         char from[80], to[80], times[40] = "";
@@ -290,6 +290,6 @@ void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
             fprintf(out, "%s, %s; ", from, to);
         fprintf(out, "%s; %s\n", rules[i].what, rules[i].source);
     }
-    fprintf(out, "edges of stores whose instruction was not found, not judged: %llu\n",
+    fprintf(out, "edges not judged, because the instruction of the store was not found: %llu\n",
             (unsigned long long)dev->state->unplaced);
 }

@@ -402,7 +402,7 @@ static void hold_inputs(struct hil_tim_device *dev)
             hil_rules_kept(dev->rules, HIL_RULE_FLOATING);
         else
             hil_rules_broken(dev->rules, HIL_RULE_FLOATING, hil_stamp(dev->core).pc,
-                             "TIM2 captures edges of %s, and nothing drives or pulls it",
+                             "TIM2 captures edges of %s, but nothing drives or pulls it",
                              pins[i].name);
     }
 }

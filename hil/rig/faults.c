@@ -271,9 +271,8 @@ static void supply_dip(struct hil_supply_device *dev, double volts, uint64_t dur
     } else if (volts < 1.8 || dev->core->state.clock.hclk_hz >
                                   hz_by_wait_state * ((dev->rcc->state->flash_acr & 7u) + 1u)) {
         hil_core_stop(dev->core, MR_HALTED,
-                      "supply of %.2f V: silicon could not run at HCLK %u Hz with %u wait states, "
-                      "and the option bytes "
-                      "let it try (brown-out reset below %.2f V)",
+                      "supply of %.2f V: the chip cannot run at HCLK %u Hz with %u wait states, "
+                      "but the option bytes allow it (brown-out reset below %.2f V)",
                       volts, (unsigned)dev->core->state.clock.hclk_hz,
                       (unsigned)(dev->rcc->state->flash_acr & 7u), brown_out_volts(dev));
     }
@@ -486,23 +485,23 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
                        fault->action == HIL_FAULT_STICK))
         return refuse(dev, fault, MR_USAGE, "no memory of that kind at that address");
     if (faults->count == HIL_FAULTS_MAX)
-        return refuse(dev, fault, MR_FULL, "more faults than there is room for (64)");
+        return refuse(dev, fault, MR_FULL, "more than 64 faults");
     if (fault->trigger == HIL_AT_TIME) {
         due_ps = fault->t_ps + fault->delay_ps;
         if (due_ps < hil_now_ps(dev->core))
-            return refuse(dev, fault, MR_USAGE, "that moment has passed");
+            return refuse(dev, fault, MR_USAGE, "that time has already passed");
     } else if (fault->trigger == HIL_AT_STATION) {
         uint64_t t_ps = dev->rig->run ? station_ps(dev->rig->run, fault->station_ft) : HIL_NEVER;
         if (t_ps == HIL_NEVER)
             return refuse(
                 dev, fault, MR_UNKNOWN,
                 dev->rig->run
-                    ? "the gear of this run does not pass that station between two switches"
+                    ? "in this run the gear does not pass that station between two switches"
                     : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->n <= counted(dev, fault->trigger)) {
         return refuse(dev, fault, MR_USAGE,
-                      fault->n ? "that count has been passed" : "counting begins at 1");
+                      fault->n ? "that count has already passed" : "counting begins at 1");
     }
     faults->fault[faults->count] = *fault;
     faults->due_ps[faults->count++] = due_ps;
@@ -525,7 +524,7 @@ void hil_faults_tell_rest(const struct hil_faults_device *dev)
     const struct hil_faults *faults = dev->state;
     for (unsigned i = 0; i < faults->count && dev->options->log; i++) {
         if (!faults->over[i])
-            fprintf(dev->options->log, "fault of line %u did not happen: the run ended before it\n",
+            fprintf(dev->options->log, "fault of line %u did not happen: the run ended earlier\n",
                     faults->fault[i].file_line);
     }
 }
@@ -773,7 +772,7 @@ static enum mr_status refuse_action(const struct reader *r)
             snprintf(known + used, sizeof known - used, "%s%.*s", i ? ", " : "", (int)n,
                      actions[i].pattern);
     }
-    return refuse_text(r, MR_MALFORMED, "`%s` is no action: %s", first, known);
+    return refuse_text(r, MR_MALFORMED, "`%s` is not an action: %s", first, known);
 }
 
 static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
@@ -784,8 +783,8 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
         trigger++;
     if (trigger == 5)
         return refuse_text(r, MR_MALFORMED,
-                           "`%s`: a line begins with at S, station FT, frame N, flash N or nor N, "
-                           "and may go on with + DELAY_US",
+                           "`%s`: begin the line with at S, station FT, frame N, flash N or nor N, "
+                           "optionally followed by + DELAY_US",
                            word_at(r, r->wrong));
     unsigned first = r->next;
     for (size_t i = 0; i < ACTIONS && !r->no_symbol; i++) {
@@ -793,8 +792,7 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
         if (!take(r, actions[i].pattern, fault))
             continue;
         if (r->next < r->words)
-            return refuse_text(r, MR_MALFORMED, "`%s` is one word too many here",
-                               word_at(r, r->next));
+            return refuse_text(r, MR_MALFORMED, "unexpected word `%s`", word_at(r, r->next));
         fault->trigger = (enum hil_trigger)trigger;
         fault->t_ps = when.t_ps;
         fault->n = when.n;
@@ -807,7 +805,7 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
         return MR_OK;
     }
     return r->no_symbol
-             ? refuse_text(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists those it has",
+             ? refuse_text(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists its symbols",
                            r->elf ? r->elf : "no image", r->no_symbol)
              : refuse_action(r);
 }
@@ -844,7 +842,7 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
     *script = (struct hil_fault_script){.seed = 1};
     FILE *file = fopen(path, "r");
     if (!file)
-        return refuse_text(&r, MR_IO, "%s; give a file of faults (format: hil/rig/faults.h)",
+        return refuse_text(&r, MR_IO, "%s; give a fault file (format: hil/rig/faults.h)",
                            strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.at.line++;

@@ -85,7 +85,8 @@ static void schedule(struct hil_replay_device *dev)
 static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
 {
     if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
-        hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board",
+        hil_core_stop(dev->core, MR_FULL,
+                      "replayed command %u: too many commands are waiting for the board",
                       (unsigned)message->tag);
 }
 
@@ -246,7 +247,7 @@ static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay
          text += 2)
         record[bytes++] = (uint8_t)byte;
     if (*text || mr_block_get(&block, record, bytes) != MR_OK)
-        return refuse(r, "no block record of this layout");
+        return refuse(r, "not a block record of this layout");
     if (replay->block_count) {
         const struct mr_block *last = &replay->blocks[replay->block_count - 1];
         if (block.index != last->index + 1u || block.tick != last->tick + MR_TICKS_PER_BLOCK)
@@ -259,7 +260,7 @@ static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay
                           (unsigned)block.tick);
     }
     if (!hil_codes_of(&block, &codes, &channel))
-        return refuse(r, "block %u, channel %u: no codes have this sum and these counts",
+        return refuse(r, "block %u, channel %u: no codes match this sum and these counts",
                       (unsigned)block.index, channel);
     replay->blocks = grow(replay->blocks, replay->block_count, sizeof block);
     replay->blocks[replay->block_count++] = block;

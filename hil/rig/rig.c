@@ -469,9 +469,10 @@ static void give_command(struct hil_script_device *dev, const struct hil_run_com
 {
     if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message,
                        command->serial) != MR_OK)
-        hil_core_stop(dev->core, MR_FULL,
-                      "scripted command %u of the run file: too many wait for the %s",
-                      (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
+        hil_core_stop(
+            dev->core, MR_FULL,
+            "scripted command %u of the run file: too many commands are waiting for the %s",
+            (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
 }
 
 static void on_command(void *device, uint64_t at)

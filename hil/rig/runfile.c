@@ -24,7 +24,7 @@ enum mr_status hil_record_open(struct hil_record *r, const char *kind)
     if (status != MR_OK)
         return status;
     if (strncmp(r->bytes, kind, n) != 0 || r->bytes[n] != ' ')
-        return hil_file_refuse(&r->at, MR_MALFORMED, "it does not begin with `%s 1`", kind);
+        return hil_file_refuse(&r->at, MR_MALFORMED, "the file does not begin with `%s 1`", kind);
     if (strncmp(r->bytes + n, " 1\n", 3) != 0)
         return hil_file_refuse(&r->at, MR_VERSION, "version `%.*s`; this program reads version 1",
                                (int)strcspn(r->bytes + n + 1, "\r\n"), r->bytes + n + 1);
@@ -37,9 +37,10 @@ enum mr_status hil_record_open(struct hil_record *r, const char *kind)
                                "`end <crc32, 8 hex digits>` expected as the last line");
     uint32_t crc = mr_crc32(0, (const uint8_t *)r->bytes, end - 4);
     if (stated != crc)
-        return hil_file_refuse(&r->at, MR_CRC,
-                               "checksum is %08x but the file says %08x: it was changed or damaged",
-                               (unsigned)crc, (unsigned)stated);
+        return hil_file_refuse(
+            &r->at, MR_CRC,
+            "the checksum is %08x, but the file states %08x: the file was changed or damaged",
+            (unsigned)crc, (unsigned)stated);
     r->size = end - 4;
     r->bytes[r->size] = '\0';
     r->next = r->bytes + n + 3;
@@ -120,7 +121,7 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
         return refuse(r, "more than %u commands", COMMANDS_MAX);
     if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=
         MR_OK)
-        return refuse(r, "`%s` is no command", text + end);
+        return refuse(r, "`%s` is not a command", text + end);
     run->commands = realloc(run->commands, (run->command_count + 1u) * sizeof *run->commands);
     if (!run->commands)
         abort(); /* as the board itself does */
@@ -163,8 +164,7 @@ static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, co
         }
         if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
             repeat > count - run->sample_count)
-            return refuse(r, "`%s` does not repeat a row that is there, within the %u samples",
-                          line, count);
+            return refuse(r, "`%s` repeats no row, or exceeds the %u samples", line, count);
         for (; repeat; repeat--, run->sample_count++)
             memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
                    sizeof *run->samples);

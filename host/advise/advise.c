@@ -42,7 +42,7 @@ static enum mr_status learn(struct advise *advise, struct error *error)
     const struct past *past = &advise->past;
     for (size_t i = 0; i < past->landings; i++) {
         const struct past_landing *landing = &past->landing[i];
-        progress_at(advise->progress, "%zu of %zu landings have taught", i, past->landings);
+        progress_at(advise->progress, "%zu of %zu landings processed", i, past->landings);
         if (landing->relaid)
             advise_relay(&advise->members);
         if (!landing->measured) {
@@ -51,8 +51,8 @@ static enum mr_status learn(struct advise *advise, struct error *error)
         }
         if (!advise_learn(&advise->members, &landing->seen))
             return error_set(error, MR_NUMERICS,
-                             "RUN %lld cannot be learned from: a member of the ensemble ran away; "
-                             "look at its readings, or void it",
+                             "cannot update the model from RUN %lld: a member of the ensemble "
+                             "diverged; check the readings of that landing, or void it",
                              (long long)landing->run);
     }
     if (past->relaid)
@@ -137,7 +137,7 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
                         (isnan(plan->mean_ft_s2) && !plan->profile.count);
     if (advise->as_before && !last)
         return error_set(error, MR_USAGE,
-                         "no plan: no landing before from which to take it; give --speed and "
+                         "no plan: there is no earlier landing to take it from; give --speed and "
                          "--deceleration");
     if (isnan(plan->speed_ft_s))
         plan->speed_ft_s = last->seen.braking.speed_ft_s;
@@ -146,8 +146,7 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
         if (isnan(plan->mean_ft_s2))
             return error_set(
                 error, MR_USAGE,
-                "no stop: --profile does not stop the gear within 10 min; give braking "
-                "that does");
+                "no stop: --profile does not stop the gear within 10 min; give harder braking");
         for (size_t i = 0; i < plan->profile.count; i++)
             plan->profile.factor[i] /= plan->mean_ft_s2;
     } else if (isnan(plan->mean_ft_s2))
@@ -221,7 +220,7 @@ static bool find_fastest(struct advise *advise, struct advise_braking *braking,
         double tried_ft_s = rows > 1 ? (speed_ft_s[at - 1] + speed_ft_s[at]) / 2.0
                           : below    ? FASTEST * planned_ft_s
                                      : advise->slowest_ft_s;
-        progress_at(advise->progress, "touchdown at %.1f ft/s is tried", tried_ft_s);
+        progress_at(advise->progress, "trying touchdown at %.1f ft/s", tried_ft_s);
         memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
         memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
@@ -247,7 +246,7 @@ static enum mr_status find_rows(struct advise *advise, struct error *error)
     advise->least_ft_s2 = advise_least_ft_s2(members, &advise->plan);
     choose_rows(advise, mean_ft_s2);
     for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
-        progress_at(advise->progress, "%zu of %u decelerations are tried", i, ADVISE_ROWS);
+        progress_at(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROWS);
         good = advise_row(members, &advise->plan, mean_ft_s2[i], braking, met, &advise->row[i]);
         advise->rows++;
     }
@@ -272,14 +271,16 @@ static void hardest_text(const struct advise *advise, bool si, char out[HARDEST_
     unit_value_text(UNIT_DECELERATION, si, advise->brake.at, 1, value);
     unit_value_text(UNIT_DECELERATION, si, advise->short_ft_s2, 1, from);
     if (isfinite(advise->brake.at))
-        snprintf(out, HARDEST_TEXT, "%s to %s it stays below",
+        snprintf(out, HARDEST_TEXT, "the probability stays below the limit %s to %s",
                  advise->brake.beyond ? "at least up" : "up", value);
     else if (isfinite(advise->short_ft_s2))
         snprintf(out, HARDEST_TEXT,
-                 "it stays below from %s on alone, where the gear stops before the closed mats",
+                 "the probability stays below the limit only from %s up, where the gear stops "
+                 "before the closed mats",
                  from);
     else
-        snprintf(out, HARDEST_TEXT, "no braking that stops on the runway stays below");
+        snprintf(out, HARDEST_TEXT,
+                 "it does not stay below the limit at any braking that stops on the runway");
 }
 
 static void judge(struct advise *advise, bool si)
@@ -287,10 +288,10 @@ static void judge(struct advise *advise, bool si)
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.limit;
     char braking[UNIT_TEXT], hardest[HARDEST_TEXT];
-    const char *lacks = !advise->members.learned ? "no landing has taught it yet"
-                      : advise->outside          ? "no landing before was like this"
+    const char *lacks = !advise->members.learned ? "the model has not been updated from any landing"
+                      : advise->outside          ? "no earlier landing was like this plan"
                       : advise->past.surveyed < advise->past.segments / 2u
-                          ? "the joints were not surveyed since the last landing"
+                          ? "the joints have not been surveyed since the last landing"
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
     hardest_text(advise, si, hardest);
@@ -313,7 +314,7 @@ static void judge(struct advise *advise, bool si)
                  "at %s a zone of %u mats has a probability of %.0f %%, %s the limit of %.0f %%; "
                  "%s",
                  braking, ADVISE_ZONE_MATS, 100.0 * row->zone.p,
-                 row->zone.low >= limit ? "beyond" : "which its members do not tell from",
+                 row->zone.low >= limit ? "above" : "which its members cannot distinguish from",
                  100.0 * limit, hardest);
 }
 
@@ -334,7 +335,7 @@ static void reach_text(const struct advise_reach *reach, enum unit_kind unit, bo
     else if (isfinite(high))
         snprintf(interval, sizeof interval, " (95 %%: %.*f or less)", decimals, high);
     if (reach->beyond)
-        snprintf(out, 3 * UNIT_TEXT, "up to %s, the most that was tried", at);
+        snprintf(out, 3 * UNIT_TEXT, "up to %s, the largest value tried", at);
     else
         snprintf(out, 3 * UNIT_TEXT, "at most %s%s", at, interval);
 }
@@ -358,12 +359,12 @@ static void find_action(struct advise *advise, bool si)
                  speed, brake, land, braking);
     else if (isfinite(advise->brake.at))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: at %s brake %s. With %s no touchdown speed from %s up "
-                 "does.",
+                 "To stay below %.0f %%: at %s brake %s.With braking at %s, no touchdown speed "
+                 "from %s up does.",
                  percent, speed, brake, braking, slowest);
     else if (isfinite(advise->speed.at))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: touch down %s, braking at %s. At %s no gentler braking "
+                 "To stay below %.0f %%: touch down %s, braking at %s.At %s, no gentler braking "
                  "that stops on the runway does.",
                  percent, land, braking, speed);
     else
@@ -374,7 +375,7 @@ static void find_action(struct advise *advise, bool si)
     size_t used = strlen(advise->action);
     if (isnan(advise->brake.at) && isfinite(advise->short_ft_s2))
         snprintf(advise->action + used, size - used,
-                 " Braking from %s on stops before the closed mats.", from);
+                 "Braking at %s or harder stops the gear before the closed mats.", from);
 }
 
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
@@ -396,8 +397,8 @@ enum mr_status advise_find(struct advise *advise, bool si, struct progress *prog
     if (advise_members_draw(&advise->members, &advise->past.runway, (size_t)request->members,
                             (uint64_t)request->seed) != MR_OK)
         status = error_set(error, MR_USAGE,
-                           "no runway: the parameters of the board's predictor make no sense; "
-                           "look at them with matrig board config");
+                           "no runway: the parameters of the board's predictor are inconsistent; "
+                           "check them with matrig board config");
     if (status == MR_OK)
         status = learn(advise, error);
     if (status == MR_OK) {
@@ -504,11 +505,11 @@ static void plan_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
     if (advise->planned)
         answer_words(answer, NULL, "met",
-                     "within %.0f %% rms, %+.0f %% on the mean, by %u landings with a kept plan",
+                     "within %.0f %% rms, %+.0f %% on average, in %u landings with a stored plan",
                      100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0), advise->planned);
     else
         answer_words(answer, NULL, "met", "within %.0f %% rms, %s", 100.0 * plan->spread,
-                     "as assumed: no landing has a kept plan (--keep)");
+                     "assumed: no landing has a stored plan (--keep)");
     answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
     answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned);
@@ -524,11 +525,11 @@ static void known_answer(const struct advise *advise, struct answer *answer)
         enum advise_unknown unknown;
         enum unit_kind unit;
         int decimals;
-    } rows[] = {{"share", "thrust on the strip, of W/axles", ADVISE_SHARE, UNIT_NUMBER, 2},
+    } rows[] = {{"share", "thrust on the strip, share of W/axles", ADVISE_SHARE, UNIT_NUMBER, 2},
                 {"friction", "friction of a mat", ADVISE_FRICTION, UNIT_TENSION, 3},
                 {"resistance", "resistance of a joint", ADVISE_RESISTANCE, UNIT_TENSION, 1},
                 {"stiffness", "stiffness of a joint", ADVISE_STIFFNESS, UNIT_STIFFNESS, 0}};
-    answer_open(answer, "learned", "What the landings taught");
+    answer_open(answer, "learned", "Estimates from the landings");
     answer_count(answer, "landings", "landings", advise->members.learned);
     answer_count(answer, "not_learned", NULL, (int64_t)advise->unlearned);
     answer_count(answer, "voided", NULL, (int64_t)advise->past.voided);
@@ -546,29 +547,32 @@ static void notes_answer(const struct advise *advise, struct answer *answer)
 {
     const struct past *past = &advise->past;
     if (!advise->members.learned)
-        answer_words(answer, NULL, "note", "no landing has taught it: wide as drawn");
+        answer_words(
+            answer, NULL, "note",
+            "the model has not been updated from any landing: the ranges are the initial ones");
     if (advise->unlearned)
         answer_words(answer, NULL, "note",
-                     "%zu landings without a measured stop were not learned "
-                     "from; what they did to the joints is not known",
+                     "%zu landings without a measured stop were not used; their effect on the "
+                     "joints is unknown",
                      advise->unlearned);
     if (past->voided)
-        answer_words(answer, NULL, "note", "%zu voided landings are left out", past->voided);
+        answer_words(answer, NULL, "note", "%zu void landings were left out", past->voided);
     if (past->surveyed < past->segments)
         answer_words(answer, NULL, "note",
-                     "%u of %u segments were surveyed since the last landing; the others are as "
-                     "the members have them",
+                     "%u of %u segments were surveyed since the last landing; for the others the "
+                     "members' estimates are used",
                      past->surveyed, past->segments);
     if (past->relaid)
         answer_words(answer, NULL, "note",
-                     "a series was begun since: the openings are taken as laid anew");
+                     "a series has begun since: the joint openings are assumed to be those of a "
+                     "newly laid runway");
     if (advise->outside)
         answer_words(answer, NULL, "note",
-                     "the plan lies outside of the landings before: what they taught is widened "
-                     "by half");
+                     "the plan lies outside the range of the earlier landings: the uncertainty of "
+                     "their estimates is increased by half");
     if (advise->as_before)
         answer_words(answer, NULL, "note",
-                     "speed or deceleration not given: those of the last landing");
+                     "speed or deceleration not given: the values of the last landing are used");
 }
 
 /* A bow wave rises above a threshold of the thrust (docs/explanation/bow-waves.md). */
@@ -583,11 +587,11 @@ static void thrust_answer(const struct advise *advise, struct answer *answer)
         answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
                      share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
         answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
-        answer_remark(answer, ", for the assumed irregularity; bow waves rise above about 1.2 "
-                              "times this");
+        answer_remark(answer,
+                      ", for the assumed irregularity; bow waves form above about 1.2 times this");
     } else {
         answer_none(answer, "critical", "critical thrust",
-                    "unknown: the board has no irregularity (predict.bump_in)");
+                    "unknown: the board has no irregularity set (predict.bump_in)");
     }
 }
 
@@ -608,26 +612,27 @@ void advise_answer(const struct advise *advise, struct answer *answer)
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
     plan_answer(advise, answer);
-    answer_table(answer, "rows",
-                 "Probability that the wheel comes to a zone of 50 mats, against mean deceleration "
-                 "and station of the wheel (in brackets: 95 % of the members' number alone)");
+    answer_table(
+        answer, "rows",
+        "Probability that the wheel reaches a zone of 50 mats, by mean deceleration and station of "
+        "the wheel (in brackets: 95 % interval from the number of members only)");
     for (size_t i = 0; i < advise->rows; i++)
         row_answer(advise, &advise->row[i], answer);
     answer_close(answer);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.limit, 3);
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->brake.at, 1);
     answer_remark(answer,
-                  isnan(advise->brake.at) ? "; nothing that stops on the runway, and gentler "
-                                            "than that, stays below %.0f %%"
-                  : advise->brake.beyond  ? ", the last row, and still below %.0f %%"
-                                          : " stays below %.0f %%",
+                  isnan(advise->brake.at)
+                      ? "; no gentler braking that stops on the runway stays below %.0f %%"
+                  : advise->brake.beyond ? ", the last row, which is still below %.0f %%"
+                                         : " stays below %.0f %%",
                   100.0 * advise->request.limit);
     answer_flag(answer, "hardest_beyond", NULL, advise->brake.beyond);
     notes_answer(advise, answer);
     answer_value(answer, "short", isfinite(advise->short_ft_s2) ? "stops short" : NULL,
                  UNIT_DECELERATION, advise->short_ft_s2, 1);
     if (isfinite(advise->short_ft_s2))
-        answer_remark(answer, " and harder stops before the mats that are closed");
+        answer_remark(answer, " or harder, the gear stops before the closed mats");
     answer_flag(answer, "outside", NULL, advise->outside);
     answer_count(answer, "segments_surveyed", NULL, advise->past.surveyed);
     known_answer(advise, answer);
@@ -672,6 +677,6 @@ enum mr_status advise_chart(const struct advise *advise, unsigned landings,
     return mr_risk_plan_check(plan) == MR_OK
              ? MR_OK
              : error_set(error, MR_USAGE,
-                         "a plan that a board does not understand: matrig advise; it takes speeds "
-                         "of 1 to 300 ft/s, and braking that ends at 0.1 ft/s2 or more");
+                         "plan outside the range of the board: matrig advise; use speeds of 1 to "
+                         "300 ft/s and braking that ends at 0.1 ft/s2 or more");
 }

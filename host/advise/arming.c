@@ -43,12 +43,15 @@ static void survey_doubt(struct store *store, int64_t armed_us, int64_t *loaded_
         const struct store_gage_survey *row = &rows[count - 1];
         (void)store_gage_loaded(store, row->id, loaded_us, &ignored);
         if (row->ended_us == STORE_NONE)
-            add(out, "survey %lld is not finished\n", (long long)row->id);
+            add(out, "survey %lld is not finished: continue it with matrig survey DB\n",
+                (long long)row->id);
         else if (row->made_us < armed_us)
-            add(out, "the mat was not read since the last landing: survey %lld predates it\n",
+            add(out,
+                "the mat has not been surveyed since the last landing: survey %lld is older; "
+                "matrig survey DB\n",
                 (long long)row->id);
         else if (!*loaded_us)
-            add(out, "the board does not have survey %lld: matrig survey DB --load LINK\n",
+            add(out, "survey %lld is not loaded into the board: matrig survey DB --load LINK\n",
                 (long long)row->id);
     }
     free(rows);
@@ -67,10 +70,10 @@ static void ready_doubt(struct store *store, int64_t now_us, int64_t armed_us, i
         return;
     survey_time_text(row.made_us, at, sizeof at);
     if (strcmp(row.verdict, "go") != 0)
-        add(out, "matrig ready was no-go at %s\n", at);
+        add(out, "the result of matrig ready at %s was no-go\n", at);
     else if (row.made_us < armed_us || row.made_us < loaded_us ||
              now_us - row.made_us > STORE_READINESS_US)
-        add(out, "matrig ready was go at %s, %s\n", at,
+        add(out, "the result of matrig ready was go at %s, %s\n", at,
             row.made_us < armed_us    ? "before the last landing"
             : row.made_us < loaded_us ? "before the survey was loaded"
                                       : "more than 12 h ago");

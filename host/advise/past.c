@@ -151,8 +151,8 @@ static enum mr_status take_runway(struct store *store, const struct store_landin
         return MR_OK;
     }
     return error_set(error, MR_TOO_FEW,
-                     "no runway: %s has no landing with the parameters of a board's predictor; log "
-                     "one with a board that runs it (matrig board config)",
+                     "no runway: %s has no landing with the parameters of a predictor; log a "
+                     "landing with a board that runs the predictor (matrig board config)",
                      store_path(store));
 }
 
@@ -224,7 +224,7 @@ enum mr_status past_load(struct store *store, int64_t before, struct past *past,
         last_in[s] = NAN;
     enum mr_status status = choose(store, before, &row, &count, past, &end_us, error);
     if (status == MR_OK && before && !count) /* the first landing: its own board tells */
-        status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later one",
+        status = error_set(error, MR_TOO_FEW, "no landing before RUN %lld: %s; give a later RUN",
                            (long long)before, store_path(store));
     if (status == MR_OK)
         status = take_runway(store, row, count, past, error);

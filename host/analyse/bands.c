@@ -122,7 +122,7 @@ static void shunts_text(const struct bands_summary *bands, bool si, char *out, s
     used = (size_t)snprintf(out, size, "%zu gages before, %zu after", before, after);
     if (most && used < size)
         used += (size_t)snprintf(out + used, size - used,
-                                 "; most drift %+.2f %s (%+.2f %%), gage %u",
+                                 "; largest drift %+.2f %s (%+.2f %%), gage %u",
                                  (most->after_lb - most->before_lb) * force->factor, force->text,
                                  100.0 * (most->after_lb / most->before_lb - 1.0), most->gage);
     for (size_t i = 0; i < bands->shunts && used < size; i++) {
@@ -226,7 +226,7 @@ void bands_answer(const struct bands_summary *bands, const struct measured *meas
     for (size_t i = 0; i < bands->bands; i++)
         band_answer(&bands->band[i], measured, answer);
     answer_close(answer);
-    answer_table(answer, "band_events", bands->events ? "what the board found of bands" : NULL);
+    answer_table(answer, "band_events", bands->events ? "band events reported by the board" : NULL);
     for (size_t i = 0; i < bands->events; i++)
         event_answer(&bands->event[i], answer);
     answer_close(answer);

@@ -200,14 +200,14 @@ void measured_no_stop_text(const struct measured *measured, char out[MEASURED_RE
 {
     if (measured->unheard_edges > 0)
         snprintf(out, MEASURED_REASON,
-                 "the board named %zu switches, of which the record lacks %zu",
+                 "the board reported %zu switches, %zu of which are missing in the record",
                  measured->gates + measured->unheard_edges, measured->unheard_edges);
     else if (measured->hidden_switch > 0)
         snprintf(out, MEASURED_REASON, "nothing was recorded when switch %u was due",
                  measured->hidden_switch);
     else if (measured->silent_switch > 0)
         snprintf(out, MEASURED_REASON,
-                 "switches from %u on lie before it by the others, and never opened",
+                 "switch %u and later ones did not open, though the gear passed them",
                  measured->silent_switch);
     else
         snprintf(out, MEASURED_REASON, "the record ends while the gear %s",
@@ -443,7 +443,7 @@ void measured_torn_text(const struct measured *measured, char out[MEASURED_TORN_
     out[0] = '\0';
     if (measured->torn)
         snprintf(out, MEASURED_TORN_TEXT,
-                 "torn: of its edges those before number %lld never came; speeds are not stated",
+                 "torn: the switch edges before number %lld were not received; no speeds are given",
                  (long long)measured->first_edge);
 }
 
@@ -626,7 +626,7 @@ static const struct {
     char letter;
     const char *alone, *filled;
 } sources[MEASURED_SOURCES] = {
-    [MEASURED_NOTHING] = {"none", '-', "no readings were received", "came from nowhere"},
+    [MEASURED_NOTHING] = {"none", '-', "no readings were received", "from no source"},
     [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
                       "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
@@ -664,7 +664,7 @@ static bool aside_text(const struct measured *measured, char *out, size_t size)
     }
     if (used && used < size)
         snprintf(out + used, size - used,
-                 " set aside: the time lies far from the landing's (first: %.3f s of the board)",
+                 " left out: their time is far from the landing (first: board time %.3f s)",
                  (double)aside->block / 1000.0);
     return used != 0;
 }
@@ -689,9 +689,10 @@ void measured_source_text(const struct measured *measured, char out[MEASURED_SOU
         separator = ",";
     }
     if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
-        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used,
-                                 "; %lld ms before them are in the campaign alone",
-                                 (long long)measured->skipped_blocks);
+        used +=
+            (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used,
+                             "; the %lld ms before these are stored in the campaign but not shown",
+                             (long long)measured->skipped_blocks);
     if (used < MEASURED_SOURCE_TEXT &&
         aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
         memcpy(out + used, "; ", 2);

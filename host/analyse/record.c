@@ -82,9 +82,9 @@ static void judge(struct record_row *row)
     else if (row->outcome.came == OUTCOME_UNKNOWN)
         row->why = row->outcome.why;
     else if (row->warned == RECORD_UNWATCHED)
-        row->why = "no board watched";
+        row->why = "no board was recording";
     else if (row->warned == RECORD_UNHEARD)
-        row->why = "no warning was heard, and one may have come";
+        row->why = "no warning was received, but one may have been sent";
     else if (row->warned == RECORD_WARNED)
         judge_warned(row);
     else
@@ -105,7 +105,7 @@ const char *outcome_basis_text(enum outcome_basis basis)
 {
     static const char *const text[OUTCOME_BASES] = {
         [OUTCOME_NOTHING] = "nothing",
-        [OUTCOME_SEEN] = "what was seen",
+        [OUTCOME_SEEN] = "observation",
         [OUTCOME_TRANSDUCERS] = "survey before and transducers",
         [OUTCOME_SURVEY_AFTER] = "survey after",
     };
@@ -219,16 +219,16 @@ static void by_transducers(const struct measured *measured, const struct zones_c
 {
     struct zones_closure closed = *slack; /* what was not surveyed taken as closed */
     if (measured->fit_status != MR_OK) {
-        outcome->why = "its gear's way to a stop is not known";
+        outcome->why = "the motion of the gear up to its stop is unknown";
         return;
     }
     if (slack->surveyed == 0) {
-        outcome->why = "no survey was read between the landing before and it";
+        outcome->why = "there was no survey between the previous landing and this landing";
         return;
     }
     outcome->watched = watched_share(measured);
     if (!(outcome->watched > 0.0)) {
-        outcome->why = "no two transducers spoke";
+        outcome->why = "fewer than two transducers gave readings";
         return;
     }
     struct came came = play(measured, slack);
@@ -243,9 +243,10 @@ static void by_transducers(const struct measured *measured, const struct zones_c
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         closed.slack_in[s] = isnan(closed.slack_in[s]) ? 0.0f : closed.slack_in[s];
     if (outcome->watched < LEAST_WATCHED)
-        outcome->why = "transducers bound less than half of its way";
+        outcome->why = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed < MR_SEGMENTS && isfinite(play(measured, &closed).t_s))
-        outcome->why = "the survey before it leaves out where a zone may have been";
+        outcome->why =
+            "the survey before the landing leaves out segments where a zone may have been";
     else {
         outcome->came = OUTCOME_DID_NOT;
         outcome->basis = OUTCOME_TRANSDUCERS;
@@ -277,7 +278,7 @@ static void by_survey_after(const struct measured *measured, const struct zones_
     if (outcome->came == OUTCOME_DID_NOT) {
         outcome->came = OUTCOME_UNKNOWN;
         outcome->basis = OUTCOME_NOTHING;
-        outcome->why = "transducers and the survey after it disagree";
+        outcome->why = "the transducers and the survey after the landing disagree";
     } else {
         outcome->came = OUTCOME_CAME;
         outcome->basis = OUTCOME_SURVEY_AFTER;
@@ -545,19 +546,19 @@ static void advice_answer(const struct record *record, struct answer *answer)
         answer_count(answer, "unknown", "not known", (int64_t)record->advice[i][OUTCOME_UNKNOWN]);
     }
     answer_close(answer);
-    answer_count(answer, "off_plan", "landed otherwise than planned", (int64_t)record->off_plan);
+    answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan);
 }
 
 static void line_answer(const struct record *record, struct answer *answer)
 {
     const size_t *verdict = record->verdict;
-    answer_sentence(answer, NULL,
-                    "In %zu landings the wheel reached a zone: %zu warned in time, %zu too late, "
-                    "%zu missed. %zu false warnings, %zu rightly quiet, %zu not known (matrig "
-                    "report has each).",
-                    verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS],
-                    verdict[RECORD_HIT], verdict[RECORD_LATE], verdict[RECORD_MISS],
-                    verdict[RECORD_FALSE], verdict[RECORD_SILENCE], verdict[RECORD_NOT_KNOWN]);
+    answer_sentence(
+        answer, NULL,
+        "In %zu landings the wheel reached a zone: %zu warned in time, %zu too late, %zu missed. "
+        "%zu false warnings, %zu rightly quiet, %zu not known (matrig report lists each).",
+        verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS], verdict[RECORD_HIT],
+        verdict[RECORD_LATE], verdict[RECORD_MISS], verdict[RECORD_FALSE], verdict[RECORD_SILENCE],
+        verdict[RECORD_NOT_KNOWN]);
 }
 
 void record_answer(const struct record *record, bool brief, struct answer *answer)

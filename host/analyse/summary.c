@@ -107,7 +107,7 @@ static const char *gap_reason(const char *cause)
         {"processor", "lost while this computer was too slow"},
         {"adapter", "lost in the adapter"},
         {"bus-off", "lost while the adapter was off the bus"},
-        {"away", "lost while the link was away"},
+        {"away", "lost while the link was disconnected"},
         {"file", "not in the file"},
         {"silence", "the link was silent"},
     };
@@ -188,7 +188,7 @@ static void summary_mean_answer(const struct store_mean *mean, struct answer *an
         while ((unsigned char)*unit >= 0x80) /* the degree */
             unit++;
         if (!m->readings && m->told)
-            answer_words(answer, NULL, info->name, "none of %lld readings came; %s",
+            answer_words(answer, NULL, info->name, "none of %lld readings received; %s",
                          (long long)m->told, info->why);
         if (!m->readings)
             continue;
@@ -232,8 +232,8 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
     char numbers[120];
     if (measured_ends_early(measured))
         answer_sentence(answer, NULL,
-                        "The record ends %.3f s after %s, while the gear %s: peaks and ends are "
-                        "those until then.",
+                        "The record ends %.3f s after %s, while the gear %s: peaks and end values "
+                        "are those up to that time.",
                         measured_time_s(measured, measured->samples - 1),
                         measured->t0_is_touchdown ? "touchdown" : "the first switch",
                         measured_moves_text(measured));
@@ -242,8 +242,8 @@ static void summary_missing_answer(const struct measured *measured, enum mr_chan
         if (!lacks(channel, kind) || !numbers_text(measured, c, numbers, sizeof numbers))
             continue;
         answer_sentence(answer, NULL,
-                        "Readings are missing from %.3f to %.3f s (%s%s %s): a peak that fell "
-                        "among them is not seen, and no error here knows of it.",
+                        "Readings are missing from %.3f to %.3f s (%s%s %s): a peak in this "
+                        "interval is not seen, and the errors given do not include this.",
                         measured_time_s(measured, channel->missing_from),
                         measured_time_s(measured, channel->missing_to),
                         kind == MR_KIND_TENSION ? "gage" : "transducer",
@@ -379,7 +379,7 @@ static void day_text(double host_us, char *out, size_t size)
     struct tm utc;
     char text[40];
     if (!(fabs(host_us) < DAY_MOST_US) || !gmtime_r(&second, &utc)) {
-        snprintf(out, size, "a time that no calendar has");
+        snprintf(out, size, "a time outside the calendar");
         return;
     }
     strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
@@ -400,8 +400,8 @@ static void clock_answer(const struct summary *summary, struct answer *answer)
     answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
     if (good) {
         answer_words(answer, NULL, "clock",
-                     "board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms "
-                     "(95 %%) and the link's least delay",
+                     "board %.2f +- %.2f ppm %s (%s, %lld time pairs); times of day within %.2f ms "
+                     "(95 %%) plus the minimum delay of the link",
                      fabs(clock->fast_ppm), clock->fast_half_ppm,
                      clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
                      (long long)clock->pairs, clock->host_half_us / 1e3);
@@ -412,7 +412,7 @@ static void clock_answer(const struct summary *summary, struct answer *answer)
         answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
         answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_us, 0);
     } else {
-        answer_words(answer, NULL, "clock", "no times of day: %s",
+        answer_words(answer, NULL, "clock", "times of day unknown: %s",
                      timemap_refusal_text((unsigned)clock->refusal));
     }
     if (good && summary->measured.t0_is_touchdown) {
@@ -519,11 +519,11 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
     if (beyond && length > 0 && (size_t)length < size)
         length += snprintf(out + length, size - (size_t)length, ", %s from %d on",
                            measured->fit_status == MR_TRUNCATED || measured_ends_early(measured)
-                               ? "none heard"
+                               ? "none received"
                                : "not reached",
                            __builtin_ctzll(beyond) + 1);
     if (measured->edges > seen && length > 0 && (size_t)length < size)
-        snprintf(out + length, size - (size_t)length, "; %zu edges not named",
+        snprintf(out + length, size - (size_t)length, "; %zu edges not assigned",
                  measured->edges - seen);
 }
 
@@ -676,8 +676,9 @@ static void motion_answer(const struct summary *summary, struct answer *answer)
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
-                     measured->torn ? "the landing is torn, its first edges never came"
-                                    : mr_status_text(measured->fit_status));
+                     measured->torn
+                         ? "the landing is torn: its first switch edges were not received"
+                         : mr_status_text(measured->fit_status));
     } else {
         motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
                         fit->mean_deceleration_ft_s2, 4, answer);
@@ -836,7 +837,7 @@ static void board_answer(const struct store_landing *landing, int64_t can_base,
     answer_count(answer, "clock_source", NULL, landing->clock_source);
     answer_words(answer, NULL, "oscillator",
                  landing->clock_source == STORE_NONE ? "not known"
-                 : landing->clock_source > 0         ? "internal: 1 %% in every speed"
+                 : landing->clock_source > 0         ? "internal: 1 %% error in all speeds"
                                                      : "crystal");
 }
 
@@ -863,7 +864,7 @@ void summary_alerts_answer(const struct summary *summary, struct answer *answer)
         answer_words(answer, NULL, "torn", "%s", torn + strlen("torn: "))->warn = true;
     answer_flag(answer, "torn", NULL, measured->torn);
     if (summary->twin)
-        answer_words(answer, NULL, "twice", "the same landing as RUN %lld",
+        answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
                      (long long)summary->twin)
             ->warn = true;
     answer_count(answer, "same_as", NULL, summary->twin ? summary->twin : ANSWER_UNKNOWN);

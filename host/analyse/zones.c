@@ -9,7 +9,7 @@
 #include "common/wire.h"
 #include "host/store/store.h"
 
-#define ZONES_QUIET (ZONES_HEARD_TEXT + 50)
+#define ZONES_QUIET (ZONES_HEARD_TEXT + 60)
 
 double zones_time_s(const struct measured *measured, const struct store_zone *zone)
 {
@@ -230,7 +230,7 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
 
 static const char *not_reached(const struct zone_warning *w)
 {
-    return w->path_known ? "never: the gear stopped before"
+    return w->path_known ? "never: the gear stopped before the zone"
                          : "not known: the record does not show where the gear stopped";
 }
 
@@ -239,7 +239,7 @@ static void lead_answer(const struct zone_warning *w, struct answer *answer)
     const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
     answer_value(answer, "lead", if_known("predicted time to zone", w->lead_s), UNIT_TIME,
                  w->lead_s, 3)
-        ->end = ", the first that the board reported";
+        ->end = ", the first time that the board reported";
     answer_value(answer, "lead_t", if_known("predicted at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)
         ->digits = 9;
     answer_value(answer, "lead_start", if_known("zone's start then", w->lead_s), UNIT_STATION,
@@ -267,7 +267,7 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
         ->digits = 9;
     answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
-        answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey alone",
+        answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey only",
                      (long long)w->inferred_percent);
     answer_flag(answer, "reached", NULL, w->reached);
     if (w->reached)
@@ -287,7 +287,8 @@ static void quiet_text(const struct zones *zones, char out[ZONES_QUIET])
 {
     char doubt[ZONES_HEARD_TEXT];
     if (zones_heard_doubt(&zones->heard, (double)INFINITY, doubt))
-        snprintf(out, ZONES_QUIET, "no warning was heard, one may have come: %s", doubt);
+        snprintf(out, ZONES_QUIET, "no warning was received, but one may have been sent: %s",
+                 doubt);
     else
         snprintf(out, ZONES_QUIET, "no warning");
 }
@@ -311,7 +312,8 @@ static void warned_answer(const struct zones *zones, struct answer *answer)
         answer_words(answer, NULL, "zone", "%s", quiet)->warn =
             zones_heard_doubt(&zones->heard, (double)INFINITY, doubt);
     if (zones_earlier_text(zones, doubt))
-        answer_words(answer, NULL, "zone", "an earlier one may have come: %s", doubt)->warn = true;
+        answer_words(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
+            ->warn = true;
 }
 
 void zones_warned_answer(const struct zones *zones, bool watched, struct answer *answer)
@@ -320,7 +322,7 @@ void zones_warned_answer(const struct zones *zones, bool watched, struct answer 
         warned_answer(zones, answer);
     else
         answer_words(answer, NULL, "zone",
-                     "no board watched: the readings are another instrument's");
+                     "no board was recording: the readings are from another instrument");
 }
 
 void zones_answer(const struct zones *zones, bool watched, struct answer *answer)
@@ -333,7 +335,7 @@ void zones_answer(const struct zones *zones, bool watched, struct answer *answer
     answer_open(answer, "zone",
                 !w->warned ? NULL
                 : first    ? "first warning (+- is one standard error)"
-                           : "first warning that was heard (+- is one standard error)");
+                           : "first warning that was received (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->warned);
     answer_flag(answer, "all_heard", NULL,
                 watched && !zones_heard_doubt(heard, (double)INFINITY, doubt));
@@ -356,23 +358,24 @@ bool zones_heard_doubt(const struct zones_heard *heard, double before_s, char ou
     char text[160];
     out[0] = '\0';
     if (!heard->any) {
-        add(out, "the record has nothing that the board said of zones");
+        add(out, "the record has no zone messages from the board");
         return true;
     }
     if (heard->late) {
-        snprintf(text, sizeof text, "nothing was heard of zones before %.3f s after %s",
-                 heard->first_s, since);
+        snprintf(text, sizeof text, "no zone messages before %.3f s after %s", heard->first_s,
+                 since);
         add(out, text);
     }
     if (heard->pause_from_s < before_s) {
-        snprintf(text, sizeof text, "nothing was heard of zones from %.3f to %.3f s after %s",
+        snprintf(text, sizeof text, "no zone messages from %.3f to %.3f s after %s",
                  heard->pause_from_s, heard->pause_to_s, since);
         add(out, text);
     }
     if (!heard->ended && isinf(before_s)) {
-        snprintf(text, sizeof text,
-                 "the record ends %.3f s after %s, before the board said that the landing is over",
-                 heard->last_s, since);
+        snprintf(
+            text, sizeof text,
+            "the record ends %.3f s after %s, before the board reported the end of the landing",
+            heard->last_s, since);
         add(out, text);
     }
     return out[0] != '\0';
@@ -493,12 +496,11 @@ static void begin_answer(const struct foresight *foresight, struct answer *answe
     if (foresight->landings)
         snprintf(after, sizeof after, ", after %u landings", foresight->landings);
     if (!isnan(foresight->resistance))
-        snprintf(resists, sizeof resists,
-                 "; its joints resist closing %.2f times as much as configured",
+        snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
                  foresight->resistance);
-    answer_words(answer, NULL, LABEL, "the runway it began with: %s%s%s",
+    answer_words(answer, NULL, LABEL, "initial runway: %s%s%s",
                  foresight->source == STORE_NONE
-                     ? "not told"
+                     ? "not reported"
                      : mr_runway_source_text((unsigned)foresight->source),
                  after, resists);
 }
@@ -507,20 +509,20 @@ static void lack_answer(const struct foresight *foresight, enum foresight_lack l
                         struct answer *answer)
 {
     static const char *const words[] = {
-        [FORESIGHT_BLIND] = "blind: no transducer to correct the model; zones are what it makes of "
+        [FORESIGHT_BLIND] = "blind: no transducer corrects the model; zones come only from "
                             "switches, survey and earlier landings",
-        [FORESIGHT_NO_MOTION] = "no switch told where the gear is: zones from transducers and "
-                                "survey alone, without times to them",
-        [FORESIGHT_BEGUN_AGAIN] = "the model ran away and was begun again from the last survey or "
-                                  "landing: distrust its zones",
+        [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones come only from "
+                                "transducers and survey, without times",
+        [FORESIGHT_BEGUN_AGAIN] = "the model diverged and was restarted from the last survey or "
+                                  "landing: do not rely on its zones",
     };
     const struct foresight_span *span = &foresight->lack[lack];
     if (isnan(span->from_s))
         return;
     if (lack == FORESIGHT_DEGRADED)
         answer_words(answer, NULL, LABEL,
-                     "%s instead of every mat, from %.3f to %.3f s: the budget "
-                     "(predict.updates_per_block) or a backlog; ends of zones are less certain",
+                     "%s instead of every mat, from %.3f to %.3f s: update limit "
+                     "(predict.updates_per_block) or backlog; ends of zones are less certain",
                      mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s,
                      span->to_s);
     else
@@ -539,8 +541,8 @@ static void doubt_answer(const struct foresight *foresight, const struct measure
     if (!foresight->doubted_still[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
     answer_words(answer, NULL, LABEL,
-                 "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on "
-                 "its neighbours and the model",
+                 "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
+                 "the neighbouring transducers and the model",
                  i + 1u, (double)measured->channel[i].config.station_ft * station->factor,
                  station->text, mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
 }
@@ -549,20 +551,21 @@ static void risk_answer(const struct foresight *foresight, struct answer *answer
 {
     if (isnan(foresight->risk_most))
         return;
-    answer_words(answer, NULL, LABEL, "risk of a zone of %u mats at most %.2f, at %.3f s%s%s",
+    answer_words(answer, NULL, LABEL, "largest risk of a zone of %u mats %.2f, at %.3f s%s%s",
                  MR_PREDICTOR_WARNING_MATS, foresight->risk_most, foresight->risk_most_s,
-                 foresight->risk_basis & MR_RISK_OF_CHART  ? ", by chart and plan"
-                 : foresight->risk_basis & MR_RISK_OF_PLAN ? ", by the plan, without a chart"
-                                                           : ", without plan and chart",
+                 foresight->risk_basis & MR_RISK_OF_CHART  ? ", from chart and plan"
+                 : foresight->risk_basis & MR_RISK_OF_PLAN ? ", from the plan only (no chart)"
+                                                           : ", from neither plan nor chart",
                  foresight->risk_basis & MR_RISK_BLIND ? ", blind" : "");
     if (!isnan(foresight->plan_left_s))
         answer_words(answer, NULL, LABEL,
-                     "the plan was not followed, seen at %.3f s: the risk went on without it",
+                     "the landing left the plan, detected at %.3f s: the risk after that does not "
+                     "use the plan",
                      foresight->plan_left_s);
     if (foresight->chart_old)
-        answer_words(answer, NULL, LABEL,
-                     "the chart given was of another runway, with another number of landings: it "
-                     "was ignored");
+        answer_words(
+            answer, NULL, LABEL,
+            "the loaded chart was ignored: it is for a different runway or number of landings");
 }
 
 void foresight_answer(const struct foresight *foresight, const struct measured *measured,

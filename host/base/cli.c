@@ -59,7 +59,7 @@ static void take_stack(void)
     struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
     getrlimit(RLIMIT_STACK, &limit);
     if (limit.rlim_max < STACK_LIMIT)
-        error_set(fatal, MR_FULL, "too small a stack: %llu kB, matrig needs %u; ulimit -s %u",
+        error_set(fatal, MR_FULL, "stack too small: %llu kB, matrig needs %u kB; run ulimit -s %u",
                   (unsigned long long)limit.rlim_max / 1024, STACK_LIMIT / 1024,
                   STACK_LIMIT / 1024);
     if (limit.rlim_cur < STACK_LIMIT) {
@@ -175,7 +175,9 @@ unsigned cli_columns(void)
 
 int cli_fail_output(void)
 {
-    fputs("matrig: cannot write the result: standard output; check where it goes\n", stderr);
+    fputs("matrig: cannot write the result: standard output; check the pipe, file or disk that it "
+          "goes to\n",
+          stderr);
     return mr_status_exit_code(MR_IO);
 }
 

@@ -285,11 +285,11 @@ static enum mr_status one_too_many(const struct parsing *p, char **argv, int i, 
     size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
                                                 : p->command->count;
     if (row == p->command->count || p->command->parts[row].option.kind != OPTION_IS_TEXT)
-        return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help",
+        return error_set(error, MR_USAGE, "unexpected argument: '%s' of %s; see matrig %s --help",
                          argv[i], p->name, p->name);
     return error_set(
         error, MR_USAGE,
-        "one word too many: '%s' of %s; put a text of several words in quotes: %s '%s %s ...'",
+        "unexpected argument: '%s' of %s; put a text of several words in quotes: %s '%s %s ...'",
         argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
 }
 
@@ -314,7 +314,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
     }
     if (count < operands->least)
         return error_set(error, MR_USAGE,
-                         "something is missing: matrig %s needs %s; see matrig %s --help", p.name,
+                         "argument missing: matrig %s needs %s; see matrig %s --help", p.name,
                          operands->names, p.name);
     return MR_OK;
 }
@@ -329,7 +329,7 @@ enum mr_status run_parse(const char *text, int64_t *run, struct error *error)
     if (end == digits || *end != '\0' || errno != 0 || value < 1)
         return error_set(error, MR_USAGE,
                          "not a RUN: '%s'; write the number of a landing, from 1, or landing5 for "
-                         "the one that the board calls 5",
+                         "landing 5 of the board",
                          text);
     *run = boards ? -value : value;
     return MR_OK;

@@ -36,13 +36,14 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
     } kinds[] = {
         {"PK\003\004", "a spreadsheet or an archive", "save the sheet as CSV"},
         {"\320\317\021\340", "an old spreadsheet", "save the sheet as CSV"},
-        {"%PDF", "a PDF", "give the file that it was made from"},
-        {"\211PNG", "a picture", "give the file that it was made from"},
+        {"%PDF", "a PDF", "give the file with the data"},
+        {"\211PNG", "a picture", "give the file with the data"},
         {"SQLite format 3", "a campaign", "matrig show lists its contents"},
         {"matrig-run ", "a recorded landing", "matrig-board --rig plays it"},
-        {"MDF     ", "an MDF4 file", "export it as CSV"},
-        {"# matrig configuration", "a board's configuration", "matrig board config set takes it"},
-        {"<!DOCTYPE", "a page", "give the file that it was made from"},
+        {"MDF     ", "an MDF4 file", "export the file as CSV"},
+        {"# matrig configuration", "a board's configuration",
+         "load it with matrig board config set"},
+        {"<!DOCTYPE", "a web page", "give the file with the data"},
         {"\377\376", "a text in UTF-16", "save it as CSV UTF-8"},
     };
     char begins[32] = "";
@@ -54,8 +55,8 @@ enum mr_status output_other_kind(const char *path, const char *wanted, struct er
     }
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
         if (strncmp(begins, kinds[i].begins, strlen(kinds[i].begins)) == 0)
-            return error_set(error, MR_MALFORMED, "%s, no %s: %s; %s", kinds[i].kind, wanted, path,
-                             kinds[i].advice);
+            return error_set(error, MR_MALFORMED, "%s, not a %s: %s; %s", kinds[i].kind, wanted,
+                             path, kinds[i].advice);
     return MR_OK;
 }
 
@@ -101,7 +102,7 @@ enum mr_status output_not_input(const char *path, const char *input, struct erro
         a.st_dev != b.st_dev || a.st_ino != b.st_ino)
         return MR_OK;
     return error_set(error, MR_USAGE,
-                     "would overwrite what is read: %s; give another file for the output", path);
+                     "would overwrite the input: %s; give a different file for the output", path);
 }
 
 enum mr_status output_keep(const char *path, bool force, struct error *error)
@@ -109,8 +110,9 @@ enum mr_status output_keep(const char *path, bool force, struct error *error)
     struct stat info;
     if (!path || force || stat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0)
         return MR_OK;
-    return error_set(error, MR_USAGE,
-                     "exists already: %s; give another file, or --force to replace it", path);
+    return error_set(
+        error, MR_USAGE,
+        "file exists already: %s; give a different file, or --force to replace this file", path);
 }
 
 /* Whether the regular file at `target`, which the user named `path`, may be replaced. */
@@ -119,7 +121,7 @@ static enum mr_status may_replace(const char *path, const char *target, struct e
     if (!output_is_database(target))
         return MR_OK;
     return error_set(error, MR_USAGE,
-                     "would overwrite a database: %s; give another file for the output", path);
+                     "would overwrite a database: %s; give a different file for the output", path);
 }
 
 static enum mr_status check(const char *path, struct error *error)
@@ -260,7 +262,8 @@ enum mr_status output_end(struct output *output, struct error *error)
         return fflush(stdout) == 0 && !ferror(stdout)
                  ? error->status
                  : error_set(error, MR_IO,
-                             "cannot write (%s): standard output; check where it goes",
+                             "cannot write (%s): standard output; check the pipe, file or disk "
+                             "that it goes to",
                              strerror(errno));
     bool whole = !ferror(output->file);
     whole &= fclose(output->file) == 0;

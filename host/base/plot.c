@@ -1,5 +1,6 @@
 #include "host/base/plot.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +12,7 @@
 #include "host/base/xmalloc.h"
 
 #define LIMIT_S 120.0
+#define NO_FILE "cannot create a temporary file (%s): /tmp, for the plot; make room there"
 #define COLUMNS 1000 /* a longer line keeps the least and the greatest value of each */
 
 struct plot {
@@ -237,16 +239,16 @@ static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
     pid_t child;
     int status = 0;
     if (!errors)
-        return error_set(error, MR_IO, "cannot draw: no temporary file; see TMPDIR");
+        return error_set(error, MR_IO, NO_FILE, strerror(errno));
     const int streams[3] = {fileno(script), fileno(picture), fileno(errors)};
     if (process_start(words, streams, &child, error) != MR_OK) {
         fclose(errors);
         return error->status;
     }
     if (!process_wait(child, LIMIT_S, &status))
-        snprintf(line, sizeof line, "it did not end within %g s", LIMIT_S);
+        snprintf(line, sizeof line, "timed out after %g s", LIMIT_S);
     else if (WIFSIGNALED(status))
-        snprintf(line, sizeof line, "signal %d ended it", WTERMSIG(status));
+        snprintf(line, sizeof line, "killed by signal %d", WTERMSIG(status));
     else if (WEXITSTATUS(status) != 0)
         snprintf(line, sizeof line, "exit code %d", WEXITSTATUS(status));
     rewind(errors);
@@ -256,7 +258,8 @@ static enum mr_status gnuplot(FILE *script, FILE *picture, struct error *error)
     }
     fclose(errors);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
-        return error_set(error, MR_IO, "gnuplot is missing; apt install gnuplot-nox");
+        return error_set(error, MR_IO,
+                         "cannot plot: gnuplot is missing; run apt install gnuplot-nox");
     return status == 0 ? MR_OK : error_set(error, MR_IO, "gnuplot failed: %s", line);
 }
 
@@ -278,9 +281,11 @@ static void plot_free(struct plot *plot)
 
 static enum mr_status check_ending(const char *path, struct error *error)
 {
-    return terminal_of(path)
-             ? MR_OK
-             : error_set(error, MR_USAGE, "a plot is a .svg, .png or .pdf file: %s", path);
+    return terminal_of(path) ? MR_OK
+                             : error_set(error, MR_USAGE,
+                                         "cannot write this type of plot: %s; use a file name "
+                                         "ending in .svg, .png or .pdf",
+                                         path);
 }
 
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error)
@@ -290,7 +295,7 @@ enum mr_status plot_write(struct plot *plot, const char *path, struct error *err
     end_panel(plot);
     fclose(plot->script);
     if (!script || !picture)
-        error_set(error, MR_IO, "cannot draw: no temporary file; see TMPDIR");
+        error_set(error, MR_IO, NO_FILE, strerror(errno));
     else if (check_ending(path, error) == MR_OK) {
         print_script(script, plot, terminal_of(path));
         rewind(script);

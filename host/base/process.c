@@ -80,7 +80,7 @@ enum mr_status temporary_folder_make(char path[TEMPORARY_FOLDER], const char *na
     if (mkdtemp(path))
         return MR_OK;
     error_set(error, MR_IO,
-              "cannot make a temporary directory (%s): %s; set TMPDIR to one that can be written",
+              "cannot create a temporary directory (%s): %s; set TMPDIR to a writable directory",
               strerror(errno), path);
     path[0] = '\0';
     return error->status;

@@ -17,7 +17,7 @@ static void *watch(void *context)
         double now_s = monotonic_s();
         pthread_mutex_lock(&u->lock);
         if (now_s >= u->next_s) {
-            fprintf(stderr, "matrig: %s: goes on after %.0f s: %s%s%s%s\n", u->who,
+            fprintf(stderr, "matrig: %s: running for %.0f s: %s%s%s%s\n", u->who,
                     now_s - u->begin_s, u->at, *u->quicker ? "; " : "", u->quicker,
                     *u->quicker ? " is quicker" : "");
             u->next_s = now_s + PROGRESS_EVERY_S;
@@ -29,7 +29,7 @@ static void *watch(void *context)
 
 void progress_begin(struct progress *u, const char *who, const char *quicker, bool quiet)
 {
-    *u = (struct progress){.who = who, .quicker = quicker, .at = "it has begun"};
+    *u = (struct progress){.who = who, .quicker = quicker, .at = "started"};
     u->begin_s = monotonic_s();
     u->next_s = u->begin_s + PROGRESS_EVERY_S;
     pthread_mutex_init(&u->lock, NULL);

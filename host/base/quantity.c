@@ -278,13 +278,14 @@ static void advise(const char *unit, const char *bare, struct quantity_wrong *wr
     snprintf(units, sizeof units, "%s", kind ? kind->units : unit);
     char *last = strrchr(units, ',');
     if (!*unit)
-        snprintf(wrong->advice, sizeof wrong->advice, "write digits alone");
+        snprintf(wrong->advice, sizeof wrong->advice, "write the number without a unit");
     else if (last)
-        snprintf(wrong->advice, sizeof wrong->advice, "write %.*s or%s behind the number%s%s%s%s",
+        snprintf(wrong->advice, sizeof wrong->advice, "write %.*s or%s after the number%s%s%s%s",
                  (int)(last - units), units, last + 1, *bare ? ", or no unit for " : "", bare,
                  kind->note ? "; " : "", kind->note ? kind->note : "");
     else
-        snprintf(wrong->advice, sizeof wrong->advice, "write digits alone, in %s", bare);
+        snprintf(wrong->advice, sizeof wrong->advice, "write the number without a unit, in %s",
+                 bare);
 }
 
 static bool is_wrong(struct quantity_wrong *wrong, const char *what, const char *unit,
@@ -311,7 +312,7 @@ static bool is_of_another_kind(const char *came, const char *unit, const char *b
     const struct quantity_kind *is = quantity_kind_of(came), *wanted = quantity_kind_of(unit);
     char what[sizeof wrong->what];
     if (!*unit)
-        snprintf(what, sizeof what, "a unit behind a plain number");
+        snprintf(what, sizeof what, "a unit after a plain number");
     else if (!is || !wanted)
         snprintf(what, sizeof what, "not in %s", unit);
     else
@@ -325,7 +326,7 @@ static bool is_with_comma(const char *text, const char *comma, struct quantity_w
     snprintf(wrong->what, sizeof wrong->what, "a comma");
     if (strspn(comma + 1, "0123456789") == 3)
         snprintf(wrong->advice, sizeof wrong->advice,
-                 "write a point before decimals, and nothing between thousands");
+                 "write a point before decimals, and no separator between thousands");
     else
         snprintf(wrong->advice, sizeof wrong->advice, "write a point: %.*s.%s", (int)(comma - text),
                  text, comma + 1);
@@ -353,12 +354,12 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (end == start || !isfinite(*value))
         return is_no_number(start, unit, bare, wrong);
     if (!*own && !*bare && *unit)
-        return is_wrong(wrong, "a number without its unit", unit, bare);
+        return is_wrong(wrong, "a number without a unit", unit, bare);
     const char *came = *own ? own : bare;
     if (strcmp(came, unit) == 0) /* also a word that the table does not have */
         return true;
     if (!read_unit(came, &from))
-        return is_wrong(wrong, *unit ? "unknown unit" : "a unit behind a plain number", unit, bare);
+        return is_wrong(wrong, *unit ? "unknown unit" : "a unit after a plain number", unit, bare);
     if (!*unit || !read_unit(unit, &to))
         return is_of_another_kind(came, unit, bare, wrong);
     take_kg_as_force(&from, &to);

@@ -81,12 +81,14 @@ void spell_suggest_text(const struct spell_suggest *near, char out[static SPELL_
         const char *words, *answer;
     } otherwise[] = {
         {" delete remove rm undo revert ",
-         "nothing is deleted: landing --void, --withdraw and --withdraw-series, survey --withdraw "
-         "take a mistake back"},
+         "matrig deletes nothing; to undo a mistake use landing --void, --withdraw or "
+         "--withdraw-series, or survey --withdraw"},
         {" arm disarm zero shunt reset gages gauges ",
-         "the board is asked: matrig board --serial LINK arm, disarm, zero [1|2], shunt or reset"},
-        {" output out ", "files are named by -o F"},
-        {" format pdf print ", "the ending of -o F is the format; a browser prints report's page"},
+         "this is a command to the board: matrig board --serial LINK arm, disarm, zero [1|2], "
+         "shunt or reset"},
+        {" output out ", "name the output file with -o F"},
+        {" format pdf print ",
+         "the ending of -o F sets the format; to print a report, open its page in a browser"},
     };
     char word[40];
     out[0] = '\0';

@@ -20,8 +20,10 @@ enum mr_status line_fit(const double *x, const double *y, size_t count, struct l
         sxy += (x[i] - mx) * (y[i] - my);
     }
     if (!(sxx > 0.0))
-        return error_set(error, MR_TOO_FEW,
-                         "no slope: all %zu points lie at %g; give different ones", count, mx);
+        return error_set(
+            error, MR_TOO_FEW,
+            "cannot fit a slope: all %zu points are at %g; give points at different values", count,
+            mx);
     double slope = sxy / sxx;
     for (size_t i = 0; i < count; i++) {
         double off = y[i] - my - slope * (x[i] - mx);

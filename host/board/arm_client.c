@@ -13,11 +13,11 @@ const char *arm_client_refusal(enum mr_status answer)
         return "the black box is not ready for a landing yet, or a calibration is in progress; try "
                "again in a moment";
     case MR_FULL:
-        return "the black box has no room for a landing; fetch its records and free them (matrig "
+        return "the black box has no room for a landing; read its records and free them (matrig "
                "board list)";
     case MR_NOT_NOW:
-        return "not in this state of the board: it is armed, in a landing, or not measuring; "
-               "disarm it, or see matrig board health";
+        return "not possible in the present state of the board: it is armed, in a landing, or not "
+               "measuring; disarm it, or see matrig board health";
     default: return mr_status_text(answer);
     }
 }
@@ -59,14 +59,14 @@ static enum mr_status refused(const struct arm_client *talk, const struct mr_ack
     if (answer == MR_NOT_NOW && ack->code == MR_COMMAND_ARM &&
         arm_client_recording(talk->landing.state))
         return error_set(error, answer,
-                         "the board refuses `arm`: %s; it is %s, with landing %u: wait for its "
-                         "end, or disarm it",
+                         "the board refused `arm`: %s; it is %s, with landing %u: wait for the end "
+                         "of the landing, or disarm the board",
                          link, mr_landing_state_text(talk->landing.state), talk->landing.landing);
     if (answer == MR_WAIT && talk->wait_known && talk->box.wait_s > 0.0f)
         return error_set(error, answer,
-                         "the board refuses `%s`: %s; its black box is ready in about %.0f s", name,
+                         "the board refused `%s`: %s; its black box is ready in about %.0f s", name,
                          link, ceil((double)talk->box.wait_s));
-    return error_set(error, answer, "the board refuses `%s`: %s; %s", name, link,
+    return error_set(error, answer, "the board refused `%s`: %s; %s", name, link,
                      arm_client_refusal(answer));
 }
 
@@ -99,7 +99,7 @@ enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t n
     if (status == MR_TIMEOUT)
         return error_set(
             error, MR_TIMEOUT,
-            "the board does not answer `%s` within %d s: %s; check its state before trying again",
+            "the board did not answer `%s` within %d s: %s; check its state before you try again",
             mr_command_name(code), ARM_CLIENT_ANSWER_S, dialogue_spec(talk->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
         return refused(talk, &ack, error);
@@ -108,7 +108,7 @@ enum mr_status arm_client_order(struct arm_client *talk, uint8_t code, int32_t n
     return status == MR_TIMEOUT
              ? error_set(
                    error, MR_TIMEOUT,
-                   "the board accepted `%s` but does not report the state %s: %s; check its state",
+                   "the board accepted `%s` but did not report the state %s: %s; check its state",
                    mr_command_name(code), mr_landing_state_text(talk->wanted),
                    dialogue_spec(talk->dialogue))
              : status;

@@ -24,14 +24,14 @@ static enum mr_status take_line(struct bringup *b, const char *line, size_t leng
 {
     char copy[160], rest[8];
     if (b->lines == BRINGUP_LINES || length >= sizeof copy)
-        return error_set(
-            error, MR_TOO_LONG,
-            "bring-up: more lines than a board sends, or a longer one; is it the bring-up image?");
+        return error_set(error, MR_TOO_LONG,
+                         "bring-up: too many lines, or a line too long; check that the board runs "
+                         "the bring-up image");
     memcpy(copy, line, length);
     copy[length] = 0;
     struct bringup_line *l = &b->line[b->lines];
     if (sscanf(copy, "%47s %39s %47s %7s", l->name, l->value, l->unit, rest) != 3)
-        return error_set(error, MR_MALFORMED, "bring-up: no NAME VALUE UNIT: '%s'", copy);
+        return error_set(error, MR_MALFORMED, "bring-up: not a line NAME VALUE UNIT: '%s'", copy);
     char *end;
     l->none = strcmp(l->value, "none") == 0;
     l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
@@ -53,13 +53,13 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
                          line);
     if (lines != b->lines)
         return error_set(error, MR_TRUNCATED,
-                         "bring-up: %zu lines of %u received: read it again, with a better cable",
+                         "bring-up: only %zu of %u lines received: check the cable and repeat",
                          b->lines, lines);
     if (said != crc)
-        return error_set(error, MR_CRC,
-                         "bring-up: the checksum is %08x, the board's %08x: read it again, with a "
-                         "better cable",
-                         (unsigned)crc, said);
+        return error_set(
+            error, MR_CRC,
+            "bring-up: the checksum is %08x, the board sent %08x: check the cable and repeat",
+            (unsigned)crc, said);
     return MR_OK;
 }
 
@@ -76,18 +76,19 @@ static enum mr_status parse(struct bringup *b, const char *text, size_t length, 
     int format;
     size_t at = 0;
     if (sscanf(text, "begin %47s %d", b->section, &format) != 2)
-        return error_set(error, MR_MALFORMED, "bring-up: does not begin: '%.40s'", text);
+        return error_set(error, MR_MALFORMED, "bring-up: no first line, but '%.40s'", text);
     if (format != FORMAT)
-        return error_set(error, MR_VERSION,
-                         "bring-up: format %d, this matrig has %d; use the matrig of that image",
-                         format, FORMAT);
+        return error_set(
+            error, MR_VERSION,
+            "bring-up: format %d, but this matrig uses %d; use the matrig version of that image",
+            format, FORMAT);
     for (bool first = true;; first = false) {
         size_t count = line_length(text + at, length - at);
         if (count == SIZE_MAX)
-            return error_set(error, MR_TRUNCATED,
-                             "bring-up: %s has no end after %zu lines; check cable and supply, and "
-                             "read it again",
-                             b->section, b->lines);
+            return error_set(
+                error, MR_TRUNCATED,
+                "bring-up: %s has no end after %zu lines; check cable and supply, and repeat",
+                b->section, b->lines);
         if (strncmp(text + at, "end ", 4) == 0) {
             b->length = at + count + 1u;
             return check_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
@@ -183,8 +184,8 @@ static enum mr_status nobody(const struct listening *l, const struct link *link,
 {
     if (has_begun(l, section))
         return error_set(error, MR_TRUNCATED,
-                         "bring-up: %s began and stopped after %zu bytes: %s; check cable and "
-                         "supply, reset the board and try again",
+                         "bring-up: %s stopped after %zu bytes: %s; check cable and supply, reset "
+                         "the board and try again",
                          section, l->bytes, link_spec(link));
     if (is_text(l))
         return error_set(error, MR_TIMEOUT,
@@ -192,8 +193,8 @@ static enum mr_status nobody(const struct listening *l, const struct link *link,
                          "board and try again",
                          l->bytes, section, link_spec(link));
     return error_set(error, MR_TIMEOUT,
-                     "no bring-up image answers at %d baud (%zu bytes received): %s; flash it, see "
-                     "docs/howto/bring-up.md",
+                     "no bring-up image answers at %d baud (%zu bytes received): %s; flash the "
+                     "bring-up image, see docs/howto/bring-up.md",
                      BRINGUP_BAUD, l->bytes, link_spec(link));
 }
 
@@ -277,8 +278,8 @@ static enum mr_status wait_for(struct listening *l, struct link *link, const cha
             return MR_OK;
         if (find_line(l->text, "the boot ROM does not listen here"))
             return error_set(error, MR_NOT_NOW,
-                             "this board's boot ROM does not listen at this port: %s; flash it as "
-                             "described in docs/howto/flash.md",
+                             "the boot ROM of this board cannot be reached on this port: %s; flash "
+                             "the board as described in docs/howto/flash.md",
                              link_spec(link));
         if (status == MR_CLOSED && link_recorded(link))
             return find_line(l->text, "begin ")

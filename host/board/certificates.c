@@ -114,15 +114,15 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
             *equals = '\0';
         if (!equals || !parse_field(part, equals + 1, row, &seen))
             error_set(error, MR_USAGE,
-                      "not understood: '%s%s%s' for --certificate; number=N, calibrated=DATE, "
-                      "due=DATE (never; not before calibrated), uncertainty=U (0.05mm, 0.4%%), "
+                      "not valid: '%s%s%s' for --certificate; give number=N, calibrated=DATE, "
+                      "due=DATE (or never; not before calibrated), uncertainty=U (0.05mm, 0.4%%), "
                       "coverage=K (2), laboratory=L",
                       part, equals ? "=" : "", equals ? equals + 1 : "");
     }
     free(copy);
     if (error->status == MR_OK && seen != 63)
         return error_set(error, MR_USAGE,
-                         "incomplete: '%s' for --certificate; it needs number, calibrated, due, "
+                         "incomplete: '%s' for --certificate; give number, calibrated, due, "
                          "uncertainty and coverage",
                          text);
     return error->status;
@@ -150,8 +150,8 @@ void certificates_text(const struct store_certificate *certificate, enum certifi
         configplace_date_text((uint32_t)certificate->due_day + (state == CERTIFICATE_OVERDUE),
                               date);
     if (state == CERTIFICATE_ANOTHER)
-        snprintf(out, CERTIFICATES_TEXT, "of sensor %s; the board has %.*s", certificate->sensor,
-                 (int)sizeof channel->serial, channel->serial);
+        snprintf(out, CERTIFICATES_TEXT, "is for sensor %s; the board has sensor %.*s",
+                 certificate->sensor, (int)sizeof channel->serial, channel->serial);
     else
         snprintf(out, CERTIFICATES_TEXT, "%s%s",
                  state == CERTIFICATE_OVERDUE ? "overdue since "

@@ -111,8 +111,8 @@ static enum mr_status order(struct config_client *talk, uint8_t code, uint32_t a
 static enum mr_status not_now(const struct config_client *talk, struct error *error)
 {
     return error_set(error, MR_NOT_NOW,
-                     "the configuration is locked, a landing is armed or going on: %s; disarm it, "
-                     "or wait until it is done",
+                     "the configuration is locked because a landing is armed or in progress: %s; "
+                     "disarm the board, or wait for the end of the landing",
                      dialogue_spec(talk->dialogue));
 }
 
@@ -127,7 +127,7 @@ static enum mr_status ask_for_words(struct config_client *talk, struct error *er
         return ack.status == MR_NOT_NOW
                  ? not_now(talk, error)
                  : error_set(error, (enum mr_status)ack.status,
-                             "the board does not send its configuration: %s; %s",
+                             "the board did not send its configuration: %s; %s",
                              dialogue_spec(talk->dialogue),
                              mr_status_text((enum mr_status)ack.status));
     if (status == MR_OK)
@@ -137,8 +137,8 @@ static enum mr_status ask_for_words(struct config_client *talk, struct error *er
         status = MR_OK;
     if (status == MR_OK && talk->words.there && talk->words.there != MR_CONFIG_WORDS)
         return error_set(error, MR_VERSION,
-                         "the board's configuration has %u words, this matrig's %u: %s; use the "
-                         "matrig of its firmware",
+                         "the configuration of the board has %u words, that of this matrig %u: %s; "
+                         "use the matrig version of the board's firmware",
                          talk->words.there, MR_CONFIG_WORDS, dialogue_spec(talk->dialogue));
     return status;
 }
@@ -153,17 +153,17 @@ enum mr_status config_client_get(struct config_client *talk, struct mr_config *c
          round++)
         status = ask_for_words(talk, error);
     if (status == MR_OK && configwords_absent(&talk->words) < MR_CONFIG_WORDS)
-        return error_set(
-            error, MR_TIMEOUT,
-            "the configuration did not come whole, word %u of %u is lost: %s; try again",
-            configwords_absent(&talk->words), MR_CONFIG_WORDS, dialogue_spec(talk->dialogue));
+        return error_set(error, MR_TIMEOUT,
+                         "the configuration is incomplete, word %u of %u was lost: %s; try again",
+                         configwords_absent(&talk->words), MR_CONFIG_WORDS,
+                         dialogue_spec(talk->dialogue));
     if (status != MR_OK)
         return status;
     status = configwords_decode(&talk->words, config, crc);
     if (status == MR_VERSION)
         return error_set(error, status,
-                         "the board's configuration has other fields than this matrig's: %s; use "
-                         "the matrig of its firmware",
+                         "the configuration of the board has different fields than that of this "
+                         "matrig: %s; use the matrig version of the board's firmware",
                          dialogue_spec(talk->dialogue));
     return status == MR_OK
              ? MR_OK
@@ -190,7 +190,7 @@ enum mr_status config_client_live(struct dialogue *dialogue, int seconds, struct
                          &(struct dialogue_order){.code = MR_COMMAND_LIVE,
                                                   .argument = seconds,
                                                   .answer_s = DIALOGUE_ANSWER_S},
-                         "it must be idle", error);
+                         "the board must be idle", error);
 }
 
 /* A window of words from `from` on, to the end of the board's next answer. */
@@ -230,10 +230,10 @@ static enum mr_status send_words(struct config_client *talk, const uint8_t *imag
             return not_now(talk, error);
         idle = talk->staged && talk->progress.missing > from ? 0 : idle + 1;
         if (idle == ROUNDS)
-            return error_set(
-                error, MR_TIMEOUT,
-                "the board does not take word %u of the configuration: %s; is the link sound?",
-                from, dialogue_spec(talk->dialogue));
+            return error_set(error, MR_TIMEOUT,
+                             "the board did not accept word %u of the configuration: %s; check the "
+                             "cable and try again",
+                             from, dialogue_spec(talk->dialogue));
         if (talk->staged)
             from = talk->progress.missing;
     }
@@ -243,7 +243,7 @@ static enum mr_status send_words(struct config_client *talk, const uint8_t *imag
 static enum mr_status refused(const struct config_client *talk, const struct mr_config *config,
                               struct error *error)
 {
-    char text[500] = "it gives no reason";
+    char text[500] = "the board gives no reason";
     const struct mr_config_refused *r = &talk->reason;
     struct mr_config_reason reason = {.group = r->group,
                                       .index = r->index,
@@ -253,7 +253,7 @@ static enum mr_status refused(const struct config_client *talk, const struct mr_
                                       .other = r->other};
     if (talk->refused)
         config_text_reason(config, &reason, text, sizeof text);
-    return error_set(error, MR_LIMIT, "the board refuses the configuration: %s; %s",
+    return error_set(error, MR_LIMIT, "the board refused the configuration: %s; %s",
                      dialogue_spec(talk->dialogue), text);
 }
 
@@ -277,10 +277,10 @@ enum mr_status config_client_set(struct config_client *talk, const struct mr_con
         return refused(talk, config, error);
     if (ack.status == MR_IO)
         return error_set(error, MR_IO,
-                         "the board's flash failed: %s; the old configuration is in force; try "
-                         "again, then change the board",
+                         "writing the flash of the board failed: %s; the old configuration is "
+                         "still active; try again, and if it fails again, replace the board",
                          dialogue_spec(talk->dialogue));
     return error_set(error, (enum mr_status)ack.status,
-                     "the board refuses the configuration: %s; %s", dialogue_spec(talk->dialogue),
+                     "the board refused the configuration: %s; %s", dialogue_spec(talk->dialogue),
                      mr_status_text((enum mr_status)ack.status));
 }

@@ -224,15 +224,17 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
     char mistake[80];
     mistake_text(channel, mistake, sizeof mistake);
     if (rule == MR_RULE_NARROW)
-        snprintf(out, size, "low to high, %g to %g %s, are %.0f codes, at least %.0f are wanted%s",
-                 (double)channel->low, (double)channel->high, unit,
-                 (double)mr_channel_range_codes(channel), (double)MR_RANGE_LEAST_CODES, mistake);
-    else if (rule == MR_RULE_UNREACHED)
         snprintf(
             out, size,
-            "%.0f %% of low to high, %g to %g %s, are on the converter, at least %.0f are wanted%s",
-            100.0 * (double)mr_channel_reached(channel), (double)channel->low,
-            (double)channel->high, unit, 100.0 * (double)MR_RANGE_REACHED, mistake);
+            "the range low to high, %g to %g %s, covers %.0f codes, but at least %.0f are needed%s",
+            (double)channel->low, (double)channel->high, unit,
+            (double)mr_channel_range_codes(channel), (double)MR_RANGE_LEAST_CODES, mistake);
+    else if (rule == MR_RULE_UNREACHED)
+        snprintf(out, size,
+                 "%.0f %% of the range low to high, %g to %g %s, is within the converter range, "
+                 "but at least %.0f %% are needed%s",
+                 100.0 * (double)mr_channel_reached(channel), (double)channel->low,
+                 (double)channel->high, unit, 100.0 * (double)MR_RANGE_REACHED, mistake);
     else
         snprintf(out, size, "a %s gives %.3g to %.3g %s per code%s",
                  channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
@@ -262,14 +264,17 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
         break;
     case MR_RULE_PLACE: snprintf(out, size, "%s", right_kinds); break;
     case MR_RULE_SUM:
-        snprintf(out, size, "zero_code of channel[23] and all steps together are at most 4095");
+        snprintf(out, size,
+                 "the sum of zero_code of channel[23] and all steps must be at most 4095");
         break;
     case MR_RULE_NO_BAND:
-        snprintf(out, size, "give that band a pretension_lb, or the gage another band or 0");
+        snprintf(
+            out, size,
+            "set pretension_lb of that band above 0, or give the gage a different band (0: none)");
         break;
     case MR_RULE_UNSTABLE:
         snprintf(out, size,
-                 "a shorter step_ms, or look at the units of predict.mat_weight_lb and "
+                 "use a shorter step_ms, or check the units of predict.mat_weight_lb and "
                  "predict.joint_stiffness_lb_ft");
         break;
     case MR_RULE_COARSE:
@@ -279,9 +284,9 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
         write_gain_advice(&config->channel[r->index], r->rule, out, size);
         break;
     case MR_RULE_REVISION:
-        snprintf(out, size, "read the configuration again and change that one");
+        snprintf(out, size, "read the configuration again and edit that version");
         break;
-    default: snprintf(out, size, "mend it"); break;
+    default: snprintf(out, size, "correct it"); break;
     }
 }
 
@@ -291,8 +296,9 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
     struct configplace at = {r->group, r->index, r->field}, other;
     char name[CONFIGPLACE_NAME + 40], value[CONFIGPLACE_VALUE], advice[300];
     if (!is_known(r)) {
-        snprintf(out, size, "group %u, index %u, field %u: %s; of another version", r->group,
-                 r->index, r->field, rule_text(r->rule));
+        snprintf(out, size,
+                 "group %u, index %u, field %u: %s; the configuration is from a different version",
+                 r->group, r->index, r->field, rule_text(r->rule));
         return;
     }
     name_element(at, r->element, name);
@@ -305,7 +311,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
                  r->rule == MR_RULE_TAKEN   ? "numbers of one kind must differ"
                  : r->rule == MR_RULE_ALIKE ? "they cannot be distinguished"
-                                            : "it must be more",
+                                            : "the first must be larger",
                  advice);
     } else {
         snprintf(out, size, "%s is %s: %s; %s", name, value, rule_text(r->rule), advice);
@@ -357,8 +363,8 @@ char *config_text_write(const struct mr_config *config)
     size_t size;
     FILE *file = xopen_memstream(&text, &size);
     struct configplace at = {0};
-    fputs("# matrig configuration. One field a line, each exactly once; matrig board config check "
-          "FILE reads it.\n",
+    fputs("# matrig configuration. One field per line, each exactly once. To check it: matrig "
+          "board config check FILE\n",
           file);
     do {
         char name[CONFIGPLACE_NAME], value[CONFIGPLACE_VALUE];
@@ -426,19 +432,19 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
     if (!bracket && (sscanf(rest, "%31[a-z_].%47[a-z_0-9]%n", group, field, &used) != 2 || !used)) {
         snprintf(what, sizeof what, "no field: `%.60s`", rest);
         return complain(r, MR_MALFORMED, what,
-                        "a line is group[index].field = value, or begins with #");
+                        "write group[index].field = value, or begin the line with #");
     }
     *at = (struct configplace){0};
     while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
         at->group++;
     if (at->group == MR_CONFIG_GROUPS) {
         snprintf(what, sizeof what, "no such group: `%s`", group);
-        return complain(r, MR_UNKNOWN, what, "there are site, channel, gate, band and predict");
+        return complain(r, MR_UNKNOWN, what, "use site, channel, gate, band or predict");
     }
     const struct mr_config_group *found = &mr_config_groups[at->group];
     if (bracket ? index < 1 || index > found->count : found->count != 1) {
         char advice[100];
-        snprintf(advice, sizeof advice, "%s[1] to %s[%u] are there", group, group, found->count);
+        snprintf(advice, sizeof advice, "use %s[1] to %s[%u]", group, group, found->count);
         snprintf(what, sizeof what, bracket ? "no such %s: %u" : "which %s?", group, index);
         return complain(r, MR_UNKNOWN, what, advice);
     }
@@ -447,13 +453,13 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
         at->field++;
     if (at->field == found->field_count) {
         snprintf(what, sizeof what, "%s has no field `%s`", group, field);
-        return complain(r, MR_UNKNOWN, what, "the comment before each group lists its fields");
+        return complain(r, MR_UNKNOWN, what, "see the comment before each group for its fields");
     }
     *p = rest + used;
     skip_blanks(p);
     if (**p != '=') {
         snprintf(what, sizeof what, "no value: `%.60s`", rest);
-        return complain(r, MR_MALFORMED, what, "a line is group[index].field = value");
+        return complain(r, MR_MALFORMED, what, "write group[index].field = value");
     }
     ++*p;
     skip_blanks(p);
@@ -560,7 +566,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
     unsigned *line = &r->given[number_of(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
-        snprintf(advice, sizeof advice, "it is in line %u too; leave one", *line);
+        snprintf(advice, sizeof advice, "line %u also gives it; delete one of the lines", *line);
         return complain(r, MR_MALFORMED, what, advice);
     }
     *line = r->line;
@@ -586,10 +592,10 @@ static enum mr_status check(struct reader *r)
         if (!r->given[number++]) {
             char name[CONFIGPLACE_NAME];
             configplace_name(at, name);
-            return error_set(r->error, MR_MALFORMED,
-                             "%s is not there: %s; every field is needed: matrig board config get "
-                             "writes them all",
-                             name, r->name);
+            return error_set(
+                r->error, MR_MALFORMED,
+                "field %s is missing: %s; give every field, as matrig board config get writes them",
+                name, r->name);
         }
     } while (configplace_next(&at));
     if (mr_config_check(r->config, &reason) == MR_OK)
@@ -600,7 +606,7 @@ static enum mr_status check(struct reader *r)
     r->line = r->given[number_of((struct configplace){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
-    return complain(r, MR_LIMIT, text, advice ? advice + 2 : "mend it");
+    return complain(r, MR_LIMIT, text, advice ? advice + 2 : "correct it");
 }
 
 enum mr_status config_text_read(const char *text, const char *name, struct mr_config *config,
@@ -642,12 +648,14 @@ enum mr_status config_text_load(const char *path, struct mr_config *config, stru
         fclose(file);
     enum mr_status status = MR_OK;
     if (failed)
-        status = error_set(error, MR_IO,
-                           "cannot be read (%s): %s; matrig board config get -o FILE makes one",
-                           strerror(why), path);
+        status =
+            error_set(error, MR_IO,
+                      "cannot be read (%s): %s; matrig board config get -o FILE writes such a file",
+                      strerror(why), path);
     else if (strlen(text) != length || length == FILE_MAX)
         status = error_set(error, MR_MALFORMED,
-                           "no text: %s; is it the file that matrig board config get wrote?", path);
+                           "not a text file: %s; give a file that matrig board config get wrote",
+                           path);
     else
         status = config_text_read(text + output_mark(text, length), path, config, error);
     free(text);

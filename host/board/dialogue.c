@@ -77,10 +77,10 @@ enum mr_status identity_speaks(const struct identity *identity, const char *spec
 {
     if (identity->hello.layout == MR_LAYOUT)
         return MR_OK;
-    return error_set(
-        error, MR_VERSION,
-        "the board uses layout %u, this matrig layout %u: %s; use the matrig of its firmware",
-        identity->hello.layout, MR_LAYOUT, spec);
+    return error_set(error, MR_VERSION,
+                     "the board uses layout %u, this matrig layout %u: %s; use the matrig version "
+                     "of the board's firmware",
+                     identity->hello.layout, MR_LAYOUT, spec);
 }
 
 void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT])
@@ -106,7 +106,7 @@ bool identity_runs(const struct identity *identity, const struct mr_image *image
         snprintf(why, size, "program %08x, not %08x (commit %s, not %s)",
                  (unsigned)identity->image_crc, (unsigned)image->program_crc, runs, file);
     else if (identity->header.header_crc != image->header_crc)
-        snprintf(why, size, "the same program, another header or other vectors (commit %s, not %s)",
+        snprintf(why, size, "same program, but different header or vectors (commit %s, not %s)",
                  runs, file);
     else
         return true;
@@ -282,7 +282,7 @@ static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LIN
                                                  : receive_serial(dialogue, came, error);
         if (status == MR_CLOSED)
             return error_set(error, MR_CLOSED,
-                             "the board closed the link: %s; is it still running?",
+                             "the board closed the link: %s; check that the board is running",
                              link_spec(link));
         if (status != MR_OK && status != MR_TOO_FEW)
             return status;
@@ -465,12 +465,12 @@ static enum mr_status give(struct dialogue *dialogue, const uint8_t *payload, si
         char uid[IDENTITY_UID_TEXT], path[KEYFILE_PATH];
         identity_uid_text(&dialogue->identity, uid);
         keyfile_path(uid, path);
-        status = error_set(error, MR_PROOF, "the board refuses `%s`: %s; this is not its key: %s",
+        status = error_set(error, MR_PROOF, "the board refused `%s`: %s; this is not its key: %s",
                            mr_command_name(payload[0]), dialogue_spec(dialogue), path);
     } else if (status == MR_OK && dialogue->answer.status == MR_PROOF &&
                dialogue->identity.key.state == MR_KEY_DAMAGED) {
         status = error_set(error, MR_PROOF,
-                           "the board refuses `%s`: %s; its key is damaged: set a new one with "
+                           "the board refused `%s`: %s; its key is damaged: set a new key with "
                            "matrig board key new, or remove it with key clear",
                            mr_command_name(payload[0]), dialogue_spec(dialogue));
     }
@@ -508,7 +508,7 @@ enum mr_status dialogue_no_hello(const struct dialogue *dialogue, struct error *
 enum mr_status dialogue_lost(const struct dialogue *dialogue, unsigned code, struct error *error)
 {
     return error_set(error, MR_TIMEOUT,
-                     "the board does not answer `%s`: %s; is it running and connected?",
+                     "the board did not answer `%s`: %s; check that it is running and connected",
                      mr_command_name(code), dialogue_spec(dialogue));
 }
 
@@ -517,7 +517,7 @@ enum mr_status dialogue_refused(const struct dialogue *dialogue, const struct mr
 {
     enum mr_status why = (enum mr_status)answer->status;
     bool now = why == MR_NOT_NOW && not_now;
-    return error_set(error, why, "the board refuses `%s`%s: %s; %s", mr_command_name(answer->code),
+    return error_set(error, why, "the board refused `%s`%s: %s; %s", mr_command_name(answer->code),
                      now ? " now" : "", dialogue_spec(dialogue),
                      now ? not_now : mr_status_text(why));
 }

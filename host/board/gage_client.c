@@ -59,5 +59,6 @@ enum mr_status gage_client_order(struct gage_client *talk, struct dialogue *dial
     if (status != MR_OK || talk->ack.status == MR_OK || talk->ack.status == MR_LIMIT)
         return status;
     return dialogue_refused(dialogue, &talk->ack,
-                            "it is armed, in a landing, or calibrating: disarm it, or wait", error);
+                            "the board is armed, in a landing, or calibrating: disarm it, or wait",
+                            error);
 }

@@ -56,7 +56,7 @@ static void crash_answer(const struct crash_report *report, struct answer *answe
     for (unsigned i = 0; i < MR_CRASH_STACK; i++)
         answer_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
     answer_close(answer);
-    answer_open(answer, NULL, "stack from sp on");
+    answer_open(answer, NULL, "stack, starting at sp");
     for (unsigned i = 0; i < MR_CRASH_STACK; i++) {
         snprintf(label, sizeof label, "sp + %u", 4 * i);
         answer_words(answer, NULL, label, "0x%08x",
@@ -144,7 +144,7 @@ static void until_hello(struct health_client *talk, unsigned hellos)
 static void order(struct health_client *talk, uint8_t code)
 {
     dialogue_obey(talk->dialogue, &(struct dialogue_order){.code = code, .answer_s = ANSWER_S},
-                  "a landing is armed or going on", fatal);
+                  "a landing is armed or in progress", fatal);
 }
 
 static bool all_known(const void *context)
@@ -162,10 +162,10 @@ static void health_client_hear(struct health_client *talk)
     /* a whole second of the board, whatever its speed: from one regular hello to the next */
     until_hello(talk, talk->hellos + 2);
     if (dialogue_until(talk->dialogue, all_known, talk, ANSWER_S, fatal) == MR_TIMEOUT)
-        error_set(
-            fatal, MR_TIMEOUT,
-            "the board does not report its health: %s; is its firmware of this matrig's version?",
-            dialogue_spec(talk->dialogue));
+        error_set(fatal, MR_TIMEOUT,
+                  "the board did not report its health: %s; check that its firmware is of the "
+                  "version of this matrig",
+                  dialogue_spec(talk->dialogue));
 }
 
 /* Fills `test`. */
@@ -173,7 +173,7 @@ static void health_client_self_test(struct health_client *talk)
 {
     order(talk, MR_COMMAND_SELF_TEST);
     if (dialogue_until(talk->dialogue, dialogue_flag, &talk->tested, ANSWER_S, fatal) == MR_TIMEOUT)
-        error_set(fatal, MR_TIMEOUT, "the self-test does not end: %s; reset the board",
+        error_set(fatal, MR_TIMEOUT, "the self-test timed out: %s; reset the board",
                   dialogue_spec(talk->dialogue));
 }
 
@@ -189,7 +189,7 @@ static void health_client_reset(struct health_client *talk)
         if ((talk->hello.reset_cause & 5u) == 4u)
             return;
     }
-    error_set(fatal, MR_TIMEOUT, "the board did not restart: %s; switch it off and on",
+    error_set(fatal, MR_TIMEOUT, "the board did not restart: %s; power-cycle it",
               dialogue_spec(talk->dialogue));
 }
 
@@ -234,13 +234,13 @@ static void health_answer(const struct health_client *talk, struct answer *answe
     answer_words(answer, NULL, "last reset", "%s", text);
     answer_count(answer, "reset_cause", NULL, talk->hello.reset_cause);
     answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end =
-        " that nobody asked for since power on";
+        " since power-on that were not requested";
     answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end =
-        talk->restarts.in_row >= 5 ? ": it only communicates until `reset`" : NULL;
+        talk->restarts.in_row >= 5 ? ": the board only communicates until `reset`" : NULL;
     answer_count(answer, "late_task", NULL, talk->restarts.late_task);
     if (talk->restarts.late_task) {
         answer_words(answer, NULL, "watchdog",
-                     "%s did not run in its time; the processor was at 0x%08x",
+                     "%s missed its deadline; the processor was at 0x%08x",
                      mr_task_text(talk->restarts.late_task), (unsigned)talk->restarts.late_pc);
     }
     answer_words(answer, "brown_out", "brown-out", "%s",

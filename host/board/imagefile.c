@@ -29,12 +29,13 @@ static enum mr_status read_all(struct source *source, struct error *error)
     bool failed = ferror(file) != 0;
     fclose(file);
     if (failed)
-        return error_set(error, MR_IO, "cannot read the image (%s): %s; is it a file?",
+        return error_set(error, MR_IO, "cannot read the image (%s): %s; give a file",
                          strerror(errno), source->path);
     if (source->length == FILE_BYTES_MAX)
-        return error_set(error, MR_TOO_LONG,
-                         "larger than any image: %s; give the .elf or .bin of the firmware",
-                         source->path);
+        return error_set(
+            error, MR_TOO_LONG,
+            "larger than any firmware image: %s; give the .elf or .bin of the firmware",
+            source->path);
     if (source->length == 0)
         return error_set(error, MR_TRUNCATED, "an empty file: %s; build the image again",
                          source->path);
@@ -47,13 +48,14 @@ static enum mr_status give(struct imagefile *image, uint64_t address, uint8_t by
 {
     uint64_t at = address - MR_FLASH;
     if (address < MR_FLASH || at >= IMAGEFILE_BYTES)
-        return error_set(error, MR_MALFORMED,
-                         "outside the flash (0x%08llx): %s of %s; it is for another board",
-                         (unsigned long long)address, place, image->path);
+        return error_set(
+            error, MR_MALFORMED,
+            "outside the flash (0x%08llx): %s of %s; the image is for a different board",
+            (unsigned long long)address, place, image->path);
     if (at >= IMAGEFILE_CONFIGURATION_START && at < IMAGEFILE_CONFIGURATION_END)
         return error_set(error, MR_MALFORMED,
-                         "it holds something at 0x%08llx, where the configuration is kept "
-                         "(0x%08x to 0x%08x): %s of %s; flash the image as it was built",
+                         "the image has data at 0x%08llx, in the area of the configuration (0x%08x "
+                         "to 0x%08x): %s of %s; flash the image as it was built",
                          (unsigned long long)address, (unsigned)MR_CONFIGURATION,
                          (unsigned)(MR_CONFIGURATION + MR_CONFIGURATION_BYTES - 1), place,
                          image->path);
@@ -76,8 +78,8 @@ static enum mr_status give_segment(struct imagefile *image, const struct source 
     enum mr_status status = MR_OK;
     snprintf(place, sizeof place, "segment %u", number);
     if (part->p_offset > source->length || part->p_filesz > source->length - part->p_offset)
-        return error_set(error, MR_TRUNCATED, "it ends inside %s: %s; build the image again", place,
-                         source->path);
+        return error_set(error, MR_TRUNCATED, "the file ends inside %s: %s; build the image again",
+                         place, source->path);
     for (uint32_t i = 0; status == MR_OK && i < part->p_filesz; i++)
         status = give(image, (uint64_t)part->p_paddr + i, source->bytes[part->p_offset + i], place,
                       error);
@@ -91,23 +93,23 @@ static enum mr_status read_elf(struct imagefile *image, const struct source *sou
     enum mr_status status = MR_OK;
     if (source->length < sizeof head)
         return error_set(error, MR_TRUNCATED,
-                         "it ends inside its header: %s; build the image again", source->path);
+                         "the file ends inside its header: %s; build the image again",
+                         source->path);
     memcpy(&head, source->bytes, sizeof head);
     if (head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_ident[EI_DATA] != ELFDATA2LSB ||
         head.e_machine != EM_ARM)
         return error_set(error, MR_MALFORMED,
-                         "a program for another machine (ELF class %u, machine %u; 32-bit ARM is 1 "
-                         "and 40): %s; give the "
-                         "firmware's",
+                         "program for a different machine (ELF class %u, machine %u; 32-bit ARM is "
+                         "1 and 40): %s; give the .elf of the firmware",
                          head.e_ident[EI_CLASS], head.e_machine, source->path);
     if (head.e_type != ET_EXEC)
         return error_set(error, MR_MALFORMED,
-                         "not linked yet (ELF type %u): %s; give the firmware's .elf", head.e_type,
-                         source->path);
+                         "not a linked program (ELF type %u): %s; give the .elf of the firmware",
+                         head.e_type, source->path);
     if (head.e_phentsize != sizeof(Elf32_Phdr) || head.e_phoff > source->length ||
         (uint64_t)head.e_phnum * sizeof(Elf32_Phdr) > source->length - head.e_phoff)
         return error_set(error, MR_TRUNCATED,
-                         "it ends inside its table of segments: %s; build the image again",
+                         "the file ends inside its table of segments: %s; build the image again",
                          source->path);
     for (unsigned i = 0; status == MR_OK && i < head.e_phnum; i++) {
         Elf32_Phdr part;
@@ -128,7 +130,7 @@ static enum mr_status read_bin(struct imagefile *image, const struct source *sou
                                                                 : IMAGEFILE_CONFIGURATION_START;
     if (source->length > IMAGEFILE_BYTES)
         return error_set(error, MR_TOO_LONG,
-                         "%zu bytes, more than the flash has (%u): %s; is it an image?",
+                         "%zu bytes, more than the flash holds (%u): %s; give a firmware image",
                          source->length, IMAGEFILE_BYTES, source->path);
     while (low && source->bytes[low - 1] == 0xff)
         low--;
@@ -152,8 +154,8 @@ static enum mr_status check_vectors(const struct imagefile *image, struct error 
     if (!image->given[0] || !image->given[7] || !in_ram || !(entry & 1u) || at >= IMAGEFILE_BYTES ||
         !image->given[at])
         return error_set(error, MR_MALFORMED,
-                         "no vectors of an STM32F407 (stack 0x%08x, entry 0x%08x): %s; give the "
-                         "firmware's image",
+                         "no valid vectors of an STM32F407 (stack 0x%08x, entry 0x%08x): %s; give "
+                         "the image of the firmware",
                          (unsigned)stack, (unsigned)entry, image->path);
     return MR_OK;
 }
@@ -164,20 +166,21 @@ static enum mr_status check_header(struct imagefile *image, struct error *error)
     if (status == MR_UNKNOWN)
         return MR_OK;
     if (status == MR_VERSION)
-        return error_set(error, MR_VERSION,
-                         "its header is of another format: %s; use the matrig of its sources",
-                         image->path);
+        return error_set(
+            error, MR_VERSION,
+            "image header of a different format: %s; use the matrig version of the image",
+            image->path);
     if (status != MR_OK)
         return error_set(error, MR_CRC,
-                         "its vectors or header are damaged: %s; build or copy it again",
+                         "the vectors or the header are damaged: %s; build or copy the image again",
                          image->path);
     uint32_t start = image->header.program_start - MR_FLASH,
              end = image->header.program_end - MR_FLASH;
     uint32_t crc = mr_crc32(0, image->bytes + start, end - start);
     if (crc != image->header.program_crc)
         return error_set(error, MR_CRC,
-                         "the program's CRC is %08x, but its header states %08x: %s; it is damaged "
-                         "or truncated, build or copy it again",
+                         "the program's CRC is %08x, but the header states %08x: %s; the image is "
+                         "damaged or truncated, build or copy it again",
                          (unsigned)crc, (unsigned)image->header.program_crc, image->path);
     image->stamped = true;
     return MR_OK;
@@ -201,9 +204,9 @@ enum mr_status imagefile_read(const char *path, struct imagefile *image, struct 
     else if (status == MR_OK && is_named_bin(path))
         status = read_bin(image, &source, error);
     else if (status == MR_OK)
-        status = error_set(error, MR_MALFORMED,
-                           "neither ELF nor named .bin: %s; give the firmware's .elf or .bin",
-                           path);
+        status = error_set(
+            error, MR_MALFORMED,
+            "neither an ELF file nor named .bin: %s; give the .elf or .bin of the firmware", path);
     free(source.bytes);
     if (status == MR_OK)
         status = check_vectors(image, error);

@@ -52,8 +52,8 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe must not hold it */
     if (fd < 0 && errno == ENOENT)
         return error_set(error, MR_UNKNOWN,
-                         "board %s needs its key for orders, and this computer has none: %s; copy "
-                         "it from the computer that made it",
+                         "board %s accepts commands only with its key, and this computer does not "
+                         "have it: %s; copy that file from the computer that created the key",
                          uid, path);
     if (fd < 0 || fstat(fd, &info) != 0) {
         int why = errno;
@@ -65,15 +65,15 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     close(fd);
     if (info.st_mode & (S_IRWXG | S_IRWXO))
         return error_set(error, MR_IO,
-                         "others may read the board's key: %s; chmod 600, and make a new one if "
-                         "somebody has: matrig board key new",
+                         "other users may read the key of the board: %s; run chmod 600 on it, and "
+                         "if someone has read it, set a new key: matrig board key new",
                          path);
     bool alone = length == (ssize_t)DIGITS || (length > (ssize_t)DIGITS && text[DIGITS] < ' ');
     for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
         int high = alone ? digit(text[2 * i]) : -1;
         int low = high >= 0 ? digit(text[2 * i + 1]) : -1;
         if (low < 0)
-            return error_set(error, MR_MALFORMED, "no key, 64 hexadecimal digits: %s", path);
+            return error_set(error, MR_MALFORMED, "not a key of 64 hexadecimal digits: %s", path);
         key[i] = (uint8_t)(high << 4 | low);
     }
     return MR_OK;
@@ -113,7 +113,7 @@ enum mr_status keyfile_draw(const char *uid, uint8_t key[MR_KEY_BYTES], struct e
 {
     char path[KEYFILE_PATH], text[DIGITS + 2];
     if (getrandom(key, MR_KEY_BYTES, 0) != (ssize_t)MR_KEY_BYTES)
-        return error_set(error, MR_IO, "this computer gives no random numbers (%s)",
+        return error_set(error, MR_IO, "this computer provides no random numbers (%s)",
                          strerror(errno));
     for (unsigned i = 0; i < MR_KEY_BYTES; i++)
         snprintf(text + 2 * i, 3, "%02x", key[i]);

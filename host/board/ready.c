@@ -164,8 +164,8 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
                   "expired: %s", text);
     else if (never)
         ready_add(report, READY_NOT_DONE, "calibration", NULL,
-                  "matrig calibrate CHANNEL; until then every record is marked UNCALIBRATED",
-                  "UNCALIBRATED: %u of %u sensors have no date of calibration", never, sensors);
+                  "run matrig calibrate CHANNEL; until then every record is marked UNCALIBRATED",
+                  "UNCALIBRATED: %u of %u sensors have no calibration date", never, sensors);
     else if (sensors)
         ready_add(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
                   sensors);
@@ -209,10 +209,11 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
     if (gages && measured == gages)
         ready_add(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset", gages);
     else if (gages)
-        ready_add(report, READY_NOT_DONE, "gage zeros", NULL,
-                  "valid for trimmed bridges; otherwise, with the bands slack: matrig board zero 2",
-                  "%u of %u not measured since reset: as configured, +- %s", gages - measured,
-                  gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
+        ready_add(
+            report, READY_NOT_DONE, "gage zeros", NULL,
+            "valid for trimmed bridges; otherwise slacken the bands and run matrig board zero 2",
+            "%u of %u not measured since reset: configured values used, +- %s", gages - measured,
+            gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
 }
 
 static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
@@ -225,10 +226,10 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     snprintf(name, sizeof name, "certificate %s", channel);
     ready_add(report, go_if(state == CERTIFICATE_VALID), name, NULL,
               state == CERTIFICATE_OVERDUE
-                  ? "have the sensor calibrated; matrig calibrate CHANNEL --db DB --certificate "
-                    "... enters its new certificate"
-                  : "enter the certificate of the sensor that is fitted, or put its serial number "
-                    "into the configuration",
+                  ? "have the sensor calibrated; enter its new certificate with matrig calibrate "
+                    "CHANNEL --db DB --certificate ..."
+                  : "enter the certificate of the fitted sensor, or its serial number in the "
+                    "configuration",
               "%s: No. %s%s%s", text, certificate->number, certificate->laboratory[0] ? ", " : "",
               certificate->laboratory);
 }
@@ -248,7 +249,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
             append(text, sizeof text, "%s%s", without++ ? ", " : "", name);
     }
     if (without)
-        ready_add(report, READY_NOT_DONE, "certificates", NULL, NULL, "none is entered of %s",
+        ready_add(report, READY_NOT_DONE, "certificates", NULL, NULL, "no certificate for %s",
                   without == sensors ? "any sensor" : text);
 }
 
@@ -271,15 +272,15 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
         snprintf(limit, sizeof limit, "image %08x, of %.50s", (unsigned)f->image->program_crc,
                  f->image_path);
     else if (compared)
-        snprintf(limit, sizeof limit, "image %08x, as RUN %lld had", (unsigned)f->before_image,
+        snprintf(limit, sizeof limit, "image %08x, as in RUN %lld", (unsigned)f->before_image,
                  (long long)f->before_run);
     ready_add(report, verdict, "firmware", limit,
-              !whole                      ? "flash it again: matrig flash LINK IMAGE"
-              : f->image                  ? "not the image that was given: matrig flash LINK IMAGE"
-              : verdict == READY_NOT_DONE ? "nothing to compare with: the campaign has no landing "
-                                            "of this board; --image FILE compares"
-                                          : "another image than that landing's: flash that one, or "
-                                            "confirm this one with --image FILE",
+              !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
+              : f->image ? "not the image given with --image: flash it with matrig flash LINK IMAGE"
+              : verdict == READY_NOT_DONE ? "the campaign has no landing of this board to compare "
+                                            "with; give --image FILE to compare with a file"
+                                          : "not the image of that landing: flash the image of "
+                                            "that landing, or confirm this image with --image FILE",
               "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor,
               id->hello.patch, runs, (unsigned)id->image_crc,
               mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
@@ -304,14 +305,14 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
     if (f->crc_expected)
         snprintf(limit, sizeof limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)
-        snprintf(limit, sizeof limit, "CRC %08x, as RUN %lld had", (unsigned)wanted,
+        snprintf(limit, sizeof limit, "CRC %08x, as in RUN %lld", (unsigned)wanted,
                  (long long)f->before_run);
     ready_add(report, compared ? go_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
               limit,
-              compared ? "compare: matrig board config get; send the right one with config set, or "
-                         "confirm this one with --expect-config"
-                       : "nothing to compare with: the campaign has no landing of this board; "
-                         "--expect-config compares",
+              compared ? "check it with matrig board config get; send the right configuration with "
+                         "config set, or confirm this one with --expect-config"
+                       : "the campaign has no landing of this board to compare with; give "
+                         "--expect-config FILE to compare with a file",
               "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
               (unsigned)f->config.site[0].revision, mr_config_source_text(f->config_state.source));
 }
@@ -324,16 +325,16 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
     unsigned source = f->identity.hello.clock_source;
     const struct timemap_fit *t = &f->time;
     ready_add(report, go_if(source == 0), "clock", "crystal",
-              "speeds are 1 % uncertain, CAN is silent: reset the board; change its crystal", "%s",
+              "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal", "%s",
               mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_PPM);
     if (t->refusal == TIMEMAP_GOOD)
-        ready_add(
-            report, go_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM),
-            "time of day", limit,
-            "is this computer's clock being set? If not, the board's crystal is off frequency",
-            "board %+.0f +- %.0f ppm, from %zu messages", unit_tidy(t->fast_ppm.value, 1.0),
-            t->fast_ppm.half, t->pairs);
+        ready_add(report, go_if(fabs(t->fast_ppm.value) - t->fast_ppm.half <= READY_CLOCK_PPM),
+                  "time of day", limit,
+                  "stop programs that set the clock of this computer; if the result stays, the "
+                  "crystal of the board is off frequency",
+                  "board %+.0f +- %.0f ppm, from %zu messages", unit_tidy(t->fast_ppm.value, 1.0),
+                  t->fast_ppm.half, t->pairs);
     else
         ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                   timemap_refusal_text((unsigned)t->refusal));
@@ -343,7 +344,7 @@ static void judge_orders(const struct ready_facts *f, struct ready_report *repor
 {
     const struct identity *who = &f->identity;
     ready_add(report, !who->key_known ? READY_NOT_DONE : go_if(who->key.state != MR_KEY_DAMAGED),
-              "orders", NULL, "matrig board key new or clear, with the maintenance jumper", "%s",
+              "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear", "%s",
               who->key_known ? mr_key_state_text(who->key.state) : "not told");
 }
 
@@ -355,7 +356,7 @@ static void judge_brown_out(const struct ready_facts *f, struct ready_report *re
         ready_add(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
                   "below 2.7 V the processor is unreliable: set the level once, with the bring-up "
                   "image (matrig board bringup brown-out)",
-                  set ? "below %s" : "%s, as from the factory",
+                  set ? "below %s" : "%s, the factory setting",
                   mr_brown_out_text(f->restarts.brown_out));
 }
 
@@ -412,10 +413,10 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     channel_name(channel, name);
     if (m->invalid || isnan(m->mean)) {
         ready_add(report, READY_NO_GO, name, "all valid",
-                  open ? "check its plug and leads"
+                  open ? "check its connector and wiring"
                   : m->validity == MR_INVALID_REFERENCE
                       ? "the reference voltage is out of range: check the converter's supply"
-                  : m->validity == MR_INVALID_RANGE ? "out of its range: set it back to its zero"
+                  : m->validity == MR_INVALID_RANGE ? "out of its range: move it back to its zero"
                                                     : "check its wiring and excitation",
                   "%s, %u of %u readings not valid",
                   !transducer && open ? "bridge open" : mr_validity_text(m->validity), m->invalid,
@@ -437,12 +438,12 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
-    ready_add(report, go_if(!off && !noisy), name, limit,
-              !off         ? "noise: check its screen and ground"
-              : transducer ? "push the mat back, or take the zero: matrig board zero 1"
-                           : "is the band slack or unequal there? If not, its zero is off",
-              "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
-              (double)m->noise_codes);
+    ready_add(
+        report, go_if(!off && !noisy), name, limit,
+        !off         ? "noise: check its shield and ground"
+        : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
+                     : "check for a slack or uneven band; if it is good, the gage zero is off",
+        "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "", (double)m->noise_codes);
 }
 
 static void judge_band(const struct ready_facts *f, unsigned band, struct ready_report *report)
@@ -505,11 +506,11 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
     }
     if (!bad)
         snprintf(text, sizeof text, "%u gages good; %s%s%s", f->shunts.count,
-                 compared ? "since the last one " : "no earlier one is kept",
+                 compared ? "change since the last one " : "no earlier one is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
     ready_add(report, go_if(!bad), name, "1 % and three errors",
-              "check that bridge and its amplifier; details: matrig board shunt", "%s", text);
+              "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
 /* Switches that open add to the staircase and stay open until they are set. */
@@ -532,11 +533,11 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
         snprintf(text, sizeof text, "switch %u is open: staircase %.1f codes", one, codes);
     else
         snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
-                 level > 0.0f ? "switches are open" : "it cannot be so low");
+                 level > 0.0f ? "switches are open" : "lower than possible");
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_LATCH_CODES);
     ready_add(report, go_if(closed), "switches", limit,
               level > 0.0f ? "set the switches along the runway"
-                           : "check the staircase's lead and supply",
+                           : "check the wiring and supply of the staircase",
               "%s", text);
 }
 
@@ -551,7 +552,7 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
     }
     snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS / 2);
     ready_add(report, go_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2), "readings",
-              limit, "details: matrig board health", "%u blocks checked, %u lost by the board",
+              limit, "see matrig board health", "%u blocks checked, %u lost by the board",
               f->blocks, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_measures(&f->config.channel[i]))
@@ -569,11 +570,11 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     char wait[60] = "", limit[40];
     const struct mr_box_state *box = &f->box;
     if (!f->config.site[0].black_box) {
-        ready_add(report, READY_NOT_DONE, "black box", NULL, NULL, "none, by the configuration");
+        ready_add(report, READY_NOT_DONE, "black box", NULL, NULL, "none in the configuration");
         return;
     }
     if (!f->box_known) {
-        ready_add(report, READY_NO_GO, "black box", NULL, "try again; is the serial link sound?",
+        ready_add(report, READY_NO_GO, "black box", NULL, "try again; check the serial cable",
                   "the board did not report it");
         return;
     }
@@ -585,9 +586,10 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     ready_add(report, go_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
               box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
                   ? "check the memory on SPI2; without one, set site.black_box = 0"
-              : isnan(box->wait_s) ? "matrig board read N, then free N"
-                                   : "wait, it is being erased",
-              "%s%s, %u sectors erased, %u bad, %u records not freed",
+              : isnan(box->wait_s)
+                  ? "read the records with matrig board read N, then free them with free N"
+                  : "wait until the black box is erased",
+              "%s%s, %u sectors erased, %u bad, %u records to free",
               box->state == MR_BOX_MISSING ? "no memory answers"
                                            : mr_box_condition_text(box->state),
               wait, box->ready, f->space.bad, box->records);
@@ -601,7 +603,8 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_NAMED;
     if (!f->tested) {
         ready_add(report, READY_NO_GO, "self-test", NULL,
-                  "the board must be idle; try again, reset it", "the board did not do it");
+                  "the board must be idle; try again, or reset the board",
+                  "the board did not run the self-test");
         return;
     }
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
@@ -609,7 +612,7 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
             append(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
     ready_add(report, go_if(!failed && !undone), "self-test", NULL,
-              "details: matrig board self-test and health", "%s: %s",
+              "see matrig board self-test and matrig board health", "%s: %s",
               failed   ? "failed"
               : undone ? "not tested"
                        : "good",
@@ -626,7 +629,7 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
 static void judge_temperature(const struct ready_facts *f, struct ready_report *report)
 {
     if (!f->config.site[0].thermometer)
-        ready_add(report, READY_NOT_DONE, "thermometer", NULL, NULL, "none, by the configuration");
+        ready_add(report, READY_NOT_DONE, "thermometer", NULL, NULL, "none in the configuration");
     else if (f->temperature_known && !isnan(f->temperature.temperature_c))
         ready_add(report, READY_GO, "thermometer", NULL, NULL, "%.2f +- %.2f C",
                   unit_tidy((double)f->temperature.temperature_c, 0.01),
@@ -653,10 +656,10 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
         if (f->fault[i].count && (!rising || rises[i]))
             append(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    ready_add(report, go_if(!rising), "faults", "none that goes on", "details: matrig board health",
+    ready_add(report, go_if(!rising), "faults", "no present fault", "see matrig board health",
               "%s%s",
-              rising  ? "going on: "
-              : count ? "none goes on; since reset: "
+              rising  ? "present: "
+              : count ? "none present; since reset: "
                       : "none since reset",
               text);
 }
@@ -670,7 +673,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not report them";
     if (!f->can_used) {
-        ready_add(report, READY_NOT_DONE, "CAN", NULL, "--can LINK listens",
+        ready_add(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
                   "not used here; the board reports: %s", state);
         return;
     }
@@ -681,9 +684,9 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
         identity_uid_text(&f->on_can, uid);
         identity_uid_text(&f->identity, own);
         ready_add(report, READY_NO_GO, "CAN", "the board itself",
-                  "give its base, as can:can0,base=0x190, or its own serial line",
-                  "%s at base 0x%03x: board %s, on serial %s",
-                  told ? "another board" : "others, and not the board,", f->can_base,
+                  "give its CAN base, such as can:can0,base=0x190, or its own serial link",
+                  "%s at base 0x%03x: UID on CAN %s, on serial %s",
+                  told ? "another board" : "not this board, but others", f->can_base,
                   told ? uid : "unknown", own);
         return;
     }
@@ -694,8 +697,8 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
                     f->can_lost == 0 && f->can_dropped == 0),
               "CAN", "good, none lost",
               kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
-              : f->can_frames == 0 ? "check plug, terminators and bit rate"
-                                   : "check the bus and this computer's load",
+              : f->can_frames == 0 ? "check connector, terminators and bit rate"
+                                   : "check the bus and the load of this computer",
               "%s; %lld frames, %lld lost, %lld dropped by the board", state,
               (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
 }
@@ -706,11 +709,11 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
     double wanted = READY_LANDINGS * f->landing_bytes;
     snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / MB, READY_LANDINGS);
     ready_add(report, go_if(f->free_bytes >= wanted), "disk", limit,
-              "make room on the campaign's disk, or use another disk",
-              "%.0f MB free, a landing takes %.1f MB", f->free_bytes / MB, f->landing_bytes / MB);
+              "free space on the disk of the campaign, or use a different disk",
+              "%.0f MB free, a landing needs %.1f MB", f->free_bytes / MB, f->landing_bytes / MB);
     ready_add(report, go_if(!f->database[0]), "database", NULL,
               "check your access rights, and whether another program is writing; otherwise begin a "
-              "new campaign and keep this one",
+              "new campaign and keep this one as it is",
               "%s",
               f->database[0]        ? f->database
               : f->database_checked ? "writable, all pages intact"
@@ -740,7 +743,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_faults(f, report);
     judge_can(f, report);
     ready_add(report, go_if(!f->serial_lost && !f->serial_dropped), "serial", "none lost",
-              "check the cable and this computer's load",
+              "check the cable and the load of this computer",
               "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
               (long long)f->serial_lost, (long long)f->serial_dropped);
     judge_computer(f, report);

@@ -50,12 +50,11 @@ static enum mr_status wait_for(struct runway_client *talk, const bool *what, con
 {
     enum mr_status status = dialogue_until(talk->dialogue, dialogue_flag, what, DIALOGUE_ANSWER_S,
                                            error);
-    return status == MR_TIMEOUT
-             ? error_set(error, MR_TIMEOUT,
-                         "the board did not %s within %.0f s: %s; is it running, has it a "
-                         "predictor?",
-                         name, DIALOGUE_ANSWER_S, dialogue_spec(talk->dialogue))
-             : status;
+    return status == MR_TIMEOUT ? error_set(error, MR_TIMEOUT,
+                                            "the board did not %s within %.0f s: %s; check that it "
+                                            "is running and has a predictor",
+                                            name, DIALOGUE_ANSWER_S, dialogue_spec(talk->dialogue))
+                                : status;
 }
 
 enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *dialogue,
@@ -64,7 +63,7 @@ enum mr_status runway_client_begin(struct runway_client *talk, struct dialogue *
     *talk = (struct runway_client){.dialogue = dialogue};
     dialogue_subscribe(dialogue, take, talk);
     enum mr_status status = dialogue_hello(dialogue, NULL, NULL, error);
-    return status ?: wait_for(talk, &talk->looked, "look through its memory", error);
+    return status ?: wait_for(talk, &talk->looked, "read its memory", error);
 }
 
 static enum mr_status order(struct dialogue *dialogue, unsigned code, unsigned index,
@@ -83,17 +82,17 @@ static enum mr_status order(struct dialogue *dialogue, unsigned code, unsigned i
         return status;
     if (ack.status == MR_MALFORMED)
         return error_set(error, MR_MALFORMED,
-                         "the board refuses this runway: %s; it is of other mats, or joints are "
-                         "wider than their slack",
+                         "the board refused this runway: %s; give a runway with the board's number "
+                         "of mats, and no joint wider than its slack",
                          link);
     if (ack.status == MR_VERSION)
         return error_set(error, MR_VERSION,
-                         "a chart of another runway: %s; the board's has had another number of "
-                         "landings, ask for the advice again",
+                         "chart for a different runway: %s; the runway of the board has a "
+                         "different number of landings, run matrig advise again",
                          link);
     return dialogue_refused(dialogue, &ack,
-                            "it is armed or in a landing (disarm it, or wait), or no predictor "
-                            "runs (predict.fitted of its configuration)",
+                            "the board is armed or in a landing (disarm it, or wait), or its "
+                            "predictor is off (predict.fitted of its configuration)",
                             error);
 }
 
@@ -110,7 +109,7 @@ enum mr_status runway_client_read(struct runway_client *talk, struct error *erro
     }
     return status != MR_OK
              ? status
-             : error_set(error, MR_CRC, "the runway arrived damaged: %s; is the line noisy?",
+             : error_set(error, MR_CRC, "the runway was received damaged: %s; check the cable",
                          dialogue_spec(talk->dialogue));
 }
 
@@ -130,10 +129,10 @@ enum mr_status runway_client_give(struct runway_client *talk,
 {
     enum mr_status status = runway_client_read(talk, error);
     if (status == MR_OK && talk->state.mats != state->mats)
-        status = error_set(
-            error, MR_LIMIT,
-            "the file's runway has %u mats, the board's %u: %s; site.mats of its configuration",
-            state->mats, talk->state.mats, dialogue_spec(talk->dialogue));
+        status = error_set(error, MR_LIMIT,
+                           "the runway of the file has %u mats, that of the board %u: %s; check "
+                           "site.mats of the board's configuration",
+                           state->mats, talk->state.mats, dialogue_spec(talk->dialogue));
     for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORDS; i++)
         status = order(talk->dialogue, MR_COMMAND_RUNWAY_WORD, i, mr_runway_word_argument(state, i),
                        error);

@@ -190,15 +190,14 @@ static void judge_one(enum walk_kind kind, unsigned n, bool answered, unsigned m
     char name[20];
     snprintf(name, sizeof name, "%s %u", walk_names[kind], n);
     char advice[160];
-    snprintf(advice, sizeof advice, "%s %s%s", answered ? "were they" : "was it", verbs[kind],
-             answered ? " in that order? else swap their leads, or their places in the "
-                        "configuration"
-                      : "? else look at its lead and contact");
+    snprintf(advice, sizeof advice, "%s %s%s", answered ? "if they were" : "if it was", verbs[kind],
+             answered ? " in that order, swap their leads, or their numbers in the configuration"
+                      : ", check its wiring and contact");
     if (answered)
-        ready_add(report, READY_NO_GO, name, "in order", advice, "answered when %u was next",
+        ready_add(report, READY_NO_GO, name, "in order", advice, "responded when %u was next",
                   meant);
     else
-        ready_add(report, READY_NO_GO, name, "answers once", advice, "did not answer");
+        ready_add(report, READY_NO_GO, name, "responds once", advice, "did not respond");
 }
 
 static void judge_kind(const struct walk *walk, enum walk_kind kind, struct ready_report *report)
@@ -211,7 +210,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
     if (!fitted)
         return;
     if (!count) {
-        ready_add(report, READY_NOT_DONE, name, NULL, NULL, "none of %u answered", fitted);
+        ready_add(report, READY_NOT_DONE, name, NULL, NULL, "none of %u responded", fitted);
         return;
     }
     /* sorted, the other way round when most of the walk went so */
@@ -227,7 +226,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
             judge_one(kind, n, i < count, i < count ? meant[i] : 0, report);
     }
     if (report->count == before)
-        ready_add(report, READY_GO, name, NULL, NULL, "all %u answered, in order", fitted);
+        ready_add(report, READY_GO, name, NULL, NULL, "all %u responded, in order", fitted);
 }
 
 void walk_judge(const struct walk *walk, struct ready_report *report)
@@ -235,7 +234,8 @@ void walk_judge(const struct walk *walk, struct ready_report *report)
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++)
         judge_kind(walk, kind, report);
     if (walk->strange)
-        ready_add(report, READY_NO_GO, "edges", NULL,
-                  "does a step of the configuration differ from its resistor? is a contact bad?",
-                  "%u edges of no switch of the table", walk->strange);
+        ready_add(
+            report, READY_NO_GO, "edges", NULL,
+            "compare the steps of the configuration with the resistors, and check the contacts",
+            "%u edges that match no switch of the table", walk->strange);
 }

@@ -26,7 +26,7 @@ static const struct source {
                          "codes"},
     [BUDGET_GAIN] = {"gain", "gain: sensor, amplifier, excitation", "normal", "1", "1"},
     [BUDGET_ZERO] = {"zero", "zero", "normal", "in", "lb"},
-    [BUDGET_DRIFT] = {"drift", "zero's drift: sensor, amplifier", "normal", "in per h", "lb per h"},
+    [BUDGET_DRIFT] = {"drift", "zero drift: sensor, amplifier", "normal", "in per h", "lb per h"},
     [BUDGET_LINEARITY] = {"linearity", "calibration: residual at the reading", "normal", "in",
                           "lb"},
     [BUDGET_REFERENCE] = {"reference", "reference", "normal", "1", "1"},

@@ -46,8 +46,8 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
     size_t values = distinct(point, count, mean);
     if (values > MR_CONFIG_POINTS)
         return error_set(error, MR_LIMIT,
-                         "%zu known values, a table has room for %u: the calibration; leave some "
-                         "out, or take the straight line",
+                         "too many known values: the calibration has %zu, a table holds %u; leave "
+                         "some out, or use the straight line",
                          values, MR_CONFIG_POINTS);
     bool falls = channel->unit_per_code < 0.0f; /* the straight reading rises with falling codes */
     channel->points = (uint8_t)values;
@@ -58,7 +58,7 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
         if (i && (channel->point_reading[i] <= channel->point_reading[i - 1] ||
                   channel->point_value[i] <= channel->point_value[i - 1]))
             return error_set(error, MR_NUMERICS,
-                             "the readings do not rise with the values near %g: the calibration; "
+                             "readings do not rise with the known values: the calibration near %g; "
                              "measure that point again",
                              p->value);
     }
@@ -103,7 +103,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     fit->high = -(double)INFINITY;
     if (count < 3 || count > CALIBRATE_POINTS_MAX)
         return error_set(error, MR_TOO_FEW,
-                         "%zu points: the calibration; it takes 3 to %u, of two values or more",
+                         "wrong number of points: the calibration has %zu; give 3 to %u, at two or "
+                         "more different values",
                          count, CALIBRATE_POINTS_MAX);
     for (size_t i = 0; i < count; i++) {
         x[i] = point[i].code;
@@ -114,15 +115,16 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     if (fit->low == fit->high)
         return error_set(
             error, MR_TOO_FEW,
-            "all points have the value %g: the calibration; it takes two values or more", fit->low);
+            "all points have the value %g: the calibration; give two or more different values",
+            fit->low);
     enum mr_status status = line_fit(x, y, count, &line, error);
     if (status != MR_OK)
         return status;
     double span = fit->high - fit->low;
     if (!(fabs(line.slope.value) > FOLLOWS * line.slope.error))
         return error_set(error, MR_NUMERICS,
-                         "the reading does not follow the values: the calibration; is this the "
-                         "channel, is it connected?");
+                         "the readings do not follow the known values: the calibration; check the "
+                         "channel number and the connection");
     fit->unit_per_code = line.slope.value;
     fit->zero_code = -line.intercept.value / line.slope.value;
     fit->gain_error = hypot(line.slope.error / fabs(line.slope.value), known_error / span);

@@ -82,8 +82,8 @@ void mistake_text(const struct mr_channel_config *channel, char *out, size_t siz
         if (!(other < nearest))
             continue;
         nearest = other;
-        snprintf(out, size, "; were the values %s?", unit->word);
+        snprintf(out, size, "; the values may have been in %s", unit->word);
     }
     if (distance(&limits, 1.0 / gain) < nearest)
-        snprintf(out, size, "; are the columns swapped?");
+        snprintf(out, size, "; the columns may be swapped");
 }

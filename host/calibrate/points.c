@@ -24,8 +24,8 @@ struct reader {
 
 static const char *kind_text(enum unit_kind kind)
 {
-    return kind == UNIT_DISPLACEMENT ? "a transducer is calibrated in in, mm, cm, m or ft"
-                                     : "a gage is calibrated in lb, N, kN or kg";
+    return kind == UNIT_DISPLACEMENT ? "use in, mm, cm, m or ft for a transducer"
+                                     : "use lb, N, kN or kg for a gage";
 }
 
 static enum mr_status complain(const struct reader *r, enum mr_status status, const char *what,
@@ -88,9 +88,9 @@ static enum mr_status read_names(struct reader *r, char *line, char *comma)
     struct calibrate_column first = calibrate_column(line), second = calibrate_column(comma + 1),
                             value = first.codes ? second : first;
     if (!first.known || !second.known || first.codes == second.codes)
-        return complain(r, MR_MALFORMED, "not the names of the columns", example);
+        return complain(r, MR_MALFORMED, "not a line of column names", example);
     if (value.unit && value.unit->kind != r->kind)
-        return complain(r, MR_MALFORMED, "values in a unit of another kind", kind_text(r->kind));
+        return complain(r, MR_MALFORMED, "values in a unit of the wrong kind", kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->codes_first = first.codes;
     r->named = true;
@@ -142,8 +142,8 @@ static enum mr_status read_line(struct reader *r, char *line)
         return MR_OK;
     char *comma = strchr(line, ',');
     if (!r->named && strchr(line, ';'))
-        return complain(r, MR_MALFORMED, "columns apart by semicolons",
-                        "save it with commas between, and points in the numbers");
+        return complain(r, MR_MALFORMED, "columns separated by semicolons",
+                        "save the file with commas between columns and points in numbers");
     if (!comma)
         return complain(r, MR_MALFORMED, "not a value and a code", "write VALUE,CODE");
     return r->named ? read_point(r, line, comma) : read_names(r, line, comma);
@@ -165,7 +165,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.line++;
         status = strlen(line) == sizeof line - 1
-                   ? complain(&r, MR_MALFORMED, "a line too long", "write VALUE,CODE")
+                   ? complain(&r, MR_MALFORMED, "line too long", "write VALUE,CODE")
                    : read_line(&r, line);
     }
     if (status == MR_OK && ferror(file))

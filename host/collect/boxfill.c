@@ -178,13 +178,14 @@ enum mr_status boxfill(struct store *store, const char *link, int64_t run,
         header.kind != MR_BOXPAGE_START)
         return error_set(
             error, MR_MALFORMED,
-            "the record's first page is missing: %s; which landing it is, is not known", link);
+            "the first page of the record is missing: %s; it cannot be assigned to a landing",
+            link);
     mr_boxpage_get_start(pages[0], &start);
     if (start.layout != MR_LAYOUT)
-        return error_set(
-            error, MR_VERSION,
-            "recorded in layout %u, this matrig has layout %u: %s; use the matrig of that firmware",
-            start.layout, MR_LAYOUT, link);
+        return error_set(error, MR_VERSION,
+                         "recorded in layout %u, but this matrig uses layout %u: %s; use the "
+                         "matrig version that belongs to that firmware",
+                         start.layout, MR_LAYOUT, link);
     snprintf(uid, sizeof uid, "%08X%08X%08X", start.uid[0], start.uid[1], start.uid[2]);
     *result = (struct boxfill){.run = run};
     enum mr_status status = run ? MR_OK : find_landing(store, &start, uid, &result->run, error);

@@ -195,7 +195,7 @@ enum mr_status collector_link_end(struct collector *collector, enum link_kind ki
     if (status == MR_OK && kind == LINK_SERIAL && side->deframer.length > 0) {
         side->account.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
-                           "the link ended inside a frame: %s; the frames before it are kept",
+                           "the link ended inside a frame: %s; the frames before it are stored",
                            side->spec);
     }
     return status;

@@ -19,10 +19,10 @@ static enum mr_status another_board(struct collector *collector, struct side *si
         if (!collector->side[LINK_SERIAL].ended || side->others < COLLECT_OTHERS_IN_ROW)
             return MR_OK;
     }
-    return error_set(error, why,
-                     "another board than the one at the start of this log (%s): %s; end this log "
-                     "and begin a new one",
-                     now, side->spec);
+    return error_set(
+        error, why,
+        "not the board from the start of this log (%s): %s; end this log and start a new one", now,
+        side->spec);
 }
 
 static enum mr_status hello(struct collector *collector, struct side *side,
@@ -67,7 +67,7 @@ static bool take_uid(struct collector *collector, struct side *side, unsigned pa
     char now[60];
     if (part == 1)
         memcpy(side->other_uid, words, sizeof side->other_uid);
-    snprintf(now, sizeof now, "its identity has %08X, not %08X", (unsigned)words[0],
+    snprintf(now, sizeof now, "its identity contains %08X, not %08X", (unsigned)words[0],
              (unsigned)known[0]);
     another_board(collector, side, MR_IO, now, error);
     return false;

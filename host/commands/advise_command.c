@@ -75,8 +75,8 @@ static unsigned landings_of(struct store *store, const struct advise *advise)
                          fatal);
     if (!there)
         error_set(fatal, MR_TOO_FEW,
-                  "no runway: the last landing of the campaign does not say which one the "
-                  "board had; a chart cannot be loaded");
+                  "no runway: the last landing of the campaign does not record the runway of the "
+                  "board, so a chart cannot be loaded; log a landing with this board first");
     return state.landings + 1u;
 }
 
@@ -89,8 +89,8 @@ static void begin_load(const struct request *r, struct store *store, const struc
     unsigned landings = landings_of(store, advise);
     if (talk->state.landings != landings)
         error_set(fatal, MR_VERSION,
-                  "another runway: the board's has had %u landings, the one of the advice "
-                  "%u: %s; log or fetch the landings between, then ask again",
+                  "runways differ: the runway of the board has %u landings, that of the advice %u: "
+                  "%s; log or fetch the missing landings, then repeat advise",
                   talk->state.landings, landings, r->serial);
 }
 
@@ -139,26 +139,27 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
     r.advise.limit = r.limit_percent / 100.0;
     if (r.keep && r.advise.before)
         error_set(fatal, MR_USAGE,
-                  "--keep with --before: matrig advise; a landing that has been made has "
-                  "no plan any more");
+                  "--keep with --before: matrig advise; a plan can only be stored for the next "
+                  "landing, leave out one option");
     if (r.load != (r.serial != NULL))
-        error_set(fatal, MR_USAGE,
-                  "--load and --serial belong together: matrig advise; --load --serial "
-                  "LINK");
+        error_set(
+            fatal, MR_USAGE,
+            "--load and --serial only work together: matrig advise; give --load --serial LINK");
     if (r.load && r.advise.before)
         error_set(fatal, MR_USAGE,
-                  "--load with --before: matrig advise; a chart is for the landing to "
-                  "come");
+                  "--load with --before: matrig advise; a chart can only be loaded for the next "
+                  "landing, leave out one option");
     if (r.profile && isfinite(r.advise.deceleration_ft_s2))
         error_set(fatal, MR_USAGE,
-                  "both --profile and --deceleration: matrig advise; the profile has its "
-                  "own mean, leave one out");
+                  "both --profile and --deceleration: matrig advise; the profile sets the mean "
+                  "deceleration, leave one out");
     if (r.profile)
         read_profile(r.profile, cli->si, &r.advise.profile);
     if (r.load && r.advise.profile.count > MR_RISK_KNOTS)
-        error_set(fatal, MR_USAGE,
-                  "%zu points: --profile; a board takes %u with --load, leave some out",
-                  r.advise.profile.count, MR_RISK_KNOTS);
+        error_set(
+            fatal, MR_USAGE,
+            "too many points: --profile has %zu, with --load the board takes %u; leave some out",
+            r.advise.profile.count, MR_RISK_KNOTS);
     return run(&r, cli);
 }
 

@@ -70,9 +70,8 @@ static void band_design_defaults(struct band_design *design)
 static enum mr_status too_weak(const struct band_design *d, struct error *error)
 {
     return error_set(error, MR_USAGE,
-                     "bands too weak: each takes R = %.6g lb and yields at A fy = %.6g lb (C.10 "
-                     "leaves n F' = %.6g lb); give "
-                     "more bands, or a larger area or yield",
+                     "bands too weak: each carries R = %.6g lb and yields at A fy = %.6g lb (C.10 "
+                     "leaves n F' = %.6g lb); give more bands, or a larger area or yield",
                      d->r_lb, d->strength_lb, d->strength_lb - d->r_lb);
 }
 
@@ -156,8 +155,8 @@ static const struct input *find_input(const char *word, const char **value)
             return &inputs[i];
     }
     if (!equals || length == 0)
-        error_set(fatal, MR_USAGE, "not an input: '%s'; give NAME=VALUE[UNIT], as in weight=480kip",
-                  word);
+        error_set(fatal, MR_USAGE,
+                  "not an input: '%s'; give NAME=VALUE[UNIT], such as weight=480kip", word);
     error_set(fatal, MR_USAGE, "unknown input: '%.*s'; matrig bands --help lists the names",
               (int)length, word);
     return NULL;
@@ -191,12 +190,15 @@ static void read_words(const char **words, struct request *request)
     struct band_design *d = &request->design;
     bool drawn = request->width_ft > 0.0 || request->thickness_ft > 0.0;
     if (drawn && (request->area_given || !(request->width_ft > 0.0 && request->thickness_ft > 0.0)))
-        error_set(fatal, MR_USAGE, "band's section: %s; give width and thickness, or area",
-                  request->area_given ? "area and width or thickness" : "width or thickness alone");
+        error_set(fatal, MR_USAGE,
+                  "section of the band: %s given; give either width and thickness, or area",
+                  request->area_given ? "both area and width or thickness"
+                                      : "only width or thickness");
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
     if (d->every != floor(d->every))
-        error_set(fatal, MR_USAGE, "rows are whole: every is %g; give a whole number", d->every);
+        error_set(fatal, MR_USAGE, "not a whole number: every is %g; give a whole number of rows",
+                  d->every);
 }
 
 /* --- what theory says --- */
@@ -232,8 +234,7 @@ static struct said force(const struct findings *f, double lb)
 static void judge(const struct band_design *d, struct findings *f)
 {
     if (d->connections > d->most_connections)
-        find(f,
-             "theory: %.0f connections; C.10 allows %.0f: a shorter band, or more or stronger ones",
+        find(f, "theory: %.0f connections; C.10 allows %.0f; use shorter, more or stronger bands",
              d->connections, d->most_connections);
     if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
         find(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",

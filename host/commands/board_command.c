@@ -166,8 +166,8 @@ static void box_order(struct box_client *talk, uint8_t code, int32_t argument)
         error_set(fatal, MR_UNKNOWN, "the black box has no such record: %s; see matrig board list",
                   dialogue_spec(dialogue));
     if (ack.status != MR_OK)
-        dialogue_refused(dialogue, &ack, "a landing is armed or going on, or there is no black box",
-                         fatal);
+        dialogue_refused(dialogue, &ack,
+                         "a landing is armed or in progress, or there is no black box", fatal);
 }
 
 /* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
@@ -178,7 +178,7 @@ static void box_client_list(struct box_client *talk)
     box_order(talk, MR_COMMAND_BOX_LIST, 0);
     if (dialogue_until(talk->dialogue, dialogue_flag, &talk->listed, DIALOGUE_ANSWER_S, fatal) ==
         MR_TIMEOUT)
-        error_set(fatal, MR_TIMEOUT, "the list of records did not end: %s; try again",
+        error_set(fatal, MR_TIMEOUT, "the list of records timed out: %s; try again",
                   dialogue_spec(talk->dialogue));
 }
 
@@ -222,7 +222,7 @@ static void record_answer(const struct box_client_record *r, struct answer *answ
                  r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
     answer_count(answer, "lost", "blocks lost", r->span.lost);
     answer_words(answer, NULL, "its end", "%s",
-                 r->record.complete ? "closed" : "not closed: the power went");
+                 r->record.complete ? "closed" : "not closed: power was lost");
 }
 
 static int list(const struct request *request, const struct box_client *talk)
@@ -258,7 +258,7 @@ static int tell_read(const struct request *request, const struct box_client_reco
         " blocks from the black box";
     answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
     answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end =
-        " blocks, there too";
+        " blocks, also missing in the black box";
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
@@ -288,9 +288,9 @@ static void keep_configuration(const struct request *request, struct box_client 
         store_configuration_put(store, crc, text, fatal);
         free(text);
     } else {
-        cli_note(request->cli, "the configuration of the landing, CRC %08x, is not to be had: %s",
+        cli_note(request->cli, "the configuration of the landing, CRC %08x, could not be read: %s",
                  (unsigned)landing.config_crc,
-                 why.status == MR_OK ? "the board has another one by now; replay will differ"
+                 why.status == MR_OK ? "the board has a different one now; a replay will differ"
                                      : why.text);
     }
 }
@@ -374,7 +374,7 @@ static int print_identity(const struct request *request, const struct identity *
     if (image) {
         answer_open(answer, "compared", "");
         answer_words(answer, "file", "compared", "%s", image->path);
-        answer_flag(answer, "same", "it runs that", same);
+        answer_flag(answer, "same", "running this image", same);
         answer_words(answer, "difference", same ? NULL : "difference", "%s", why);
         answer_close(answer);
     } else
@@ -389,7 +389,8 @@ static int tell_identity(const struct request *request, struct dialogue *dialogu
         imagefile_read(request->image, &image, fatal);
     if (request->image && !image.stamped)
         error_set(fatal, MR_UNKNOWN,
-                  "an image without matrig's header: %s; nothing to compare with", request->image);
+                  "image without the matrig header: %s; give an image built by matrig",
+                  request->image);
     if (dialogue_who(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
         dialogue_no_hello(dialogue, fatal);
     struct error late = {0}; /* an old board does not say which kind it is */
@@ -454,9 +455,8 @@ static int gages(const struct request *request, struct dialogue *dialogue)
     zeros_answer(&talk, answer);
     if (zero)
         answer_sentence(answer, NULL,
-                        good
-                            ? "these are the zeros now, until the board is reset or configured anew"
-                            : "no zero was taken");
+                        good ? "these zeros are active until the board is reset or reconfigured"
+                             : "no zero was measured");
     return answer_show(request->cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
 }
 
@@ -484,8 +484,8 @@ static int arm(const struct request *request, struct dialogue *dialogue)
     bool arms = strcmp(request->words[0], "arm") == 0;
     if (!cli_confirm(
             arms ? "arm? The board records until the gear has stopped and the mat is at rest."
-                 : "disarm? What the board records ends there."))
-        error_set(fatal, MR_USAGE, "not yes: nothing was sent");
+                 : "disarm? This ends the recording of the board."))
+        error_set(fatal, MR_USAGE, "not confirmed (the answer was not yes): nothing was sent");
     enum mr_status status = arm_client_begin(&talk, dialogue, &error)
                               ?: arm_client_order(&talk, arms ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
                                                   request->number, &error);
@@ -537,19 +537,20 @@ static int print_runway(const struct runway_client *talk, const struct cli *cli)
     answer_count(answer, "mats", "mats", state->mats);
     answer_count(answer, "landings", "landings", state->landings);
     answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->end =
-        " of the closing resistance configured";
+        " times the configured closing resistance";
     answer_count(answer, "crc", NULL, (int64_t)stored->crc);
     answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
     answer_words(answer, "copy_a", "copy A", "%s", copy_text(stored->copy_a, a));
     answer_words(answer, "copy_b", "copy B", "%s", copy_text(stored->copy_b, b));
     answer_count(answer, "closed_joints", NULL, closed_of(state));
-    answer_words(answer, NULL, "joints", "%u of %u closed to 0.002 in", closed_of(state),
+    answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in", closed_of(state),
                  state->mats + 1u);
     answer_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
         answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
     answer_close(answer);
-    answer_table(answer, NULL, "openings of ten joints in a row, from the first that is named on");
+    answer_table(answer, NULL,
+                 "openings in rows of joints, starting with the joint in the first column");
     for (unsigned s = 0; 10 * s <= state->mats; s += ACROSS) {
         answer_row(answer);
         answer_count(answer, NULL, "joint", 10 * s + 1);
@@ -569,9 +570,8 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
     output_begin(&output, path, fatal);
     FILE *file = output.file;
     fprintf(file,
-            "# A board's runway: openings of its joints in inches, upfield first. matrig board "
-            "runway load gives it to a board.\n"
-            "mats %u\nlandings %u\nresistance %.9g\n",
+            "# Runway of a board: openings of its joints in inches, upfield first. To load it into "
+            "a board: matrig board runway load\nmats %u\nlandings %u\nresistance %.9g\n",
             state->mats, state->landings, (double)state->scale);
     for (unsigned j = 0; j <= state->mats; j++)
         fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_hmil[j] / HMIL_PER_IN);
@@ -610,7 +610,8 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     unsigned number = 0, joints = 0;
     FILE *file = fopen(path, "r");
     if (!file) {
-        error_set(fatal, MR_IO, "cannot be read (%s): %s; matrig board runway -o FILE makes one",
+        error_set(fatal, MR_IO,
+                  "cannot be read (%s): %s; matrig board runway -o FILE writes such a file",
                   strerror(errno), path);
         return;
     }
@@ -619,8 +620,8 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
         number++;
         if (!take_line(line, state, given))
             error_set(fatal, MR_MALFORMED,
-                      "no line of a runway: `%.*s`: %s:%u; joint NUMBER INCHES (or with a "
-                      "unit: 2 mm), each once",
+                      "not a line of a runway: `%.*s`: %s:%u; write joint NUMBER INCHES (or with a "
+                      "unit: 2 mm), each joint once",
                       (int)strcspn(line, "\r\n"), line, path, number);
     }
     fclose(file);
@@ -629,7 +630,7 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     if (state->mats == 0 || joints != state->mats + 1u)
         error_set(
             fatal, MR_MALFORMED,
-            "%u joints of %u mats: %s; it must state its mats, and each joint from 1 to mats + 1",
+            "%u joints and %u mats: %s; the file must give mats, and each joint from 1 to mats + 1",
             joints, state->mats, path);
 }
 
@@ -641,8 +642,8 @@ static void check_runway(struct request *r)
         error_set(fatal, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help", verb);
     if (load != (file != NULL))
         error_set(fatal, MR_USAGE,
-                  load ? "which runway? matrig board runway load needs a FILE"
-                       : "a FILE is load's: '%s'",
+                  load ? "no runway: matrig board runway load needs a FILE"
+                       : "only load takes a FILE: '%s'; leave it out",
                   file);
     if (file)
         read_runway(file, &r->runway);
@@ -688,12 +689,13 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     struct dialogue_order order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
                                    .answer_s = KEY_S};
     if (!new && (!request->words[1] || strcmp(request->words[1], "clear") != 0))
-        error_set(fatal, MR_USAGE, "key needs new or clear%s%s%s; see matrig board --help",
+        error_set(fatal, MR_USAGE, "not key new or key clear%s%s%s; see matrig board --help",
                   request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",
                   request->words[1] ? "'" : "");
     dialogue_hello(dialogue, dialogue_flag, &who->key_known, fatal);
     if (who->key.state == MR_KEY_NO_MEMORY)
-        error_set(fatal, MR_IO, "board without a memory that could hold a key: %s; its bus is open",
+        error_set(fatal, MR_IO,
+                  "this board has no memory for a key: %s; it accepts commands without a key",
                   dialogue_spec(dialogue));
     identity_uid_text(who, uid);
     if (new) {
@@ -706,14 +708,14 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     do {
         error = (struct error){0};
         status = dialogue_turn(dialogue, DIALOGUE_TURN_S, &error)
-                   ?: dialogue_obey(dialogue, &order, "a landing is armed or going on", &error);
+                   ?: dialogue_obey(dialogue, &order, "a landing is armed or in progress", &error);
     } while (status == MR_WAIT && dialogue_now_s(dialogue) < until_s);
     if (status != MR_OK) {
         keyfile_drop(uid);
         error_set(fatal, error.status, "%s%s", error.text,
-                  new && !dialogue->answered ? "; the board may have the new key, and no computer: "
-                                               "repeat key new"
-                                             : "");
+                  new && !dialogue->answered
+                      ? "; the board may have the new key, but no computer has it: repeat key new"
+                      : "");
     }
     if (new)
         keyfile_keep(uid, fatal);
@@ -750,7 +752,7 @@ static const struct verb {
     {.name = "health", .run = health},
     {.name = "self-test", .run = health},
     {.name = "reset", .run = health},
-    {"zero", 0, 1, "what to zero", 0.0, 2.0, gages},
+    {"zero", 0, 1, "zero number", 0.0, 2.0, gages},
     {.name = "shunt", .run = gages},
     {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MOST, arm},
     {.name = "disarm", .options = CAN, .run = arm},
@@ -780,10 +782,10 @@ static void check_options(struct request *r, const struct verb *verb)
         unsigned option;
         const char *name, *whose;
     } options[] = {
-        {r->can != NULL, CAN, "--can", "arm's, disarm's and config's"},
+        {r->can != NULL, CAN, "--can", "only for arm, disarm and config"},
         {r->db || r->run, DB, r->db ? "--db" : "--run", "read's"},
-        {r->image != NULL, IMAGE, "--image", "compared with the board's alone, without a word"},
-        {r->out || r->force, OUT, r->out ? "-o" : "--force", "runway's and config's"},
+        {r->image != NULL, IMAGE, "--image", "only for matrig board without a further word"},
+        {r->out || r->force, OUT, r->out ? "-o" : "--force", "only for runway and config"},
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (options[i].given && !(verb->options & options[i].option))
@@ -791,7 +793,7 @@ static void check_options(struct request *r, const struct verb *verb)
                       options[i].whose, verb->name);
     }
     if (r->can && r->serial)
-        error_set(fatal, MR_USAGE, "--can and --serial: matrig board %s needs one link",
+        error_set(fatal, MR_USAGE, "both --can and --serial: matrig board %s needs only one link",
                   verb->name);
     if (!r->can && !r->serial)
         error_set(fatal, MR_USAGE,
@@ -799,10 +801,11 @@ static void check_options(struct request *r, const struct verb *verb)
                   verb->name, verb->name[0] ? " " : "",
                   verb->options & CAN ? "--can LINK or " : "");
     if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == arm)
-        error_set(fatal, MR_USAGE, "a file is no board: %s; give the link of one",
+        error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board",
                   r->can ? r->can : r->serial);
     if (verb->options & DB && !r->db)
-        error_set(fatal, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB", verb->name);
+        error_set(fatal, MR_USAGE, "no campaign for the record: matrig board %s needs --db DB",
+                  verb->name);
     if (verb->run == runway)
         check_runway(r);
 }
@@ -816,15 +819,13 @@ static void check_words(struct request *r, const struct verb *verb)
                   verb->words ? "more" : "number", r->words[1 + verb->words]);
     if (verb->number && !word && verb->least > 0.0)
         error_set(fatal, MR_USAGE,
-                  "which record? matrig board %s needs its number, see matrig board "
-                  "list",
-                  verb->name);
+                  "no record number: matrig board %s needs one; see matrig board list", verb->name);
     if (!verb->number || !word)
         return;
     cli_number(word, verb->number, verb->least, verb->most, &number, fatal);
     r->number = (int32_t)number;
     if (number != floor(number))
-        error_set(fatal, MR_USAGE, "%s is a whole number: '%s'; see matrig board --help",
+        error_set(fatal, MR_USAGE, "%s must be a whole number: '%s'; see matrig board --help",
                   verb->number, word);
 }
 

@@ -113,7 +113,7 @@ static void print_advice(struct answer *answer, const struct bringup_judged *jud
         const struct bringup_judged *j = &judged[i];
         if (!j->verdict)
             continue;
-        const char *what = !j->limit ? "not known here: another version of the image?"
+        const char *what = !j->limit ? "unknown line: the image may be of a different version"
                                      : j->limit->advice;
         answer_sentence(answer, NULL, "%s: %s: %s%s%s%s", bringup_verdict_text(j->verdict), j->name,
                         what, j->limit && *j->limit->source ? " [" : "",
@@ -160,7 +160,7 @@ static int go_to_rom(const struct request *request, struct link *link, struct er
         return cli_fail(error);
     if (request->cli->json)
         return cli_print_json(json_pack("{ss}", "started", "rom"), 0);
-    puts("the boot ROM runs: flash the next image");
+    puts("the boot ROM is running: flash the next image");
     return 0;
 }
 
@@ -208,7 +208,7 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
         error_set(fatal, MR_USAGE,
                   "no link: matrig board needs --serial LINK; see matrig board --help");
     if (strcmp(section, "rom") == 0 && strncmp(r.serial, "file:", 5) == 0)
-        error_set(fatal, MR_USAGE, "a file is no board: %s; give the link of one", r.serial);
+        error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board", r.serial);
     return talk(&r, section);
 }
 

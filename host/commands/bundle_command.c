@@ -42,13 +42,13 @@ static enum mr_status find_image(const struct request *r, struct store *store,
         return textfile_open(elf, file, error);
     if (r->elf && error->status == MR_OK)
         return error_set(error, MR_USAGE,
-                         "not the image that recorded it (image %08x, commit %s): %s; give that "
-                         "one with --elf, or none",
+                         "not the image that recorded this landing (image %08x, commit %s): %s; "
+                         "give that image with --elf, or leave --elf out",
                          (unsigned)landing.image_crc, landing.image_commit, elf);
     if (!r->elf)
         cli_note(cli,
-                 "without the image that recorded it (image %08x, commit %s), which is not the "
-                 "one of this matrig; --elf F adds it",
+                 "the bundle lacks the image that recorded the landing (image %08x, commit %s), "
+                 "which is not the image of this matrig; add it with --elf F",
                  (unsigned)landing.image_crc, landing.image_commit);
     return error->status;
 }
@@ -71,7 +71,7 @@ static enum mr_status make(struct request *r, const struct cli *cli, size_t *ima
     /* of this process: the draft that another one left is not touched */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
     if (access(r->path, F_OK) == 0)
-        error_set(error, MR_USAGE, "is there already: %s; give another file", r->path);
+        error_set(error, MR_USAGE, "file exists already: %s; give a different file", r->path);
     if (error->status == MR_OK && store_open(r->words[0], STORE_SOURCE, &store, error) == MR_OK &&
         store_run_find(store, &r->run, error) == MR_OK &&
         find_image(r, store, cli, &image, error) == MR_OK &&
@@ -104,7 +104,8 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
         return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "db", r.words[0], "run",
                                         (json_int_t)r.run, "image_bytes", (json_int_t)image),
                               0);
-    cli_note(cli, "%s: landing %lld of %s is its RUN 1; matrig replay %s checks and replays it",
+    cli_note(cli,
+             "%s: contains landing %lld of %s as RUN 1; matrig replay %s checks and replays it",
              r.path, (long long)r.run, r.words[0], r.path);
     return 0;
 }

@@ -73,7 +73,7 @@ static int tell(const struct request *r, const struct calibrate_points *points,
     answer_remark(answer, " codes");
     answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->end = end;
     answer_value(answer, "linearity_error",
-                 channel->points ? "the table leaves" : "the line leaves", UNIT_NUMBER,
+                 channel->points ? "residual of the table" : "residual of the line", UNIT_NUMBER,
                  fit->linearity_error, 5)
         ->end = end;
     answer_count(answer, "table_points", NULL, channel->points);
@@ -141,8 +141,8 @@ static void check_codes(const struct request *r, const struct calibrate_points *
         double code = points->point[i].code;
         if (code < (double)limits.low_code || code > (double)limits.high_code)
             error_set(fatal, MR_LIMIT,
-                      "%g is no code that %s reads, point %zu: %s; from %.0f to %.0f: are "
-                      "the columns swapped?",
+                      "code out of range: %g for %s, point %zu: %s; codes are from %.0f to %.0f, "
+                      "the columns may be swapped",
                       code, r->word, i + 1, source(r), (double)limits.low_code,
                       (double)limits.high_code);
     }
@@ -157,10 +157,11 @@ static void check_gain(const struct request *r, const struct mr_config *config,
     const struct mr_channel_config *channel = &config->channel[r->channel];
     if (mr_config_check(config, &reason) != MR_OK) {
         config_text_reason(config, &reason, text, sizeof text);
-        error_set(fatal, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
+        error_set(fatal, MR_LIMIT, "a board would refuse this calibration: %s; %s", source(r),
+                  text);
     }
     if (jump_find(old, channel, text))
-        cli_note(r->cli, "%s: %s, compared with %s: look at unit and points", r->word, text,
+        cli_note(r->cli, "%s: %s, compared with %s: check unit and points", r->word, text,
                  old->calibrated_day ? "the last calibration" : "the configuration");
 }
 
@@ -169,27 +170,28 @@ static void check_gain(const struct request *r, const struct mr_config *config,
 static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
-    char mend[200] = "no single point explains it: read them again";
+    char mend[200] = "no single point explains this: measure all points again";
     double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
     struct error error = {0};
     if (fit->miss <= fmin(r->miss_percent, MISS_PERCENT) / 100.0 * span)
         r->accept = NULL;
     else if (fit->miss <= most && !r->accept)
-        r->accept = xasprintf("--miss %g: the points miss their fit by %.2g %% of their span",
-                              r->miss_percent, 100.0 * fit->miss / span);
+        r->accept =
+            xasprintf("--miss %g: the points deviate from their fit by %.2g %% of their span",
+                      r->miss_percent, 100.0 * fit->miss / span);
     if (fit->miss <= most || r->accept)
         return;
     size_t i = calibrate_outlier(points->point, points->count, r->table, most, channel, &rest);
     if (i < points->count)
         snprintf(mend, sizeof mend,
-                 "without point %zu (%.6g %s, %.6g codes) the others fit to %.2g %s: read it again",
+                 "without point %zu (%.6g %s, %.6g codes) the others fit within %.2g %s: measure "
+                 "that point again",
                  i + 1, points->point[i].value, unit_text(r), points->point[i].code, rest,
                  unit_text(r));
-    error_set(
-        &error, MR_LIMIT,
-        "the points miss their fit by %.3g %s, %.2g %% of their span (at most %g): %s; %s, or "
-        "write why it is right so: --accept REASON",
-        fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
+    error_set(&error, MR_LIMIT,
+              "the points deviate from their fit by %.3g %s, %.2g %% of their span (limit %g): %s; "
+              "%s, or accept the deviation with --accept REASON",
+              fit->miss, unit_text(r), 100.0 * fit->miss / span, r->miss_percent, source(r), mend);
     r->output = NULL;
     if (r->cli->json) /* into the object */
         exit(tell(r, points, fit, channel, cli_fail(&error)));
@@ -252,7 +254,7 @@ static void measure(const struct request *r, struct dialogue *dialogue, struct g
     if (g->count < POINT_BLOCKS)
         error_set(fatal, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
                   g->bad ? "its readings are not valid" : "no readings received within 10 s",
-                  g->bad ? "look at its leads" : "is the board connected?");
+                  g->bad ? "check the wiring of the sensor" : "check that the board is connected");
     double n = g->count;
     point->code = g->first + g->sum / n;
     point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
@@ -291,8 +293,8 @@ static void guide(const struct request *r, struct dialogue *dialogue,
     points->unit = unit_read(unit, 2);
     dialogue_subscribe(dialogue, gather, &g);
     cli_note(r->cli,
-             "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one "
-             "back; an empty line or q ends",
+             "%s: set a known value, let it rest, type it (%s) and press Enter; u removes the last "
+             "point; an empty line or q ends",
              r->word, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
@@ -311,8 +313,11 @@ static void guide(const struct request *r, struct dialogue *dialogue,
         }
         measure(r, dialogue, &g, &point);
         bool moves = point.spread > MOVES_CODES;
-        cli_note(r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
-                 moves ? ": it moves, not taken; let it rest and type it again" : "");
+        cli_note(
+            r->cli, "%.3f codes, noise %.2f%s", point.code, point.spread,
+            moves
+                ? ": not taken, because the reading is moving; let it rest and type the value again"
+                : "");
         if (!moves)
             points->point[points->count++] = point;
     }
@@ -381,7 +386,7 @@ static void enter_certificate(const struct request *r)
                   r->db);
     snprintf(row.sensor, sizeof row.sensor, "%s", r->sensor ? r->sensor : "");
     store_certificate_add(store, &row, fatal);
-    cli_note(r->cli, "%s: certificate %s entered, of sensor %s", r->word, row.number,
+    cli_note(r->cli, "%s: certificate %s of sensor %s entered", r->word, row.number,
              text_or_dash(row.sensor));
 }
 
@@ -404,8 +409,8 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
             continue;
         if (new->kind != old[c].kind || new->number != old[c].number)
             error_set(fatal, MR_LIMIT,
-                      "input %u is another channel in %s than in RUN %lld; correct the "
-                      "configuration of that landing",
+                      "input %u is not the same channel in %s as in RUN %lld; use a configuration "
+                      "with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT];
         if (jump_find(&old[c], new, what)) { /* its reason is kept with it */
@@ -443,7 +448,8 @@ static int recompute(struct request *r)
             list, json_pack("{sIsi}", "run", (json_int_t)rows[i].id, "values", (int)values));
     }
     if (landings == 0)
-        error_set(fatal, MR_UNKNOWN, "no such landings: %s; matrig show DB lists them", r->word);
+        error_set(fatal, MR_UNKNOWN, "no such landings: %s; matrig show DB lists the landings",
+                  r->word);
     store_commit(store, fatal);
     free(rows);
     if (r->cli->json)
@@ -451,7 +457,7 @@ static int recompute(struct request *r)
     json_t *item;
     size_t at;
     json_array_foreach(list, at, item)
-        printf("RUN %lld: %d values of its calibration are different now; the old ones are kept\n",
+        printf("RUN %lld: %d values of its calibration changed; the old values are kept\n",
                (long long)json_integer_value(json_object_get(item, "run")),
                (int)json_integer_value(json_object_get(item, "values")));
     json_decref(list);
@@ -468,7 +474,7 @@ static unsigned parse_channel(const char *text)
     unsigned most = transducer ? MR_TRANSDUCERS : MR_GAGES;
     if ((!transducer && text[0] != 't') || text[1] < '1' || text[1] > '9' || *end != '\0' ||
         number > most)
-        error_set(fatal, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", text,
+        error_set(fatal, MR_USAGE, "not a channel: '%s'; give d1 to d%u, or t1 to t%u", text,
                   MR_TRANSDUCERS, MR_GAGES);
     return (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
 }
@@ -485,9 +491,10 @@ static void read_known(struct request *r)
     if (wrong.what[0])
         error_set(fatal, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
                   wrong.advice);
-    error_set(fatal, MR_USAGE,
-              "no error from 0 to %g %s: '%s' for --known; a number in %s, or with its unit", most,
-              unit_text(r), r->known_text, unit_text(r));
+    error_set(
+        fatal, MR_USAGE,
+        "not an error from 0 to %g %s: '%s' for --known; give a number in %s, or with its unit",
+        most, unit_text(r), r->known_text, unit_text(r));
 }
 
 static void check(struct request *r)
@@ -497,38 +504,36 @@ static void check(struct request *r)
         if (r->db || r->certificate || r->serial || r->points || r->config || r->output ||
             r->sensor || !isnan(r->days) || r->known_text || r->table || r->accept)
             error_set(fatal, MR_USAGE,
-                      "--recompute goes with --series, --run, --zeros, --reason and --who "
-                      "alone; see matrig calibrate --help");
+                      "--recompute takes only --series, --run, --zeros, --reason and --who; see "
+                      "matrig calibrate --help");
         if (!r->reason || !r->reason[0])
             error_set(fatal, MR_USAGE,
-                      "why? matrig calibrate DB --recompute needs --reason TEXT; who reads "
-                      "it later will ask");
+                      "no reason: matrig calibrate DB --recompute needs --reason TEXT");
         return;
     }
     if (r->series || r->run || r->zeros || r->reason || r->who)
         error_set(fatal, MR_USAGE,
-                  "--series, --run, --zeros, --reason and --who go with --recompute; see "
-                  "matrig calibrate --help");
+                  "--series, --run, --zeros, --reason and --who need --recompute; see matrig "
+                  "calibrate --help");
     if ((r->certificate != NULL) != (r->db != NULL))
         error_set(fatal, MR_USAGE,
-                  "--certificate goes with --db DB, and --db with it: matrig calibrate; see "
-                  "matrig calibrate "
-                  "--help");
+                  "--certificate and --db DB only work together: matrig calibrate; see matrig "
+                  "calibrate --help");
     bool measures = r->serial || r->points || !r->certificate;
     if (measures && (r->serial != NULL) == (r->points != NULL))
         error_set(fatal, MR_USAGE,
-                  "--serial LINK or --points F, one of them: matrig calibrate; see matrig "
-                  "calibrate --help");
+                  "give either --serial LINK or --points F: matrig calibrate; see matrig calibrate "
+                  "--help");
     if ((r->config != NULL) != (r->points != NULL))
         error_set(fatal, MR_USAGE,
-                  "--config F goes with --points; with --serial the board sends its own: matrig "
-                  "calibrate");
+                  "--config F needs --points: matrig calibrate; with --serial the board sends its "
+                  "configuration");
     if (r->accept && (!r->output || !r->accept[0] || r->accept[strcspn(r->accept, "\r\n")]))
         error_set(fatal, MR_USAGE,
-                  "--accept needs -o F and a reason of one line: matrig calibrate; the file keeps "
-                  "the reason");
+                  "--accept needs -o F and a reason of one line: matrig calibrate; the reason is "
+                  "stored in that file");
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
-        error_set(fatal, MR_USAGE, "serial number too long: '%s'; %zu characters at most",
+        error_set(fatal, MR_USAGE, "serial number too long: '%s'; give at most %zu characters",
                   r->sensor, sizeof room.serial);
     r->channel = parse_channel(r->word);
     if (r->certificate)

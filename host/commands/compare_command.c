@@ -40,21 +40,22 @@ static void read_words(const char *const words[3], struct request *request)
     const char *file = words[1] && is_file(words[1]) ? words[1] : words[2];
     if (!words[1] && !request->series && !request->scene)
         error_set(fatal, MR_USAGE,
-                  "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB "
-                  "--series NAME; see matrig compare --help");
+                  "argument missing: matrig compare needs DB RUN, DB CAMPAIGN or DB --series NAME; "
+                  "see matrig compare --help");
     if (words[1] && file != words[1])
         run_parse(words[1], &request->run, fatal);
     if (file == words[1] && words[2])
-        error_set(fatal, MR_USAGE, "one word too many: '%s' of compare; see matrig compare --help",
-                  words[2]);
+        error_set(fatal, MR_USAGE,
+                  "unexpected argument: '%s' of compare; see matrig compare --help", words[2]);
     if (request->run && request->series)
-        error_set(fatal, MR_USAGE, "RUN or series: %s and --series %s; give one of them", words[1],
-                  request->series);
+        error_set(fatal, MR_USAGE, "both a RUN and a series: %s and --series %s; give only one",
+                  words[1], request->series);
     if (!request->run && (request->output || request->voided))
-        error_set(fatal, MR_USAGE, "for one landing: %s; give its RUN",
+        error_set(fatal, MR_USAGE, "only for a single landing: %s; give the RUN of the landing",
                   request->output ? "-o" : "--void");
     if (file && request->scene)
-        error_set(fatal, MR_USAGE, "two scenes: %s and --scene %s; give one", file, request->scene);
+        error_set(fatal, MR_USAGE, "two scenes: %s and --scene %s; give only one", file,
+                  request->scene);
     request->scene = file ? file : request->scene;
     if (!request->scene) {
         data_dir_find(DATA_RUNWAY, request->runway, sizeof request->runway);
@@ -94,7 +95,8 @@ static int conclude(const struct compare_verdict *verdict, struct answer *answer
         error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
                   verdict->failed - 1, verdict->checked);
     else if (verdict->failed)
-        error_set(&error, MR_LIMIT, "%s; see the table, or change the limit", verdict->text);
+        error_set(&error, MR_LIMIT, "%s; check the table above, or change the limit",
+                  verdict->text);
     return exit_code == 0 && verdict->failed ? cli_fail(&error) : exit_code;
 }
 

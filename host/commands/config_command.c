@@ -39,9 +39,11 @@ static const char *copy_text(unsigned copy)
 static void note_damage(const struct cli *cli, const struct mr_config_state *state)
 {
     if (state->copy_a != 0 && state->copy_a != 255)
-        cli_note(cli, "copy A in the board's flash is damaged: %s", copy_text(state->copy_a));
+        cli_note(cli, "copy A of the configuration in the board's flash is damaged: %s",
+                 copy_text(state->copy_a));
     if (state->copy_b != 0 && state->copy_b != 255)
-        cli_note(cli, "copy B in the board's flash is damaged: %s", copy_text(state->copy_b));
+        cli_note(cli, "copy B of the configuration in the board's flash is damaged: %s",
+                 copy_text(state->copy_b));
 }
 
 /* A board of an older firmware holds what is refused today. */
@@ -52,7 +54,7 @@ static void note_unsound(const struct cli *cli, const struct mr_config *config)
     if (mr_config_check(config, &reason) == MR_OK)
         return;
     config_text_reason(config, &reason, why, sizeof why);
-    cli_note(cli, "the board's configuration is not sound: %s", why);
+    cli_note(cli, "the configuration of the board is invalid: %s", why);
 }
 
 static void open_session(const struct request *request, struct session *session)
@@ -119,8 +121,9 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
                               ?: config_client_get(&session->talk, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
         return error_set(error, MR_CRC,
-                         "what reads back is not what was sent, CRC %08x: %s; read it again", crc,
-                         dialogue_spec(session->dialogue));
+                         "the configuration read back (CRC %08x) differs from the one sent: %s; "
+                         "read the configuration again",
+                         crc, dialogue_spec(session->dialogue));
     session->crc = crc;
     return status;
 }
@@ -136,10 +139,10 @@ static void hold_gains(const struct request *request, const struct mr_config *ol
         jump_channel(i, name);
         if (!request->force)
             error_set(fatal, MR_LIMIT,
-                      "%s: %s, compared with the board's: %s; look at its calibration; "
-                      "--force sends it if something was changed",
+                      "%s: %s, compared with the board: %s; check the calibration of that channel; "
+                      "if the change is intended, send it with --force",
                       name, what, request->file);
-        cli_note(request->cli, "%s: %s, compared with the board's", name, what);
+        cli_note(request->cli, "%s: %s, compared with the board", name, what);
     }
 }
 
@@ -183,7 +186,8 @@ static void look_for_base(const struct request *request, struct session *session
     link_close(own);
     if (taken)
         error_set(fatal, MR_LIMIT,
-                  "another board uses this base: base 0x%03x of %s; give this board another base",
+                  "another board already uses this base: base 0x%03x of %s; give this board a "
+                  "different base",
                   base, request->can);
 }
 
@@ -212,9 +216,8 @@ static int set(const struct request *request)
     unsigned count = config_text_compare(&session.config, &wanted, add_change, changes);
     if (count && own_revision != revision)
         error_set(fatal, MR_LIMIT,
-                  "made from revision %u, but revision %u is in force, changed since: %s; "
-                  "get it again and change that, or set "
-                  "site.revision = %u to put this one over it",
+                  "based on revision %u, but the board has revision %u, changed since: %s; get the "
+                  "configuration again and edit it, or set site.revision = %u to overwrite",
                   own_revision, revision, request->file, revision);
     uint16_t base = wanted.site[0].can_base;
     bool moves = count && base != session.config.site[0].can_base;
@@ -242,10 +245,10 @@ static int set(const struct request *request)
             0);
     } else {
         printf(count ? "%u field%s changed, stored and read back: revision %u, CRC %08x\n"
-                     : "nothing differs, %u field%s changed: revision %u, CRC %08x\n",
+                     : "no difference, %u field%s changed: revision %u, CRC %08x\n",
                count, count == 1 ? "" : "s", wanted.site[0].revision, session.crc);
         if (moves)
-            printf("from now on: %s\n", at_base);
+            printf("the board is now at %s\n", at_base);
     }
     json_decref(changes);
     return exit_code;
@@ -261,7 +264,7 @@ static int check(const struct request *request)
         return cli_print_json(json_pack("{sIsI}", "revision", (json_int_t)config.site[0].revision,
                                         "crc", (json_int_t)crc),
                               0);
-    printf("%s: sound, revision %u, CRC %08x\n", request->file, config.site[0].revision, crc);
+    printf("%s: valid, revision %u, CRC %08x\n", request->file, config.site[0].revision, crc);
     return 0;
 }
 
@@ -278,18 +281,20 @@ static int config_command(int argc, char **argv, const struct cli *cli)
         error_set(fatal, MR_USAGE, "not an action of config: '%s'; give get, set or check", verb);
     if (is_get == (request.file != NULL))
         error_set(fatal, MR_USAGE,
-                  is_get ? "config get takes no word, but -o FILE: '%s'; see matrig board --help"
-                         : "which file? matrig board config %s needs one; see matrig board --help",
+                  is_get ? "unexpected argument: '%s' of config get; name the output file with -o "
+                           "FILE, see matrig board --help"
+                         : "no file: matrig board config %s needs a FILE; see matrig board --help",
                   is_get ? request.file : verb);
     if (request.output && !is_get)
-        error_set(fatal, MR_USAGE, "-o is config get's: matrig board config %s", verb);
+        error_set(fatal, MR_USAGE,
+                  "-o is only for config get: matrig board config %s; leave it out", verb);
     if (!is_check && !request.can == !request.serial && !(is_set && request.can))
         error_set(fatal, MR_USAGE,
-                  "which link? matrig board config %s needs --serial LINK or --can LINK; "
-                  "see matrig board --help",
+                  "one link needed: matrig board config %s needs either --serial LINK or --can "
+                  "LINK; see matrig board --help",
                   verb);
     if (is_check && (request.can || request.serial))
-        error_set(fatal, MR_USAGE, "config check needs no board: leave --can and --serial away");
+        error_set(fatal, MR_USAGE, "config check needs no board: leave out --can and --serial");
     return is_get ? get(&request) : is_set ? set(&request) : check(&request);
 }
 

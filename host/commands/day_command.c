@@ -26,14 +26,14 @@
 #include "host/survey/survey.h"
 
 /* key, and what the step is for */
-#define DAY_STEPS_EACH(X)                                           \
-    X(LOOK, look, "look at the landing and note what was seen")     \
-    X(SERIES, series, "name what is tested")                        \
-    X(CALIBRATE, calibrate, "calibrate the channels that are due")  \
-    X(SURVEY, survey, "read the gage points of the mat")            \
-    X(LOAD, load, "give the board the openings of the survey")      \
-    X(ADVISE, advise, "predict zones, and how hard to brake")       \
-    X(READY, ready, "check board, sensors, links, disk: go, no-go") \
+#define DAY_STEPS_EACH(X)                                                    \
+    X(LOOK, look, "inspect the mat after the landing and note observations") \
+    X(SERIES, series, "name the series of landings")                         \
+    X(CALIBRATE, calibrate, "calibrate the channels that are due")           \
+    X(SURVEY, survey, "read the gage points of the mat")                     \
+    X(LOAD, load, "load the openings of the survey into the board")          \
+    X(ADVISE, advise, "predict zones, and how hard to brake")                \
+    X(READY, ready, "check board, sensors, links, disk: go, no-go")          \
     X(LAND, land, "log in another terminal, arm, land")
 
 enum day_step {
@@ -284,8 +284,8 @@ static enum day_state look_state(const struct day_facts *f, char reason[240])
         return because(reason, DAY_NOT_NEEDED, "RUN %lld is not over", (long long)f->run);
     if (is_going_on(f))
         return because(reason, DAY_NEXT,
-                       "RUN %lld was cut off while it was %s: matrig board list shows whether "
-                       "the board has the rest of it",
+                       "RUN %lld was cut off while it was %s: matrig board list shows whether the "
+                       "board has the rest",
                        (long long)f->run, mr_landing_state_text((uint8_t)f->state));
     return because(reason, DAY_NEXT, "RUN %lld has no note", (long long)f->run);
 }
@@ -313,14 +313,14 @@ static enum day_state survey_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
     if (f->survey && f->survey_ended_us == STORE_NONE)
-        return because(reason, DAY_NEXT, "survey %lld is not finished: %zu of %zu read",
+        return because(reason, DAY_NEXT, "survey %lld is not finished: %zu of %zu points read",
                        (long long)f->survey, f->survey_read, f->survey_of);
     if (is_surveyed(f))
         return because(reason, DAY_DONE, "survey %lld, ended %s", (long long)f->survey,
                        clock_text(f->survey_ended_us, at));
-    return f->run ? because(reason, DAY_NEXT, "the mat has not been read since RUN %lld",
+    return f->run ? because(reason, DAY_NEXT, "the mat has not been surveyed since RUN %lld",
                             (long long)f->run)
-                  : because(reason, DAY_NEXT, "the mat has not been read yet");
+                  : because(reason, DAY_NEXT, "the mat has not been surveyed yet");
 }
 
 static enum day_state load_state(const struct day_facts *f, char reason[240])
@@ -331,13 +331,13 @@ static enum day_state load_state(const struct day_facts *f, char reason[240])
     if (is_surveyed(f) && f->loaded_us)
         return because(reason, DAY_DONE, "the board has survey %lld, since %s",
                        (long long)f->survey, clock_text(f->loaded_us, at));
-    return because(reason, DAY_NEXT, "the board does not have the survey");
+    return because(reason, DAY_NEXT, "the survey is not loaded into the board");
 }
 
 static enum day_state advise_state(const struct day_facts *f, char reason[240])
 {
     if (!f->run)
-        return because(reason, DAY_NOT_NEEDED, "it learns from landings, and there is none yet");
+        return because(reason, DAY_NOT_NEEDED, "advise needs a landing, and there is none yet");
     if (f->advised_us && (!is_surveyed(f) || f->advised_us > f->survey_ended_us))
         return because(reason, DAY_DONE, "%s", f->advice);
     return because(reason, DAY_NEXT, "no advice on how hard to brake yet");
@@ -349,7 +349,7 @@ static enum day_state ready_state(const struct day_facts *f, char reason[240])
     bool old = f->ready_us < f->armed_us || f->ready_us < f->calibrated_us ||
                (is_surveyed(f) && f->ready_us < f->loaded_us);
     if (!f->ready_us)
-        return because(reason, DAY_NEXT, "board and sensors are not checked yet");
+        return because(reason, DAY_NEXT, "board and sensors have not been checked yet");
     clock_text(f->ready_us, at);
     if (old)
         return because(reason, DAY_NEXT, "the last check, at %s, predates %s", at,
@@ -370,7 +370,7 @@ static enum day_state land_state(const struct day_facts *f, char reason[240])
                        mr_landing_state_text((uint8_t)f->state));
     if (f->run && f->armed_us >= f->logging_since_us)
         return because(reason, DAY_NEXT, "RUN %lld is recorded: end the log (Ctrl-C there)", run);
-    return because(reason, DAY_NEXT, "the log runs, nothing is armed: type arm there");
+    return because(reason, DAY_NEXT, "the log is running, but nothing is armed: type arm there");
 }
 
 static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
@@ -594,8 +594,8 @@ static bool take_link(struct day *day, const char *given, enum link_kind kind, c
     if (!none && link_check(given, &day->error) != MR_OK)
         return false;
     if (strlen(given) >= 200) {
-        error_set(&day->error, MR_TOO_LONG, "link too long: '%.60s...'; at most 199 characters",
-                  given);
+        error_set(&day->error, MR_TOO_LONG,
+                  "link too long: '%.60s...'; give at most 199 characters", given);
         return false;
     }
     memcpy(into, given, strlen(given) + 1);
@@ -610,8 +610,9 @@ static bool have_links(struct day *day)
         (!ask("the board's serial port (such as serial:/dev/ttyUSB0): ", text, sizeof text) ||
          !text[0] || !take_link(day, text, LINK_SERIAL, f->serial)))
         return false;
-    return f->can[0] || (ask("its CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
-                         take_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
+    return f->can[0] ||
+           (ask("the board's CAN bus (such as can:can0; Enter: none): ", text, sizeof text) &&
+            take_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
 /* Who does it: asked once a day. Commands that the day starts take it as their author, as from the
@@ -655,7 +656,8 @@ static bool know_weight(struct day *day)
         store_change_get(day->store, run_number, "weight_lb", weight, NULL, fatal);
     }
     if (!weight[0] && !day->weight_asked &&
-        !ask("weight of the aircraft (such as 1300 lb; Enter: as the board has it): ", weight, 40))
+        !ask("weight of the aircraft (such as 1300 lb; Enter: the value in the board): ", weight,
+             40))
         return false;
     day->weight_asked = true;
     if (!weight[0])
@@ -676,13 +678,13 @@ static bool note_waves(struct day *day)
     char run_text[24], station[40], panels[40];
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     for (;;) {
-        if (!ask("a wave in the mat? Its station, ft (Enter: none, or no more): ", station,
+        if (!ask("station of a wave in the mat, ft (Enter: none, or no more): ", station,
                  sizeof station))
             return false;
         if (!station[0])
             return true;
-        if (!ask("panels that it spans (2: the gear crosses it; Enter: not counted): ", panels,
-                 sizeof panels))
+        if (!ask("panels that the wave spans (2: the gear crosses it; Enter: not counted): ",
+                 panels, sizeof panels))
             return false;
         struct line line = line_of("landing", day->r.db);
         add(&line, run_text);
@@ -702,7 +704,7 @@ static void look(struct day *day)
     line_of_step(day, DAY_LOOK, &line);
     run(day, &line);
     if (!know_operator(day) || !know_weight(day) || !note_waves(day) ||
-        !ask("what else was seen? (Enter: no note): ", note.value, sizeof note.value) ||
+        !ask("other observations (Enter: no note): ", note.value, sizeof note.value) ||
         !note.value[0])
         return;
     note.made_us = (int64_t)link_now_us();
@@ -713,7 +715,7 @@ static void look(struct day *day)
 static void series(struct day *day)
 {
     struct store_series row = {.made_us = (int64_t)link_now_us()};
-    if (!ask("what is tested? A name for the series: ", row.name, sizeof row.name) ||
+    if (!ask("name for the series of landings (what is tested): ", row.name, sizeof row.name) ||
         !row.name[0] ||
         !ask("the runway (such as 'relaid, bands tensioned'; Enter: no note): ", row.runway,
              sizeof row.runway) ||
@@ -731,7 +733,8 @@ static void calibrate(struct day *day)
     if (day->facts.calibration_due)
         printf("%s\n", day->facts.no_go);
     snprintf(file, sizeof file, "%s-calibrated.cfg", day->r.db);
-    while (ask("which channel? (d1 to d8, t1 to t14; Enter: no more): ", channel, sizeof channel) &&
+    while (ask("channel to calibrate (d1 to d8, t1 to t14; Enter: no more): ", channel,
+               sizeof channel) &&
            channel[0]) {
         struct line line = line_of("calibrate", channel);
         remove(file);
@@ -772,7 +775,8 @@ static void land(struct day *day)
     if (day->facts.logging)
         printf("%s\n", day->plan.reason[DAY_LAND]);
     else
-        printf("in another terminal, arm with the line 'arm', end with Ctrl-C:\n$ %s --commands\n",
+        printf("run this in another terminal; there, type arm to arm the board, and Ctrl-C to "
+               "end:\n$ %s --commands\n",
                text);
     free(text);
 }
@@ -828,7 +832,8 @@ static int guide(struct day *day)
     char key[8];
     for (;; look_around(day)) {
         print_list(day);
-        if (!ask("Enter, or a step (1-8), s skip, r report, q quit > ", key, sizeof key) ||
+        if (!ask("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
+                 sizeof key) ||
             key[0] == 'q')
             break;
         look_around(day); /* it may have waited for an hour */
@@ -887,7 +892,7 @@ static int day_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_day, argc, argv, cli, &day.r, &day.r.db, fatal);
     setvbuf(stdin, NULL, _IONBF, 0);
     if (!cli->json && !is_meant(day.r.db))
-        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was made", day.r.db);
+        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was created", day.r.db);
     day.store = program_campaign(day.r.db, cli->json ? STORE_READ : STORE_CREATE);
     if (day.r.serial)
         take_link(&day, day.r.serial, LINK_SERIAL, day.facts.serial);

@@ -34,25 +34,23 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
     if (!measured->dates_known)
         fputs("# calibration unknown: the configuration of the board was not read\n", out);
     else if (measured->uncalibrated)
-        fputs("# UNCALIBRATED: sensors without a date of calibration\n", out);
+        fputs("# UNCALIBRATED: sensors without a calibration date\n", out);
     fprintf(out,
             "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
             measured->t0_is_touchdown ? "touchdown"
             : measured->gates         ? "the first edge"
                                       : "arming",
             (double)measured->t0_us / 1e6);
-    fprintf(
-        out,
-        "# displacement since its mean over the %.1f s before the first edge, downfield positive; "
-        "tension as read\n",
-        MEASURED_BASELINE_BLOCKS / 1000.0);
+    fprintf(out,
+            "# displacement relative to its mean over the %.1f s before the first edge, downfield "
+            "positive; tension as measured\n",
+            MEASURED_BASELINE_BLOCKS / 1000.0);
     fputs("# validity: one character per channel in the order of the columns: ", out);
     for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
-    fputs("n not valid, L block lost; an empty cell is missing\n", out);
-    fputs("# source: one character per channel: S serial, B black box, C CAN, whose value is held "
-          "over the blocks that it is the mean of "
-          "(displacements 2, tensions 4), - none\n",
+    fputs("n: not valid, L: block lost; an empty cell is a missing value\n", out);
+    fputs("# source: one character per channel: S serial, B black box, C CAN (each value is a mean "
+          "over 2 blocks for displacements, 4 for tensions, and is repeated), - none\n",
           out);
     fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
             unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
@@ -115,7 +113,8 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
     measured_load(store, run, &measured, fatal);
     if (measured.source == MEASURED_NOTHING)
         error_set(fatal, MR_USAGE,
-                  "no readings: RUN %lld of %s; the landing was given up before its first reading",
+                  "no readings: RUN %lld of %s; the landing was cancelled before its first "
+                  "reading; export a different landing",
                   (long long)run, store_path(store));
     size_t count = measured_in_order(&measured, channels);
     csv_provenance(&measured, cli->si, out);
@@ -150,9 +149,8 @@ static void export_film(const struct measured *measured, const struct film *film
             measured->t0_is_touchdown ? "touchdown"
             : measured->gates         ? "the first edge"
                                       : "arming");
-    fputs("# gear: lead wheel of the main bogie, through the switches (speed: by the fit); errors "
-          "are standard errors; an empty cell is not "
-          "known\n",
+    fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "
+          "are standard errors; an empty cell is an unknown value\n",
           out);
     fprintf(out, "frame,pulse,board_s,t_s,gear_%s,gear_error_%s,speed_%s,speed_error_%s\n",
             station->suffix, station->suffix, speed->suffix, speed->suffix);
@@ -241,7 +239,7 @@ static void find_format(struct request *r)
     else if (ending && strcmp(ending, r->format) != 0 &&
              !(table && strcmp(r->format, "frames") == 0))
         error_set(fatal, MR_USAGE,
-                  "format and file extension differ: '%s' for --format %s; give one of them",
+                  "format and file extension differ: '%s' for --format %s; give only one of them",
                   r->path, r->format);
 }
 
@@ -253,13 +251,13 @@ static void check_operands(const struct request *r, bool dbc, const char *const 
                   "no format: matrig export needs --format csv, candump, dbc, frames or "
                   "mdf4; see matrig export --help");
     if (dbc && words[0])
-        error_set(fatal, MR_USAGE, "one word too many: '%s'; --format dbc takes no landing",
+        error_set(fatal, MR_USAGE, "unexpected argument: '%s'; --format dbc takes no landing",
                   words[0]);
     if (!dbc && r->base)
-        error_set(fatal, MR_USAGE, "--base is for --format dbc");
+        error_set(fatal, MR_USAGE, "--base is only for --format dbc: matrig export; leave it out");
     if (!dbc && !words[1])
         error_set(fatal, MR_USAGE,
-                  "something is missing: export needs DB RUN; see matrig export --help");
+                  "argument missing: export needs DB RUN; see matrig export --help");
 }
 
 static int export_command(int argc, char **argv, const struct cli *cli)
@@ -275,12 +273,13 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     bool dbc = r.format && strcmp(r.format, "dbc") == 0;
     check_operands(&r, dbc, words);
     if (cli->json && !r.path)
-        error_set(
-            fatal, MR_USAGE,
-            "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
+        error_set(fatal, MR_USAGE,
+                  "no output file: matrig --json export needs -o F, because standard output "
+                  "carries the JSON");
     if (!r.path && strcmp(r.format, "mdf4") == 0 && isatty(STDOUT_FILENO))
         error_set(fatal, MR_USAGE,
-                  "binary data on a terminal: matrig export --format mdf4; give -o F, or a pipe");
+                  "binary data on a terminal: matrig export --format mdf4; give -o F, or write to "
+                  "a pipe");
     if (r.base)
         link_read_base(r.base, "--base", &r.can_base, fatal);
     if (!dbc) {

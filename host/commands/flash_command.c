@@ -125,7 +125,7 @@ static enum mr_status run(const struct session *to, const char *const words[], c
     all[n] = to->tty;
     said[0] = '\0';
     if (pipe2(ends, O_CLOEXEC) != 0)
-        return error_set(error, MR_IO, "no pipe to stm32flash; close other programs");
+        return error_set(error, MR_IO, "cannot create a pipe to stm32flash; close other programs");
     if (process_start(all, (const int[]){-1, ends[1], ends[1]}, &child, error) == MR_OK) {
         close(ends[1]);
         listen(to, ends[0], part, said);
@@ -138,8 +138,8 @@ static enum mr_status run(const struct session *to, const char *const words[], c
         return error->status;
     if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_FOUND)
         return error_set(error, MR_IO,
-                         "no stm32flash, which programs boards: install it (apt-get install "
-                         "stm32flash)");
+                         "stm32flash is missing, and matrig needs it to program boards; run "
+                         "apt-get install stm32flash");
     return status == 0 ? MR_OK : MR_LIMIT;
 }
 
@@ -157,11 +157,10 @@ static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, 
             return error->status;
     }
     last_line(said, why);
-    return error_set(
-        error, MR_TIMEOUT,
-        "no boot ROM answers (stm32flash: %s): %s; start the board with BOOT0 high, on "
-        "USART1; switch it off and on if an earlier attempt broke off",
-        why, to->spec);
+    return error_set(error, MR_TIMEOUT,
+                     "no boot ROM answers (stm32flash: %s): %s; start the board with BOOT0 high, "
+                     "on USART1; power-cycle the board if an earlier attempt was interrupted",
+                     why, to->spec);
 }
 
 static enum mr_status write_part(const struct session *to, const char *folder,
@@ -174,15 +173,16 @@ static enum mr_status write_part(const struct session *to, const char *folder,
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(part->bytes, 1, part->count, file) == part->count;
     if (!file || fclose(file) != 0 || !written)
-        return error_set(error, MR_IO, "cannot write: %s; make room there, or set TMPDIR", path);
+        return error_set(error, MR_IO, "cannot write: %s; free disk space there, or set TMPDIR",
+                         path);
     if (run(to, words, part->name, said, error) != MR_LIMIT)
         return error->status;
     last_line(said, why);
-    return error_set(error, MR_IO,
-                     "stm32flash failed at the %s, %s: %s (%s); switch the board off and on and "
-                     "run it again. stm32flash -u lifts write protection, -k read protection (it "
-                     "erases everything)",
-                     part->name, at, to->spec, why);
+    return error_set(
+        error, MR_IO,
+        "stm32flash failed at the %s, %s: %s (%s); power-cycle the board and run the command "
+        "again. stm32flash -u lifts write protection, -k read protection (it erases everything)",
+        part->name, at, to->spec, why);
 }
 
 /* From `from` to the last byte before `to` that the image gives. False: none. */
@@ -224,21 +224,22 @@ static void order_into_rom(struct session *session)
         dialogue_lost(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
     if (answer == MR_NOT_NOW)
-        error_set(
-            fatal, MR_NOT_NOW,
-            "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
-            mr_landing_state_text(session->dialogue->identity.hello.state), session->spec);
+        error_set(fatal, MR_NOT_NOW,
+                  "the board does not interrupt a landing (it is %s): %s; wait for the end of the "
+                  "landing or disarm the board",
+                  mr_landing_state_text(session->dialogue->identity.hello.state), session->spec);
     if (answer == MR_WAIT)
         error_set(fatal, MR_WAIT,
-                  "the black box still writes the last landing: %s; try again in a second",
+                  "the black box is still writing the last landing: %s; try again in a second",
                   session->spec);
     if (answer == MR_UNKNOWN)
         error_set(fatal, MR_UNKNOWN,
-                  "the boot ROM of this board does not listen at its serial link: %s; "
-                  "program it through its ST-LINK (docs/howto/flash.md)",
+                  "the boot ROM of this board cannot be reached on this serial link: %s; program "
+                  "the board through its ST-LINK (docs/howto/flash.md)",
                   session->spec);
     if (answer != MR_OK)
-        error_set(fatal, answer, "the board refuses `bootrom` (%s): %s; start it with BOOT0 high",
+        error_set(fatal, answer,
+                  "the board refused `bootrom` (%s): %s; start the board with BOOT0 high",
                   mr_status_text(answer), session->spec);
     (void)poll(NULL, 0, RESTART_MS);
 }
@@ -249,14 +250,14 @@ static bool hear_firmware(struct session *session, double within_s)
     dialogue_forget(session->dialogue);
     bool heard = dialogue_who(session->dialogue, within_s, fatal) != MR_TIMEOUT;
     if (!heard && link_fd(dialogue_link(session->dialogue)) < 0)
-        error_set(fatal, MR_IO, "the device went away: %s; plug it in again", session->spec);
+        error_set(fatal, MR_IO, "the device was disconnected: %s; plug it in again", session->spec);
     return heard;
 }
 
 static const char *name_of(unsigned board)
 {
     const struct mr_board *known = mr_board_of(board);
-    return known ? known->name : "one that this matrig does not know";
+    return known ? known->name : "a board unknown to this matrig";
 }
 
 /* The board that runs says which it is; an image for another has other pins. */
@@ -268,8 +269,8 @@ static void check_board(struct session *session)
             MR_OK &&
         identity->board != session->image.header.board)
         error_set(fatal, MR_VERSION,
-                  "the board is %s, and the image is for %s: %s; give the image of that board, "
-                  "or --force",
+                  "the board is %s, but the image is for %s: %s; give the image for this board, or "
+                  "--force",
                   name_of(identity->board), name_of(session->image.header.board), session->spec);
 }
 
@@ -300,14 +301,14 @@ static void compare(struct session *session)
     char why[200];
     if (!hear_firmware(session, HELLO_ASKED_S))
         error_set(fatal, MR_TIMEOUT,
-                  "flashed and read back, but no board sends a hello: %s; take BOOT0 off and reset "
-                  "the board",
+                  "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
+                  "and reset the board",
                   session->spec);
     session->runs = identity_runs(&session->dialogue->identity, &session->image.header, why,
                                   sizeof why);
     if (!session->runs)
-        error_set(fatal, MR_LIMIT, "the board does not run what was flashed: %s; %s", session->spec,
-                  why);
+        error_set(fatal, MR_LIMIT, "the board does not run the flashed image: %s; %s",
+                  session->spec, why);
 }
 
 /* The port's path, which stm32flash opens itself. */
@@ -334,11 +335,10 @@ static enum mr_status program(struct session *session, const char *tty, struct e
     unsigned chip = 0;
     enum mr_status status = stm32flash_chip(session, &chip, error);
     if (status == MR_OK && chip != session->chip)
-        status = error_set(
-            error, MR_VERSION,
-            "another chip: id 0x%03x, and the image is for one with 0x%03x: %s; is it the right "
-            "board, and the image of that board?",
-            chip, session->chip, session->spec);
+        status = error_set(error, MR_VERSION,
+                           "wrong chip: the chip id is 0x%03x, the image is for 0x%03x: %s; check "
+                           "that the image is for this board",
+                           chip, session->chip, session->spec);
     if (status == MR_OK)
         status = stm32flash_program(session, error);
     if (cli_terminal() && !session->cli->quiet)
@@ -374,11 +374,11 @@ static void result_answer(const struct session *session, bool already, struct an
     image_answer(&session->image, answer);
     answer_count(answer, "verified_bytes", already ? NULL : "read back",
                  already ? 0 : session->image.count)
-        ->end = " bytes, all as in the file";
+        ->end = " bytes, identical to the file";
     answer_flag(answer, "already", NULL, already);
     answer_flag(answer, "runs", NULL, session->runs || already);
     answer_words(answer, NULL, "board", "%s",
-                 already         ? "runs it already; --force flashes it again"
+                 already         ? "already runs this image; --force flashes it again"
                  : session->runs ? "runs it"
                                  : "started");
 }
@@ -413,8 +413,7 @@ static unsigned chip_of(const struct imagefile *image)
     const struct mr_board *board = mr_board_of(image->header.board);
     if (!board)
         error_set(fatal, MR_VERSION,
-                  "an image for board %u, which this matrig does not know: %s; use the matrig of "
-                  "the image's version",
+                  "image for unknown board %u: %s; use the matrig version of the image",
                   image->header.board, image->path);
     return board->chip;
 }
@@ -430,8 +429,7 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     imagefile_read(words[1], &session.image, fatal);
     if (!session.image.stamped && !session.force)
         error_set(fatal, MR_UNKNOWN,
-                  "an image without matrig's header: %s; --force flashes it all the same",
-                  words[1]);
+                  "image without the matrig header: %s; to flash it anyway, use --force", words[1]);
     session.chip = session.image.stamped ? chip_of(&session.image) : mr_board_of(MR_BOARD_ZG)->chip;
     int exit_code = flash(&session);
     imagefile_free(&session.image);

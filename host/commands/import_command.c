@@ -30,7 +30,7 @@ static enum mr_status landings_answer(struct store *store, const struct import_r
                      landing.board_uid[0] ? landing.board_uid : "unknown", counted);
     }
     if (result->runs == 0)
-        answer_sentence(answer, NULL, "no landing in it");
+        answer_sentence(answer, NULL, "the file contains no landing");
     return error->status;
 }
 
@@ -57,11 +57,12 @@ static enum mr_status result_answer(struct store *store, const struct import_req
                  result->counts.foreign)
         ->end = " frames of other devices, kept as raw frames";
     if (result->counts.foreign && result->runs == 0)
-        answer_sentence(answer, NULL,
-                        "no landing of a board at base 0x%03x found: --base B reads another board",
-                        request->base);
+        answer_sentence(
+            answer, NULL,
+            "no landing of a board at base 0x%03x found; to read a different board, use --base B",
+            request->base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
-        " frames, by the board's own counts";
+        " frames, according to the counts of the board";
     summary_troubles(result->trouble, troubles, sizeof troubles);
     answer_json_value(answer, "troubles", summary_troubles_json(result->trouble));
     if (troubles[0])
@@ -80,10 +81,10 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
     int64_t session = 0;
     enum mr_status status = store_import_find(store, row, request->base, &session, error);
     if (status == MR_OK && session && !again)
-        status =
-            error_set(error, MR_USAGE,
-                      "imported already, as session %lld of %s: %s; --again takes it a second time",
-                      (long long)session, store_path(store), request->path);
+        status = error_set(
+            error, MR_USAGE,
+            "already imported, as session %lld of %s: %s; to import it again, use --again",
+            (long long)session, store_path(store), request->path);
     return status;
 }
 
@@ -149,17 +150,17 @@ static enum mr_status describe(const struct textfile *file, const struct import_
                              : "candump");
     if (request->like && !mapping->text)
         return error_set(error, MR_USAGE,
-                         "--like is for readings of other instruments: %s is a log of a matrig "
-                         "board's; leave it out",
+                         "--like is only for readings of other instruments: %s is a log of a "
+                         "matrig board; leave it out",
                          request->path);
     if (request->base && (csv || map))
         return error_set(error, MR_USAGE,
-                         "--base is for logs of a matrig board: %s is of another instrument; leave "
-                         "it out",
+                         "--base is only for logs of a matrig board: %s is from another "
+                         "instrument; leave it out",
                          request->path);
     if (request->interface && csv)
         return error_set(error, MR_USAGE,
-                         "--interface is for candump logs: %s is a table; leave it out",
+                         "--interface is only for candump logs: %s is a table; leave it out",
                          request->path);
     return MR_OK;
 }
@@ -204,7 +205,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
         status == MR_OK)
         status = error_set(&error, unread.status, "%s", unread.text);
     if (status == MR_OK && result.verdict.status != MR_OK)
-        status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept",
+        status = error_set(&error, result.verdict.status, "%s: %s; the valid part was imported",
                            row.verdict, request->path);
     int exit_code = status != MR_OK ? cli_fail(&error) : 0;
     if (told)

@@ -85,7 +85,7 @@ static void begin_series(const struct request *r, struct store *store)
     struct store_series *rows = NULL;
     size_t count = 0;
     if (!r->series[0] || strlen(r->series) >= sizeof series.name)
-        error_set(fatal, MR_USAGE, "not a name: '%s'; 1 to %zu characters", r->series,
+        error_set(fatal, MR_USAGE, "not a name: '%s'; give 1 to %zu characters", r->series,
                   sizeof series.name - 1);
     annotation_copy(series.name, sizeof series.name, r->series);
     annotation_copy(series.who, sizeof series.who, annotation_who(r->who));
@@ -96,7 +96,7 @@ static void begin_series(const struct request *r, struct store *store)
     store_series_all(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].name, series.name) == 0)
-            error_set(fatal, MR_USAGE, "there is a series '%s' already: %s; give another name",
+            error_set(fatal, MR_USAGE, "series '%s' exists already: %s; give a different name",
                       series.name, r->words[0]);
     }
     free(rows);
@@ -117,7 +117,7 @@ static void withdraw_series(const struct request *r, struct store *store)
         error_set(fatal, MR_UNKNOWN, "no series '%s': %s; matrig landing DB lists them",
                   r->withdraw_series, r->words[0]);
     if (strlen(r->reason) >= sizeof row.reason)
-        error_set(fatal, MR_TOO_LONG, "text too long: the reason; %d characters at most",
+        error_set(fatal, MR_TOO_LONG, "text too long: the reason; give at most %d characters",
                   STORE_JOURNAL_TEXT - 1);
     annotation_copy(row.name, sizeof row.name, r->withdraw_series);
     annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
@@ -152,8 +152,8 @@ static void change(const struct request *r, struct store *store, const char *fie
 {
     struct store_change row = {.run = r->run, .made_us = (int64_t)link_now_us()};
     if (strlen(value) >= sizeof row.value || (r->reason && strlen(r->reason) >= sizeof row.reason))
-        error_set(fatal, MR_TOO_LONG, "text too long: %s of RUN %lld; %d characters at most", field,
-                  (long long)r->run, STORE_JOURNAL_TEXT - 1);
+        error_set(fatal, MR_TOO_LONG, "text too long: %s of RUN %lld; give at most %d characters",
+                  field, (long long)r->run, STORE_JOURNAL_TEXT - 1);
     annotation_copy(row.who, sizeof row.who, annotation_who(r->who));
     annotation_copy(row.field, sizeof row.field, field);
     annotation_copy(row.value, sizeof row.value, value);
@@ -171,7 +171,7 @@ static void refuse_field(const char *said)
         spell_suggest_try(&near, fields[i].name);
     spell_suggest_text(&near, text);
     error_set(fatal, MR_USAGE,
-              "nothing to correct: '%s'%s%s FIELD=VALUE with touchdown_ft, weight_lb, "
+              "cannot correct '%s'%s%s give FIELD=VALUE, where FIELD is touchdown_ft, weight_lb, "
               "pattern, modification, runway or series",
               said, text, text[0] ? "" : ";");
 }
@@ -254,9 +254,10 @@ static void observe(const struct request *r, struct store *store)
                                     .panels = r->panels ? r->panels : STORE_NONE};
     if (isnan(r->station_ft) && !r->note)
         error_set(fatal, MR_USAGE,
-                  "where was it? --observe needs --station or --note; see matrig landing --help");
+                  "no position: --observe needs --station or --note; see matrig landing --help");
     if (r->note && strlen(r->note) >= sizeof row.note)
-        error_set(fatal, MR_TOO_LONG, "text too long: the note of RUN %lld; %d characters at most",
+        error_set(fatal, MR_TOO_LONG,
+                  "text too long: the note of RUN %lld; give at most %d characters",
                   (long long)r->run, STORE_JOURNAL_TEXT - 1);
     check_time(r, store);
     annotation_copy(row.kind, sizeof row.kind, r->observe);
@@ -275,7 +276,7 @@ static void add(const struct request *r, struct store *store)
     if (r->make_void || r->unvoid) {
         store_is_void(store, r->run, &is_void, NULL, fatal);
         if (is_void == r->make_void)
-            error_set(fatal, MR_NOT_NOW, "RUN %lld is %s already: %s; nothing changed",
+            error_set(fatal, MR_NOT_NOW, "RUN %lld is already %s: %s; nothing was changed",
                       (long long)r->run, is_void ? "void" : "not void", r->words[0]);
         change(r, store, "void", r->make_void ? "yes" : "no");
     } else if (r->correct)
@@ -320,7 +321,7 @@ static void show(const struct request *r, struct store *store, struct answer *an
     size_t count = 0;
     store_landings(store, &rows, &count, fatal);
     if (count == 0 && !r->run)
-        cli_note(r->cli, "no landing yet: %s; matrig log --db %s collects them", r->words[0],
+        cli_note(r->cli, "no landing yet: %s; record landings with matrig log --db %s", r->words[0],
                  r->words[0]);
     if (r->run)
         store_landing_get(store, r->run, &landing, fatal);
@@ -342,42 +343,43 @@ static void check(struct request *r)
                    !isnan(r->at_s) || r->form;
     if (r->words[1] && r->series)
         error_set(fatal, MR_USAGE,
-                  "one word too many: '%s' with --series; put a name of several words in quotes: "
+                  "unexpected argument: '%s' with --series; put a name of several words in quotes: "
                   "--series '%s %s'",
                   r->words[1], r->series, r->words[1]);
     if (r->words[1])
         run_parse(r->words[1], &r->run, fatal);
     if ((r->runway || r->pattern || r->modification) && !r->series)
         error_set(fatal, MR_USAGE,
-                  "which series? --runway, --pattern and --modification go with --series "
-                  "NAME; see matrig landing --help");
+                  "no series: --runway, --pattern and --modification need --series NAME; see "
+                  "matrig landing --help");
     if (r->series && (r->run || acts > (r->note != NULL)))
         error_set(fatal, MR_USAGE,
-                  "--series begins a series, of no landing yet: matrig landing DB --series "
-                  "NAME; see matrig landing --help");
+                  "--series begins a new series and takes no RUN or action: matrig landing DB "
+                  "--series NAME; see matrig landing --help");
     if (r->withdraw_series && (r->series || r->run || acts))
         error_set(fatal, MR_USAGE,
-                  "--withdraw-series stands alone: matrig landing DB --withdraw-series NAME "
-                  "--reason T");
+                  "--withdraw-series takes no RUN or other action: matrig landing DB "
+                  "--withdraw-series NAME --reason T");
     if (r->series)
         return;
     if (acts && !r->run)
         error_set(fatal, MR_USAGE,
-                  "which landing? matrig landing DB RUN; see matrig landing --help");
+                  "no landing: give matrig landing DB RUN; see matrig landing --help");
     if (acts > 1)
         error_set(fatal, MR_USAGE,
-                  "one thing at a time: --note, --correct, --observe, --withdraw, --void "
-                  "or --unvoid; see matrig landing --help");
+                  "more than one action: give one of --note, --correct, --observe, --withdraw, "
+                  "--void or --unvoid; see matrig landing --help");
     if ((r->make_void || r->unvoid || r->correct || r->withdraw || r->withdraw_series) &&
         !(r->reason && r->reason[0]))
-        error_set(fatal, MR_USAGE,
-                  "why? matrig landing needs --reason TEXT with this; who reads it later will ask");
+        error_set(
+            fatal, MR_USAGE,
+            "no reason: matrig landing needs --reason TEXT for a correction, withdrawal or void");
     if (r->note && !r->note[0])
-        error_set(fatal, MR_USAGE, "an empty note: matrig landing; give a text");
+        error_set(fatal, MR_USAGE, "empty note: matrig landing; give a text");
     if (details && !r->observe)
         error_set(fatal, MR_USAGE,
-                  "--station, --panels, --height, --side, --at and --form go with "
-                  "--observe; see matrig landing --help");
+                  "--station, --panels, --height, --side, --at and --form need --observe; see "
+                  "matrig landing --help");
 }
 
 static int landing_command(int argc, char **argv, const struct cli *cli)

@@ -104,8 +104,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
     watch->source = (struct live_source){
         .db = db,
         .si = watch->cli->si,
-        .no_commands =
-            "arm and disarm on the page of the matrig log that holds the links (--live)"};
+        .no_commands = "arm and disarm on the page of the matrig log that uses the links (--live)"};
     store_follow_from(watch->store, FIRST_FRAMES, &watch->place, fatal);
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)

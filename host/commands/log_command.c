@@ -33,10 +33,10 @@ static void watch_clock(struct logger *logger)
     logger->clock_ahead_us = ahead_us;
     if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)
         return;
-    cli_note(
-        logger->cli,
-        "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
-        (double)jump_us / 1e6);
+    cli_note(logger->cli,
+             "the clock of this computer was changed by %+.3f s: times of day before and after the "
+             "change differ by that",
+             (double)jump_us / 1e6);
     /* Behind what was stamped before; one link brings the event. */
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool told = link > 0 && logger->open[0];
@@ -198,9 +198,10 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
     logger->news = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     enum mr_status status = MR_OK;
     if (logger->news < 0)
-        return error_set(error, MR_IO,
-                         "no eventfd (%s): the links; check the limits of this system",
-                         strerror(errno));
+        return error_set(
+            error, MR_IO,
+            "cannot create an eventfd (%s): the links; check the limits of this system",
+            strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (logger->link[link])
             status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news,
@@ -240,13 +241,14 @@ static enum mr_status run(struct logger *logger, int signals, double for_s, stru
                    ? error_set(error, MR_IO, "%s; all that was logged%s%s is in %s", logger->taken,
                                logger->lost_before[0] ? " since " : "", logger->lost_before,
                                logger->saved)
-                   : error_set(error, MR_IO, "%s; it could not be saved beside", logger->taken);
+                   : error_set(error, MR_IO, "%s; the data could not be saved next to it",
+                               logger->taken);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
         status = logger_check_heard(logger, error);
     if (status == MR_OK && logger->shown == 0)
-        cli_note(logger->cli, "no landing was armed; what came is in %s",
+        cli_note(logger->cli, "no landing was armed; the received data is in %s",
                  store_path(logger->store));
     return status;
 }
@@ -261,7 +263,8 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
         .serial = serial,
         .commands = !listens,
         .si = logger->cli->si,
-        .no_commands = listens ? "matrig log was told to listen only (--listen)" : NULL};
+        .no_commands = listens ? "matrig log was started with --listen, so it sends no commands"
+                               : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
     if (status == MR_OK) { /* also with --quiet: nobody could guess it */
         fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
@@ -354,12 +357,13 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (!r.can && !r.serial)
         error_set(
             fatal, MR_USAGE,
-            "no link: matrig log needs --can LINK or --serial LINK or both; see matrig log --help");
+            "no link: matrig log needs --can LINK, --serial LINK or both; see matrig log --help");
     if (!r.db)
         error_set(fatal, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
     if (r.listen && r.commands)
-        error_set(fatal, MR_USAGE,
-                  "--listen and --commands: nothing is sent, or commands are; give one");
+        error_set(
+            fatal, MR_USAGE,
+            "both --listen and --commands: matrig log; --listen sends nothing, leave one out");
     output_check(r.page, r.db, fatal);
 
     /* Signals come by a descriptor of their own, so none can slip in between a check and a wait. */
@@ -382,7 +386,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     typed_begin(&logger.typed, r.commands, r.listen);
     enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
-        cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
+        cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
     if (status == MR_OK)
         status = run(&logger, signals, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);

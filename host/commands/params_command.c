@@ -54,7 +54,7 @@ static struct found *add(struct reader *r, const char *key, const char *unit, co
     *found = (struct found){key, unit, "", estimate, (double)NAN, (double)NAN, false};
     snprintf(found->from, sizeof found->from, "%s", from);
     if (!isfinite(estimate.value) || !isfinite(estimate.error))
-        error_set(fatal, MR_NUMERICS, "beyond all numbers: %s: %s (%s); check the readings",
+        error_set(fatal, MR_NUMERICS, "result out of range: %s: %s (%s); check the readings",
                   r->path, key, from);
     else
         r->count++;
@@ -97,7 +97,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
     const struct push_ground *ground = &push->ground;
     if (request->mats == 0)
         error_set(fatal, MR_USAGE,
-                  "how many mats does the load press in this test? %s does not state it; give "
+                  "number of mats unknown: %s does not state how many mats the load presses; give "
                   "--mats 1 or --mats 2 (k is the value of one mat)",
                   request->push_path);
     push_readings_load(request->push_path, &push->readings, fatal);
@@ -115,7 +115,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
     add_told(r, "gear_unloading", "1", &ground->unloading, UNLOADING_LEAST, 1.0);
     add_told(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MOST);
     add(r, "wheel_load", "lb",
-        request->axle_load_lb > 0.0 ? "--axle-load" : "least load tested, of one axle",
+        request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
         (struct estimate){ground->axle_load_lb, 0.0})
         ->given = true;
 }
@@ -133,7 +133,7 @@ static void plot_rigid(struct plot *plot, const struct push_series *series,
     if (known)
         top_lb = fabs(fit->limit_lb);
     plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
-                                          .key = known ? "Coulomb, rigid, to its limit"
+                                          .key = known ? "Coulomb, rigid, up to its limit"
                                                        : "Coulomb, rigid",
                                           .colour = 5,
                                           .dashed = true,
@@ -164,7 +164,7 @@ static void push_plot(const struct params_request *request, const struct push *p
         push_fit_curve(series, push->setting.gages, fit, law_in);
         plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
                                               .key = isnan(fit->k_lb_in.value)
-                                                       ? "elastic, least stiffness"
+                                                       ? "elastic, smallest stiffness"
                                                        : "elastic ground",
                                               .colour = 1,
                                               .x = law_in,
@@ -211,11 +211,11 @@ static struct estimate take(struct reader *r, const char *name)
     if (!value)
         error_set(fatal, MR_MALFORMED, "reading missing: %s: %s; give %s", r->path, r->test, name);
     else
-        error_set(fatal, MR_MALFORMED,
-                  "no reading: %s: %s.%s; give a number above 0, or text with a unit of it, "
-                  "{\"value\": V, \"error\": E} or {\"readings\": [at most %d numbers], "
-                  "\"error\": E}, with E 0 or more",
-                  r->path, r->test, name, READINGS_MAX);
+        error_set(
+            fatal, MR_MALFORMED,
+            "not a reading: %s: %s.%s; give a number above 0, or text with a unit, {\"value\": V, "
+            "\"error\": E} or {\"readings\": [at most %d numbers], \"error\": E}, with E 0 or more",
+            r->path, r->test, name, READINGS_MAX);
     return (struct estimate){1.0, 0.0};
 }
 
@@ -236,19 +236,19 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
     }
     if (!good || count == 0)
         error_set(fatal, MR_MALFORMED,
-                  "no pairs of readings: %s: %s has %zu and %zu; give %s and %s, lists of as many "
-                  "numbers, at most %d",
+                  "readings do not form pairs: %s: %s has %zu and %zu; give %s and %s as lists of "
+                  "equal length, at most %d numbers",
                   r->path, r->test, count, json_array_size(lists[1]), x_name, y_name, READINGS_MAX);
     params_spring(x, y, count, &spring, fatal);
     if (spring.within)
         error_set(fatal, MR_MALFORMED,
-                  "readings within the free travel: %s: %s: %zu of %zu lie below where "
-                  "their line begins; leave out what moved freely",
+                  "readings within the free travel: %s: %s: %zu of %zu are below the start of the "
+                  "fitted line; leave out readings with free movement",
                   r->path, r->test, spring.within, count);
     else if (!spring.known)
         error_set(fatal, MR_TOO_FEW,
-                  "no spring: %s: %s: %zu readings with a scatter of %.2g %s about their line do "
-                  "not rise; check the signs, and give more beyond the free travel",
+                  "no stiffness: %s: %s: %zu readings with a scatter of %.2g %s about their line "
+                  "do not rise; check the signs, and add readings beyond the free travel",
                   r->path, r->test, count, spring.scatter, y_unit);
     return spring;
 }
@@ -284,8 +284,8 @@ static void read_hinge(struct reader *r)
     {
         if (number_of("angle_deg", angle) < 0.0)
             error_set(fatal, MR_MALFORMED,
-                      "angle below 0: %s: hinge: %g degrees; give each way of turning on its own, "
-                      "from 0",
+                      "negative angle: %s: hinge: %g degrees; give each direction of rotation as a "
+                      "separate test, from 0",
                       r->path, number_of("angle_deg", angle));
     }
     if (has(r, "strip_in"))
@@ -294,8 +294,8 @@ static void read_hinge(struct reader *r)
     struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         error_set(fatal, MR_MALFORMED,
-                  "a moment without turning: %s: hinge: the readings' line meets no moment at %.3g "
-                  "+- %.2g degrees; check where angle and moment are 0",
+                  "moment without rotation: %s: hinge: the fitted line reaches zero moment at %.3g "
+                  "+- %.2g degrees; check the zeros of angle and moment",
                   r->path, tad.value, tad.error);
     tad.value = fmax(0.0, tad.value); /* below 0 by less than its error */
     add(r, "KT", "ft lb/rad", "slope of moment against angle",
@@ -347,8 +347,8 @@ static void read_test(struct reader *r, const char *name, const json_t *readings
         char padded[64];
         snprintf(padded, sizeof padded, " %s ", key);
         if (key[0] != '_' && !strstr(test->names, padded))
-            error_set(fatal, MR_MALFORMED, "unknown reading: %s: %s: \"%s\"; it has%s", r->path,
-                      name, key, test->names);
+            error_set(fatal, MR_MALFORMED, "unknown reading: %s: %s: \"%s\"; this test has%s",
+                      r->path, name, key, test->names);
     }
     r->test = name;
     r->readings = readings;
@@ -364,7 +364,7 @@ static void read_file(struct reader *r)
         error_set(fatal, MR_IO, "cannot open readings: %s; check the path", r->path);
     else if (!root)
         error_set(fatal, MR_MALFORMED,
-                  "no JSON object: %s: line %d column %d: %s; see matrig params --help", r->path,
+                  "not a JSON object: %s: line %d column %d: %s; see matrig params --help", r->path,
                   where.line, where.column, where.text);
     json_object_foreach(root, name, readings)
     {
@@ -373,7 +373,8 @@ static void read_file(struct reader *r)
     }
     if (r->count == 0)
         error_set(fatal, MR_MALFORMED,
-                  "no readings: %s: it has no object of a test; see matrig params --help", r->path);
+                  "no readings: %s: the file has no test object; see matrig params --help",
+                  r->path);
     json_decref(root);
 }
 
@@ -393,7 +394,8 @@ static json_t *scene_of(const struct reader *r)
             snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from,
                      p->estimate.error, p->unit);
         else
-            snprintf(text, sizeof text, "from %s, error unknown: no reading states one", p->from);
+            snprintf(text, sizeof text, "from %s, error unknown: no reading gives an error",
+                     p->from);
         json_object_set_new(scene, p->key, cli_json_number(p->estimate.value, 6));
         json_object_set_new(scene, key, json_string(text));
     }

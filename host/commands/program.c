@@ -42,7 +42,7 @@ bool program_new(const char *db)
     if (access(db, F_OK) == 0)
         return false;
     if (!cli_confirm("%s does not exist. Begin a new campaign?", db))
-        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was made", db);
+        error_set(fatal, MR_USAGE, "no campaign: %s; nothing was created", db);
     return true;
 }
 

@@ -51,7 +51,8 @@ static struct store *open_campaign(const struct request *request, struct ready_f
         (double)bytes / (double)landings > f->landing_bytes)
         f->landing_bytes = (double)bytes / (double)landings;
     if (statvfs(request->db, &disk) != 0)
-        error_set(fatal, MR_IO, "cannot ask for the space that is left: %s; is the disk there?",
+        error_set(fatal, MR_IO,
+                  "cannot determine the free space: %s; check that the disk is connected",
                   request->db);
     f->free_bytes = (double)disk.f_bavail * (double)disk.f_frsize;
     return store;
@@ -254,7 +255,8 @@ static int walk(const struct request *request, struct ready_facts *f)
     walk_start(&walking.walk, &f->config);
     dialogue_subscribe(dialogue, take, &walking);
     cli_note(request->cli,
-             "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C",
+             "walk along the rig; the test ends when all sensors have responded, after %.0f s, or "
+             "with Ctrl-C",
              WALK_S);
     signal(SIGINT, note_signal);
     if (go_along(dialogue, &walking, &error) != MR_OK)
@@ -288,8 +290,8 @@ static void check_request(const struct request *r)
                   "no link: matrig ready needs --serial LINK; see matrig ready --help");
     if (r->walk && (r->image || r->expected))
         error_set(fatal, MR_USAGE,
-                  "--walk goes without --image and --expect-config: matrig ready; "
-                  "see matrig ready --help");
+                  "--walk does not take --image or --expect-config: matrig ready; see matrig ready "
+                  "--help");
 }
 
 static int ready_command(int argc, char **argv, const struct cli *cli)
@@ -305,7 +307,8 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
         imagefile_read(request.image, &image, fatal);
     if (request.image && !image.stamped)
         error_set(fatal, MR_UNKNOWN,
-                  "an image without matrig's header: %s; nothing to compare with", request.image);
+                  "image without the matrig header: %s; give an image built by matrig",
+                  request.image);
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
     facts->can_used = request.can != NULL;

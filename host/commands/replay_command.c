@@ -103,7 +103,7 @@ static enum mr_status give_configuration(struct replay *replay, struct store *st
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(flash, sizeof flash, 1, file) == 1;
     if ((file && fclose(file) != 0) || !written)
-        return error_set(error, MR_IO, "cannot be written: %s; is there room?", path);
+        return error_set(error, MR_IO, "cannot be written: %s; check the free disk space", path);
     return MR_OK;
 }
 
@@ -169,22 +169,22 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     answer_words(answer, "image", NULL, "%08x", replayed);
     answer_words(answer, "recorded_image", NULL, "%08x", recorded);
     if (replay->same_image)
-        answer_words(answer, NULL, "image", "%08x, the one that recorded it", replayed);
+        answer_words(answer, NULL, "image", "%08x, the image that recorded the landing", replayed);
     else
         answer_words(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)",
                      replayed, replay->replayed.landing.firmware, recorded,
                      replay->recorded.landing.firmware);
     if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
         answer_words(answer, NULL, "configuration",
-                     "%08x recorded, %08x replayed: the database does not hold it",
+                     "%08x recorded, %08x replayed: the database does not contain the recorded one",
                      (unsigned)replay->recorded.landing.config_crc,
                      (unsigned)replay->replayed.landing.config_crc);
     answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end =
-        " measured before the landing, given again";
+        " measured before the landing, loaded again";
     answer_flag(answer, "runway", NULL, input->runway);
     if (input->runway)
         answer_words(answer, NULL, "runway",
-                     "the one that the landing was armed with, given again");
+                     "the runway with which the landing was armed, loaded again");
     answer_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
         answer_words(answer, NULL, "moved",

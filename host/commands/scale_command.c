@@ -156,7 +156,7 @@ static void read_value(const char *word, struct value *value)
     const struct quantity *meant = quantity_find(name, strcasecmp);
     if (!value->quantity && meant)
         error_set(fatal, MR_USAGE,
-                  "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names", name,
+                  "unknown quantity: '%s'; '%s' is for %s; matrig scale lists the names", name,
                   meant->symbol, meant->name);
     if (!value->quantity)
         error_set(fatal, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
@@ -354,11 +354,12 @@ static json_t *scaled_file(const struct request *request, const json_t *source, 
     }
     json_t *other = scaled_object(request, whole);
     if (is_study)
-        json_object_set_new(other, "_scaled",
-                            json_sprintf("To %s scale by matrig scale: n %g, %s kept. Texts (name, "
-                                         "observed) are the original's.",
-                                         request->to_model ? "model" : "prototype", request->n,
-                                         request->modulus ? "modulus" : "density"));
+        json_object_set_new(
+            other, "_scaled",
+            json_sprintf(
+                "To %s scale by matrig scale: n %g, %s kept. Texts (name, observed) are unchanged.",
+                request->to_model ? "model" : "prototype", request->n,
+                request->modulus ? "modulus" : "density"));
     json_decref(whole);
     return other;
 }
@@ -392,7 +393,7 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     read_request(argc, argv, cli, &request);
     bool file = request.count == 1 && !strchr(request.words[0], '=');
     if (request.output_path && request.count > 0 && !file)
-        error_set(fatal, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out",
+        error_set(fatal, MR_USAGE, "nothing to write: -o %s is only for a scene; leave it out",
                   request.output_path);
     output_check(request.output_path, file ? request.words[0] : NULL, fatal);
     output_keep(request.output_path, request.force, fatal);

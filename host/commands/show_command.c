@@ -235,13 +235,13 @@ static void holds_answer(const char *db, size_t landings, size_t series, size_t 
     answer_count(answer, "series", NULL, (int64_t)series);
     answer_count(answer, "surveys", NULL, (int64_t)surveys);
     if (landings == 0)
-        answer_sentence(answer, NULL, "no landing yet: %s; matrig log --db %s collects them", db,
-                        db);
+        answer_sentence(answer, NULL, "no landing yet: %s; record landings with matrig log --db %s",
+                        db, db);
     if (landings == 0 && series == 0)
-        answer_sentence(answer, NULL, "no series yet: matrig landing %s --series NAME begins one",
-                        db);
+        answer_sentence(answer, NULL,
+                        "no series yet; begin one with matrig landing %s --series NAME", db);
     if (landings == 0 && surveys == 0)
-        answer_sentence(answer, NULL, "no survey yet: matrig survey %s begins one", db);
+        answer_sentence(answer, NULL, "no survey yet; begin one with matrig survey %s", db);
     if (series + surveys > 0)
         answer_sentence(answer, NULL,
                         "%zu series (matrig landing %s), %zu surveys (matrig survey "
@@ -262,7 +262,7 @@ static void came_of_it_answer(struct store *store, size_t landings, struct answe
         answer_none(answer, "record", NULL, NULL);
         answer_sentence(
             answer, NULL,
-            "more than %d landings: matrig report sums up the outcomes of their warnings",
+            "more than %d landings: see matrig report for the outcomes of their warnings",
             RECORD_MOST);
         return;
     }

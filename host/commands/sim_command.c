@@ -26,10 +26,12 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
 {
     command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, fatal);
     if (request->keys && argc > 2)
-        error_set(fatal, MR_USAGE, "--keys lists the keys of every scene: give it alone");
+        error_set(
+            fatal, MR_USAGE,
+            "unexpected argument: --keys lists the keys of every scene; give no SCENE with it");
     if (!request->keys && !request->scene_path)
         error_set(fatal, MR_USAGE,
-                  "something is missing: matrig sim needs SCENE; see matrig sim --help");
+                  "argument missing: matrig sim needs SCENE; see matrig sim --help");
     output_check(request->csv_path, request->scene_path, fatal);
 }
 

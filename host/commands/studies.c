@@ -50,9 +50,8 @@ static int fail(const char *command, const char *why)
 {
     struct error error = {0};
     error_set(&error, MR_IO,
-              "cannot start " NAME ", which runs matrig %s: %s; make all builds it, make install "
-              "or the package matrig-study puts it where matrig "
-              "looks",
+              "cannot start " NAME ", which runs matrig %s: %s; build it with make all, or install "
+              "it with make install or the package matrig-study",
               command, why);
     return cli_fail(&error);
 }
@@ -65,8 +64,8 @@ int study_start(int argc, char **argv, const struct cli *cli)
     data_dir_program(matrig, sizeof matrig);
     if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
         free(words);
-        snprintf(why, sizeof why, "not beside %s, not in ../libexec/matrig from there, not on PATH",
-                 matrig);
+        snprintf(why, sizeof why,
+                 "not found next to %s, in ../libexec/matrig from there, or on PATH", matrig);
         return fail(argv[0], why);
     }
     words[count++] = NAME;

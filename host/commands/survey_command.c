@@ -52,7 +52,7 @@ static void spans(const struct survey *survey, const struct survey_found *found,
     bool changed = found->previous != 0;
     answer_table(answer, NULL,
                  changed
-                     ? "opening (+) and closing (-) of ten mats since the survey before, and the "
+                     ? "opening (+) and closing (-) of ten mats since the previous survey, and the "
                        "opening of their joints"
                      : "distance of the gage points of ten mats, and the opening of their joints");
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
@@ -74,7 +74,7 @@ static void spans(const struct survey *survey, const struct survey_found *found,
     }
     answer_close(answer);
     if (changed)
-        answer_value(answer, NULL, "error of a change", UNIT_DISPLACEMENT,
+        answer_value(answer, NULL, "error of each change", UNIT_DISPLACEMENT,
                      found->since_previous.change.error_in, 4);
 }
 
@@ -86,7 +86,7 @@ static void across_and_diagonals(const struct survey_readings *change, struct an
         double step_ft; /* 0: places are counted */
         unsigned lines, places;
         const double *value_in;
-    } tables[] = {{"movement across at the stations since the survey before", SURVEY_STATION_FT,
+    } tables[] = {{"movement across at the stations since the previous survey", SURVEY_STATION_FT,
                    SURVEY_LINES, SURVEY_STATIONS, change->across_in[0]},
                   {"opening (+) and closing (-) of ten mats along the 45 degree lines", 0.0,
                    SURVEY_DIAGONALS, SURVEY_DIAGONAL_SPANS, change->diagonal_in[0]}};
@@ -116,7 +116,7 @@ static void across_and_diagonals(const struct survey_readings *change, struct an
 static void movement(const struct survey_found *found, struct answer *answer)
 {
     answer_table(answer, NULL,
-                 "movement downfield since the survey before, and bow since the first");
+                 "movement downfield since the previous survey, and bow since the first survey");
     for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
         answer_row(answer);
@@ -184,13 +184,13 @@ static void worst_bow_answer(const struct survey_found *found, struct answer *an
     double at = found->worst_bow_ft * station->factor, limit = SURVEY_BOW_LIMIT_IN * length->factor;
     const char *verdict = survey_bow_verdict(found);
     if (!found->first)
-        answer_sentence(answer, NULL, "first survey: later ones are compared with it");
+        answer_sentence(answer, NULL, "first survey: later surveys are compared with this one");
     else if (isnan(worst))
         answer_sentence(answer, NULL,
-                        "in-plane bow: not known, it needs lines 1 and 4, and 2 or 3");
+                        "in-plane bow: unknown; it needs readings on lines 1 and 4, and on 2 or 3");
     else
         answer_sentence(answer, NULL,
-                        "in-plane bow since survey %lld: at most %+.3f +- %.3f %s, at %.1f %s: %s "
+                        "in-plane bow since survey %lld: largest %+.3f +- %.3f %s, at %.1f %s: %s "
                         "the limit of %.3f %s",
                         (long long)found->first, worst, error, length->text, at, station->text,
                         verdict, limit, length->text);
@@ -306,11 +306,11 @@ static void tell(const struct typist *typist, enum survey_outcome outcome, size_
     if (outcome == SURVEY_DOUBTED) {
         double away_in = entry->value_in - survey_desk_expected_in(desk, item);
         fprintf(stderr,
-                "%s  %.3f %s? That is %+.3f from %s, and %.3f is the most to be expected. The same "
-                "again keeps it; or read anew.\n",
+                "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
+                "to keep it, or type a new reading.\n",
                 cli_terminal() ? "\a" : "", shown(r, entry->value_in), unit->text,
                 shown(r, away_in),
-                isnan(desk->previous_in[item]) ? "the designed distance" : "the last reading",
+                isnan(desk->previous_in[item]) ? "the design distance" : "the last reading",
                 shown(r, survey_item_limit_in(&desk->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
         const char *bell = cli_terminal() ? "\a" : "";
@@ -320,7 +320,7 @@ static void tell(const struct typist *typist, enum survey_outcome outcome, size_
         else
             fprintf(stderr, "%s  %s\n", bell,
                     entry->word == SURVEY_NONSENSE
-                        ? "not a reading; a number and Enter, or ? for the words"
+                        ? "not a reading; type a number and Enter, or ? for help"
                         : "not here");
     } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
         char text[120];
@@ -343,10 +343,10 @@ static void take_line(struct typist *typist, const char *line)
     if (entry.word == SURVEY_NOTHING || entry.word == SURVEY_QUIT)
         return;
     if (entry.word == SURVEY_HELP) {
-        fputs("  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   "
-              "b  back\n"
-              "  n TEXT    note on the last reading               q  quit, to go on another time\n",
-              stderr);
+        fputs(
+            "  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   b "
+            " back\n  n TEXT    note on the last reading               q  quit; continue later\n",
+            stderr);
         return;
     }
     enum survey_outcome outcome = survey_desk_take(&typist->survey->desk, &entry, &item);
@@ -428,10 +428,10 @@ static void take_sheet(struct typist *typist)
         } else if (outcome == SURVEY_DOUBTED) {
             char text[120];
             survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
-            cli_note(request->cli, "not taken, %+.3f %s away from %s: %s",
+            cli_note(request->cli, "reading not taken, %+.3f %s away from %s: %s",
                      shown(request, entry.value_in - survey_desk_expected_in(desk, i)),
                      unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
-                     isnan(desk->previous_in[i]) ? "the designed distance" : "the last reading",
+                     isnan(desk->previous_in[i]) ? "the design distance" : "the last reading",
                      text);
             doubted++;
             continue;
@@ -443,7 +443,7 @@ static void take_sheet(struct typist *typist)
     if (doubted)
         error_set(
             fatal, MR_LIMIT,
-            "%zu reading%s not taken: %s; read again, or take them as they are with --doubtful",
+            "%zu reading%s not taken: %s; measure again, or accept all readings with --doubtful",
             doubted, doubted == 1 ? "" : "s", request->from);
 }
 
@@ -466,7 +466,8 @@ static void begin(const struct request *request, struct store *store, struct sur
     if (!request->begin_new)
         survey_get_open(store, survey, &found, fatal);
     if (found) {
-        cli_note(request->cli, "survey %lld goes on, %zu of %zu read (--new begins another)",
+        cli_note(request->cli,
+                 "continuing survey %lld, %zu of %zu points read (--new begins a new survey)",
                  (long long)survey->row.id, survey_desk_read(&survey->desk),
                  survey->desk.plan.count);
         return;
@@ -495,9 +496,10 @@ static int withdraw(const struct request *request, struct store *store)
     annotation_copy(row.reason, sizeof row.reason, request->reason);
     store_withdraw(store, &row, fatal);
     store_gage_loaded(store, row.item, &loaded_us, fatal);
-    cli_note(request->cli, "survey %lld is withdrawn, with %zu readings%s", (long long)row.item,
+    cli_note(request->cli, "survey %lld was withdrawn, with %zu readings%s", (long long)row.item,
              survey_desk_read(&survey.desk),
-             loaded_us ? "; the board was given it: load another one, or reset the board" : "");
+             loaded_us ? "; the board still uses it: load a different survey, or reset the board"
+                       : "");
     return request->cli->json
              ? cli_print_json(json_pack("{sI}", "withdrawn", (json_int_t)row.item), 0)
              : 0;
@@ -509,11 +511,12 @@ static void check_end(const struct request *request, struct store *store, struct
     bool found = false;
     survey_get_open(store, survey, &found, fatal);
     if (!found)
-        error_set(fatal, MR_NOT_NOW, "no survey goes on: %s; --show has the newest", request->db);
+        error_set(fatal, MR_NOT_NOW, "no unfinished survey: %s; --show prints the newest survey",
+                  request->db);
     if (survey_desk_read(&survey->desk) == 0)
         error_set(fatal, MR_NOT_NOW,
-                  "nothing was read: survey %lld of %s; read it, or take it back: --withdraw %lld "
-                  "--reason T",
+                  "no readings: survey %lld of %s; enter readings, or withdraw the survey: "
+                  "--withdraw %lld --reason T",
                   (long long)survey->row.id, request->db, (long long)survey->row.id);
 }
 
@@ -586,7 +589,7 @@ static void order(struct loading *l, unsigned code, unsigned segment, int32_t ar
                                            .argument = argument,
                                            .answer_s = ANSWER_S,
                                            .tries = TRIES},
-                  "a landing is armed or going on; disarm it, or wait", fatal);
+                  "a landing is armed or in progress; disarm it, or wait", fatal);
 }
 
 static void read_back(struct loading *l)
@@ -599,8 +602,8 @@ static void read_back(struct loading *l)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
-              "the board reported %u of %u segments of its runway: %s; load it again", l->tolds,
-              SURVEY_SPANS, dialogue_spec(l->dialogue));
+              "the board reported only %u of %u segments of its runway: %s; load the survey again",
+              l->tolds, SURVEY_SPANS, dialogue_spec(l->dialogue));
 }
 
 static void compare(const struct loading *l, const struct survey_slack *slack,
@@ -624,7 +627,8 @@ static void load(const struct request *request, struct store *store, const struc
     bool can = request->can || link_is_can(request->load);
     *loaded = (struct loaded){.sent = 0};
     if (found->slack.surveyed == 0)
-        error_set(fatal, MR_TOO_FEW, "no gage line was read: survey %lld of %s; take it first",
+        error_set(fatal, MR_TOO_FEW,
+                  "no gage line was read: survey %lld of %s; read a gage line first",
                   (long long)survey->row.id, request->db);
     loading.dialogue = dialogue_of_command(can ? request->load : NULL, can ? NULL : request->load);
     dialogue_subscribe(loading.dialogue, take_slack, &loading);
@@ -652,7 +656,7 @@ static int tell_load(const struct request *request, const struct survey *survey,
     answer_count(answer, "read_back", "read back", SURVEY_SPANS)->end = " segments";
     answer_count(answer, "different", "different", loaded->different);
     answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in it" : NULL, loaded->older)
-        ->end = " segments, which keep what the board was given before";
+        ->end = " segments, for which the board keeps its earlier values";
     if (!loaded->older && loaded->sent < SURVEY_SPANS)
         answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent);
     return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
@@ -729,30 +733,29 @@ static void check(struct request *r)
         (void)survey_edges_parse(r->edges_text, &r->edges);
     if (r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
         error_set(fatal, MR_USAGE,
-                  "nowhere to write: matrig --json survey --sheet needs a file; standard "
-                  "output is the JSON's");
+                  "no output file: matrig --json survey --sheet needs a file, because standard "
+                  "output carries the JSON");
     int modes = r->show + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end +
                 (r->withdraw != 0);
     if (modes > 1)
         error_set(fatal, MR_USAGE,
                   "more than one of --show, --sheet, --load, --from, --end, --withdraw: matrig "
-                  "survey; one at a time");
+                  "survey; give only one");
     if (r->number && !r->show && !r->load && !r->sheet)
-        error_set(fatal, MR_USAGE,
-                  "--survey goes with --show, --sheet or --load: matrig survey; see "
-                  "matrig survey --help");
+        error_set(
+            fatal, MR_USAGE,
+            "--survey needs --show, --sheet or --load: matrig survey; see matrig survey --help");
     if ((r->withdraw != 0) != (r->reason && r->reason[0]) ||
         (r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT))
         error_set(fatal, MR_USAGE,
-                  "--withdraw N and --reason T, of %d characters at most, go together: matrig "
-                  "survey; who reads it later will ask",
+                  "--withdraw N and --reason T only work together: matrig survey; the reason has "
+                  "at most %d characters",
                   STORE_JOURNAL_TEXT - 1);
     if (r->doubtful && !r->from)
         error_set(fatal, MR_USAGE,
-                  "--doubtful goes with --from: matrig survey; see matrig survey --help");
+                  "--doubtful needs --from: matrig survey; see matrig survey --help");
     if (r->can && !r->load)
-        error_set(fatal, MR_USAGE,
-                  "--can goes with --load: matrig survey; see matrig survey --help");
+        error_set(fatal, MR_USAGE, "--can needs --load: matrig survey; see matrig survey --help");
 }
 
 static int survey_command(int argc, char **argv, const struct cli *cli)

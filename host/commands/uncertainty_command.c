@@ -64,10 +64,10 @@ static void load_landing(struct store *store, const struct request *r, struct su
     store_run_find(store, &s->run, fatal);
     free(rows);
     if (!s->run)
-        error_set(fatal, MR_UNKNOWN,
-                  "no landing yet: %s; matrig board config get -o rig.cfg, then "
-                  "--config rig.cfg",
-                  r->words[0]);
+        error_set(
+            fatal, MR_UNKNOWN,
+            "no landing yet: %s; run matrig board config get -o rig.cfg and give --config rig.cfg",
+            r->words[0]);
     measured_load(store, s->run, &s->measured, fatal);
     if (s->measured.landing.config_crc != STORE_NONE)
         store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text, fatal);
@@ -221,7 +221,7 @@ static void legend_answer(struct answer *answer)
 {
     answer_sentence(
         answer, NULL,
-        "The stated error is the standard error beside every reading: the repeatability of the "
+        "The stated error is the standard error given with every reading: the repeatability of the "
         "calibration. Combined is the root sum square of all rows, with certificate, position and "
         "temperature; expanded is k times combined, a 95 %% interval.");
 }
@@ -261,25 +261,25 @@ static void check(struct request *r)
     r->channel = -1;
     r->at_value = (double)NAN;
     if (r->words[1] && !jump_channel_read(r->words[1], strlen(r->words[1]), &index))
-        error_set(fatal, MR_USAGE, "not a channel: '%s'; d1 to d%u, or t1 to t%u", r->words[1],
+        error_set(fatal, MR_USAGE, "not a channel: '%s'; give d1 to d%u, or t1 to t%u", r->words[1],
                   MR_TRANSDUCERS, MR_GAGES);
     if (r->words[1])
         r->channel = (int)index;
     if (r->at && !r->words[1])
         error_set(fatal, MR_USAGE,
-                  "--at goes with a CHANNEL: matrig uncertainty; see matrig uncertainty "
-                  "--help");
+                  "--at needs a CHANNEL: matrig uncertainty; see matrig uncertainty --help");
     if (r->config && r->run)
         error_set(fatal, MR_USAGE,
-                  "--config or --run, one of them: matrig uncertainty; see matrig "
+                  "both --config and --run: matrig uncertainty; give only one, see matrig "
                   "uncertainty --help");
     enum unit_kind kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
     struct quantity_wrong wrong = {"", ""};
     if (r->at && (!calibrate_value(r->at, kind, unit_read(unit, 2), &r->at_value, &wrong) ||
                   fabs(r->at_value) > 10000.0))
-        error_set(fatal, MR_USAGE, "no reading: '%s' for --at; a number in %s, or with its unit",
-                  r->at, unit);
+        error_set(fatal, MR_USAGE,
+                  "not a reading: '%s' for --at; give a number in %s, or with its unit", r->at,
+                  unit);
 }
 
 static void tell(const struct request *r, const struct subject *s, struct answer *answer)

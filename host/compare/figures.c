@@ -475,7 +475,7 @@ static const char *most_often(const struct measured *measured,
         counts[channel->validity[i]]++;
     for (size_t v = 1; v < 256; v++)
         most = counts[v] > counts[most ? most : 1] || !most ? v : most;
-    return most == MEASURED_LOST      ? "it did not come"
+    return most == MEASURED_LOST      ? "it was not received"
          : most == MEASURED_NOT_VALID ? "not valid"
                                       : mr_validity_text((unsigned)most);
 }
@@ -494,14 +494,14 @@ static bool usable(const struct measured *measured, const struct measured_channe
     if (!row || row->length == 0)
         snprintf(out->why, sizeof out->why, "not simulated; compare the landing again");
     else if (!channel->raw || of == 0)
-        snprintf(out->why, sizeof out->why, "no readings came");
+        snprintf(out->why, sizeof out->why, "no readings were received");
     else if (isnan(channel->baseline))
         snprintf(out->why, sizeof out->why, "no reading at rest before the landing: %s",
                  most_often(measured, channel));
     else if (out->valid < COMPARE_LEAST_VALID)
         snprintf(out->why, sizeof out->why,
-                 "%.0f %% of its readings are valid, half are needed: %s", 100.0 * out->valid,
-                 most_often(measured, channel));
+                 "only %.0f %% of its readings are valid, at least half are needed: %s",
+                 100.0 * out->valid, most_often(measured, channel));
     else
         return true;
     return false;

@@ -37,7 +37,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
     double last_s = stop_s - 0.001; /* the thrust ends with the motion, within a millisecond */
     if (!(last_s > 0.0 && last_s < PATH_MOST_S))
         return error_set(error, MR_TOO_FEW,
-                         "stops %g s after touchdown: RUN %lld; check its switches", stop_s,
+                         "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,
                          (long long)measured->landing.id);
     size_t steps = (size_t)ceil(last_s / COMPARE_PATH_STEP_S);
     struct sim_path_row *rows = xcalloc(steps + 2, sizeof *rows);
@@ -78,16 +78,16 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
     if (measured->fit_status == MR_TRUNCATED) {
         char reason[MEASURED_REASON];
         measured_no_stop_text(measured, reason);
-        return error_set(error, MR_TRUNCATED,
-                         "%s: RUN %lld; complete it from the black box, or compare another landing",
-                         reason, (long long)measured->landing.id);
+        return error_set(
+            error, MR_TRUNCATED,
+            "%s: RUN %lld; complete the landing from the black box, or compare a different landing",
+            reason, (long long)measured->landing.id);
     }
     if (measured->fit_status != MR_OK)
-        return error_set(
-            error, MR_TOO_FEW,
-            "the motion of the gear is not known (%s): RUN %lld; a comparison needs at least 3 "
-            "switches and a stop",
-            mr_status_text(measured->fit_status), (long long)measured->landing.id);
+        return error_set(error, MR_TOO_FEW,
+                         "the motion of the gear is unknown (%s): RUN %lld; compare a landing with "
+                         "at least 3 switches and a stop",
+                         mr_status_text(measured->fit_status), (long long)measured->landing.id);
     double end_s = measured_time_s(measured, measured->samples - 1);
     snprintf(scene->name, sizeof scene->name, "RUN %lld", (long long)measured->landing.id);
     scene->t_end_s = 0.0;
@@ -105,12 +105,12 @@ static enum mr_status compare_scale(const struct sim_scene *scene, const char *w
     if (fabs(scene->length_ft - (double)MR_MAT_LENGTH_FT) < 1e-3 * scene->length_ft &&
         fabs(runway_ft - rig_ft) < 1e-3 * runway_ft)
         return MR_OK;
-    return error_set(error, MR_USAGE,
-                     "another scale: %s has %d mats of %.4g ft, a runway of %.4g ft; the rig has "
-                     "%.0f of %.4g ft, %.4g ft; "
-                     "matrig scale FILE --to model makes one from the prototype's",
-                     where, scene->mats, scene->length_ft, runway_ft,
-                     rig_ft / (double)MR_MAT_LENGTH_FT, (double)MR_MAT_LENGTH_FT, rig_ft);
+    return error_set(
+        error, MR_USAGE,
+        "different scale: %s has %d mats of %.4g ft (runway %.4g ft), the rig has %.0f mats of "
+        "%.4g ft (runway %.4g ft); convert a prototype file with matrig scale FILE --to model",
+        where, scene->mats, scene->length_ft, runway_ft, rig_ft / (double)MR_MAT_LENGTH_FT,
+        (double)MR_MAT_LENGTH_FT, rig_ft);
 }
 
 #define POINTS (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
@@ -143,9 +143,9 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
         model->seeds = seeds ? seeds : model->series.seeds;
         scene = &model->series.landings[0].scene;
     } else if (seeds > 1) {
-        return error_set(error, MR_USAGE,
-                         "no ensemble: %s is a scene, one runway; give a study file for --seeds",
-                         path);
+        return error_set(
+            error, MR_USAGE,
+            "no ensemble: %s is a scene with one runway; give a study file with --seeds", path);
     } else if (sim_scene_load(&model->scene, path, error) != MR_OK) {
         return error->status;
     }
@@ -248,8 +248,8 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     none.surveyed = 0;
     if (model->ensemble && index >= c->landing_count)
         return error_set(error, MR_USAGE,
-                         "no such landing: %s has %zu, this is the %zu. of the series; add it "
-                         "there, or name the series",
+                         "no such landing: %s has %zu landings, this is number %zu of the series; "
+                         "add it to that file, or name the series",
                          model->name, c->landing_count, index + 1);
     *scene = model->ensemble ? c->landings[index].scene : model->scene;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
@@ -477,7 +477,8 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     struct compare_simulated simulated;
     size_t count = stations(measured, channels, station_ft);
     if (count == 0)
-        return error_set(error, MR_TOO_FEW, "no displacements: RUN %lld; nothing to compare with",
+        return error_set(error, MR_TOO_FEW,
+                         "no displacements: RUN %lld; compare a landing with displacement readings",
                          (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
     /* As far as both go. */
@@ -485,9 +486,10 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     if (error->status == MR_OK)
         end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s);
     if (error->status == MR_OK && !(end_s > 0.0))
-        error_set(error, MR_TOO_FEW,
-                  "nothing to compare: RUN %lld and the simulation have no time in common",
-                  (long long)measured->landing.id);
+        error_set(
+            error, MR_TOO_FEW,
+            "nothing to compare: RUN %lld; the landing and the simulation do not overlap in time",
+            (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
         take_row(&simulated, k, channels[k], length, &landing->row[landing->rows++]);
@@ -598,11 +600,11 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     free(rows);
     if (error->status == MR_OK && *count == 0 && name)
         error_set(error, MR_UNKNOWN,
-                  "no landings in series '%s': %s; leave --series out for all, or matrig landing "
-                  "%s --series NAME begins one",
+                  "no landings in series '%s': %s; leave --series out for all landings, or begin a "
+                  "series with matrig landing %s --series NAME",
                   name, store_path(store), store_path(store));
     else if (error->status == MR_OK && *count == 0)
-        error_set(error, MR_TOO_FEW, "no landings to compare: %s; log one first",
+        error_set(error, MR_TOO_FEW, "no landings to compare: %s; log a landing first",
                   store_path(store));
     return error->status;
 }

@@ -41,10 +41,10 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
     if (!root && json_error_code(&where) == json_error_cannot_open_file)
         return error_set(error, MR_IO, "cannot read limits: %s; name a JSON file", file);
     if (!root)
-        return error_set(error, MR_MALFORMED, "no JSON: %s line %d: %s; correct it there", file,
-                         where.line, where.text);
+        return error_set(error, MR_MALFORMED, "not valid JSON: %s line %d: %s; correct that line",
+                         file, where.line, where.text);
     if (!json_is_object(root))
-        wrong(error, file, "", "no object", "{\"channels.*.rms_in\": 0.05}");
+        wrong(error, file, "", "not an object", "{\"channels.*.rms_in\": 0.05}");
     json_object_foreach(root, path, value)
     {
         double number;
@@ -52,23 +52,21 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
         if (path[0] == '_' || error->status != MR_OK)
             continue;
         if (json_is_object(value))
-            wrong(error, file, path, "no limit",
+            wrong(error, file, path, "not a limit",
                   "a path and a number: \"channels.*.rms_in\": 0.05");
         else if (!quantity_json(value, quantity_unit_of_name(path), &number, &no_number))
             wrong(error, file, path, no_number.what, no_number.advice);
         else if (!isfinite(number) || (number < 0.0 && !is_least(path)))
-            wrong(error, file, path, "no limit", "a number, 0 or more");
+            wrong(error, file, path, "not a limit", "a number, 0 or more");
         else if (strlen(path) >= PATH_MAX_LENGTH)
-            wrong(error, file, path, "no such path", "one of the answer's JSON");
+            wrong(error, file, path, "no such path", "a path in the JSON output of matrig compare");
         else
             compare_limits_add(limits, path, number);
     }
     json_decref(root);
     if (error->status == MR_OK && !compare_limits_any(limits))
         error_set(error, MR_MALFORMED,
-                  "no limits: %s has none, so nothing could fail; give one, "
-                  "{\"channels.*.rms_in\": 0.05}",
-                  file);
+                  "no limits: %s; give at least one, such as {\"channels.*.rms_in\": 0.05}", file);
     return error->status;
 }
 
@@ -209,9 +207,10 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
             walk(&check, series ? path + strlen(SERIES) : path, "", pass == 0 ? answer : si);
         if (check.found + check.skipped == 0) {
             char text[300];
-            snprintf(text, sizeof text,
-                     "%s is not in the answer of %s; matrig --json compare shows what is", path,
-                     where);
+            snprintf(
+                text, sizeof text,
+                "%s is not in the result of %s; matrig --json compare shows the possible paths",
+                path, where);
             verdict->checked++;
             fail(&check, (double)NAN, text);
         }

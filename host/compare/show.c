@@ -77,9 +77,9 @@ void compare_channels_answer(const struct compare_figures *figures, struct answe
         channel_answer(&figures->channel[i], answer);
     answer_close(answer);
     answer_sentence(answer, NULL,
-                    "Differences: measured less simulated. Errors are standard errors. chi: rms "
-                    "difference in standard errors. En: difference in two of them; up to 1 both "
-                    "agree. Arrival: at %.0f %% of the peak.",
+                    "Differences are measured minus simulated. Errors are standard errors. chi: "
+                    "rms difference in standard errors. En: difference divided by two standard "
+                    "errors; up to 1 means agreement. Arrival: at %.0f %% of the peak.",
                     100.0 * SIGNAL_ARRIVAL);
 }
 
@@ -194,11 +194,11 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     answer_words(answer, "scene", "against", "%s", figures->against);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
     answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, figures->error_in, 4)->end =
-        ", as its solver estimates";
+        ", estimated by its solver";
     answer_count(answer, "seeds", NULL, figures->seeds);
     if (figures->seeds > 1)
         answer_words(answer, NULL, "runways",
-                     "%lld: their mean, with their spread as part of its error",
+                     "%lld: the simulation is their mean, and its error includes their spread",
                      (long long)figures->seeds);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
@@ -231,7 +231,7 @@ void compare_brief_answer(const struct compare_figures *figures,
     answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channels,
                  figures->channels);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->end =
-        ", measured less simulated";
+        ", measured minus simulated";
     answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
     answer_value(answer, NULL, "at worst", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
     if (rest && rest->simulated.known)
@@ -293,7 +293,7 @@ static void landings_answer(const struct compare_series *set, struct answer *ans
 
 static void channels_answer(const struct compare_series *set, struct answer *answer)
 {
-    answer_table(answer, "channels", "over the landings, by samples");
+    answer_table(answer, "channels", "over all landings, weighted by samples");
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
         if (set->channel[c].landings == 0)
             continue;
@@ -332,7 +332,7 @@ void compare_series_answer(const struct compare_series *set, struct answer *answ
     answer_count(answer, "compared", "compared", (int64_t)set->compared);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
     answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, set->error_in, 4)->end =
-        " at most, as its solver estimates";
+        " (largest), estimated by its solver";
     landings_answer(set, answer);
     channels_answer(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);

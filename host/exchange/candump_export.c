@@ -49,17 +49,21 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
 static void tell(const struct candump_export *export, bool known, const struct cli *cli)
 {
     if (!export->dated)
-        cli_note(cli, "no times of day: stamps are board time after 2001-09-09 01:46:40 UTC; %s",
-                 known ? timemap_refusal_text((unsigned)export->clock.refusal)
-                       : "the board's clock was not followed");
+        cli_note(
+            cli,
+            "times of day unknown: time stamps are board time after 2001-09-09 01:46:40 UTC; %s",
+            known ? timemap_refusal_text((unsigned)export->clock.refusal)
+                  : "the clock of the board was not tracked");
     if (export->base)
-        cli_note(cli, "identifiers are those on the bus: base 0x%03x; matrig import --base 0x%03x",
+        cli_note(cli,
+                 "identifiers are those on the bus, with base 0x%03x; to import this file, use "
+                 "matrig import --base 0x%03x",
                  export->base, export->base);
     if (export->without_time)
         cli_note(cli, "%ld frames from before the board's first clock message are left out",
                  export->without_time);
     if (export->far)
-        cli_note(cli, "%ld frames have a time that no clock shows and are left out", export->far);
+        cli_note(cli, "%ld frames with an impossible time are left out", export->far);
 }
 
 enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli,

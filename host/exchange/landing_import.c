@@ -88,11 +88,12 @@ static enum mr_status align(struct work *w, const struct mapping_channel *channe
 {
     double edge_s = edge_time_s(channel);
     if (!w->request->like)
-        return error_set(error, MR_USAGE, "aligned on a switch of no landing: %s; give --like RUN",
+        return error_set(error, MR_USAGE,
+                         "align needs a landing: %s; give --like RUN, whose switches are used",
                          w->request->path);
     if (isnan(edge_s))
         return error_set(error, MR_MALFORMED,
-                         "no edge through %g to align by: %s, '%s'; see the mapping's align",
+                         "no edge through %g to align with: %s, '%s'; see align in the mapping",
                          channel->threshold, w->request->path, channel->column);
     for (size_t e = 0; e < w->edges; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
@@ -100,7 +101,8 @@ static enum mr_status align(struct work *w, const struct mapping_channel *channe
         w->base_us = w->edge[e].board_us - 1e6 * edge_s;
         return MR_OK;
     }
-    return error_set(error, MR_USAGE, "RUN %lld did not see switch %u: %s; align by another",
+    return error_set(error, MR_USAGE,
+                     "RUN %lld has no edge of switch %u: %s; align with a different switch",
                      (long long)w->request->like, channel->number, w->request->path);
 }
 
@@ -118,12 +120,12 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
     }
     if (!(first_s <= last_s))
         return error_set(error, MR_MALFORMED,
-                         "no reading of d1 to d8 or t1 to t14: %s; see the mapping's channels",
+                         "no reading of d1 to d8 or t1 to t14: %s; see channels in the mapping",
                          w->request->path);
     if ((last_s - first_s) * 1e6 / BLOCK_US >= BLOCKS_MAX)
         return error_set(
             error, MR_MALFORMED,
-            "%.0f s long: %s; a landing is an hour at most, is the unit of time right?",
+            "record of %.0f s, longer than an hour: %s; check the unit of time in the mapping",
             last_s - first_s, w->request->path);
     w->base_us = w->request->like ? (double)w->like.t0_us : MIDDLE_US - 1e6 * first_s;
     if (by) {
@@ -136,17 +138,16 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
            to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
     if (!(to <= BOARD_BLOCKS))
         return error_set(error, MR_USAGE,
-                         "ends %.3g s after the board's time begins: %s; a board counts to %.0f s, "
-                         "see the mapping's unit, "
-                         "shift_s and align",
+                         "record ends at board time %.3g s: %s; board time is at most %.0f s, see "
+                         "unit, shift_s and align in the mapping",
                          1e-3 * to, w->request->path, 1e-3 * BOARD_BLOCKS);
     if (to < 0.0)
-        return error_set(
-            error, MR_USAGE,
-            "ends %.3f s before the board's time begins: %s; see the mapping's shift_s and align",
-            -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
+        return error_set(error, MR_USAGE,
+                         "record ends %.3f s before the start of board time: %s; see shift_s and "
+                         "align in the mapping",
+                         -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
     if (from < 0.0) {
-        cli_note(w->request->cli, "%.3f s from before the board's time began are left out",
+        cli_note(w->request->cli, "%.3f s before the start of board time are left out",
                  -1e-3 * from);
         from = 0.0;
     }
@@ -291,8 +292,8 @@ static enum mr_status put_channels(struct work *w, struct error *error)
     }
     if (unknown)
         cli_note(w->request->cli,
-                 "%u channels have no stated error: their standard errors will be their noise "
-                 "alone; see the mapping's error",
+                 "%u channels have no stated error: their standard errors include only their "
+                 "noise; see error in the mapping",
                  unknown);
     free(reading);
     return status;
@@ -307,8 +308,8 @@ static enum mr_status put_switch(struct work *w, unsigned position, double stati
         place.station_ft = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (position - 1);
     double edge_us = w->base_us + 1e6 * edge_s;
     if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BOARD_BLOCKS * BLOCK_US))
-        cli_note(w->request->cli,
-                 "the edge of switch %u is outside the board's time and is left out", position);
+        cli_note(w->request->cli, "the edge of switch %u is outside board time and is left out",
+                 position);
     else if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
         w->found[w->founds++] = (struct found){edge_us, position};
     return store_switch_put(w->store, w->run, &place, error);

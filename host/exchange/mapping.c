@@ -184,7 +184,7 @@ static void read_time(const struct reader *r, json_t *time, struct mapping *m)
     if (!m->signals)
         take_column(r, "time", column, m->time_column, &m->time_place);
     else if (column)
-        wrong(r, "time", "column", "the times are those of the log: leave it out");
+        wrong(r, "time", "column", "the log gives the times: leave it out");
     m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
     if (isnan(m->time_unit_s))
         wrong(r, "time", "unit", "give s, ms, us or min");
@@ -207,16 +207,16 @@ static void check_channel(const struct reader *r, const char *where, const struc
     const struct mapping_channel *c = &m->channel[m->channels - 1];
     for (size_t i = 0; i + 1 < m->channels; i++) {
         if (m->channel[i].role == c->role && m->channel[i].number == c->number)
-            wrong(r, where, "channel", "this one is there twice");
+            wrong(r, where, "channel", "this channel is given twice");
     }
     if (c->scale == 0.0)
-        wrong(r, where, "scale", "0 leaves nothing of the readings");
+        wrong(r, where, "scale", "a scale of 0 makes all readings 0: give a different scale");
     if (c->error < 0.0)
-        wrong(r, where, "error", "a standard error is not negative");
+        wrong(r, where, "error", "a standard error must be 0 or more");
     if (m->signals && !signal_fits(&c->signal, 8))
         wrong(r, where, "bits", "start_bit and bits must lie within 8 bytes");
     if ((c->role == MAPPING_ALIGN || c->role == MAPPING_SWITCH) && isnan(c->threshold))
-        wrong(r, where, "threshold", "give the value that the edge passes");
+        wrong(r, where, "threshold", "give the value that the signal crosses at the edge");
 }
 
 /* An entry of channels, or align. */
@@ -236,7 +236,7 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
            "switch", &at_switch, "id", &id, "start_bit", &start_bit, "bits", &bits, "signed",
            &is_signed, "float", &is_float, "byte_order", &order);
     if (align && (at_switch < 1 || at_switch > (int)SWITCH_MAX))
-        wrong(r, where, "switch", "give the number of the switch whose edge it is, from 1");
+        wrong(r, where, "switch", "give the number of the switch with this edge, from 1");
     c->number = (unsigned)at_switch;
     if (!align && !channel_named(name, c))
         wrong(r, where, "channel", "give d1 to d8, t1 to t14, gear or switch1 to switch64");
@@ -273,7 +273,7 @@ static void read_missing(const struct reader *r, json_t *words, struct mapping *
     for (size_t i = 0; i < json_array_size(words) && i < MAPPING_WORDS; i++) {
         const char *word = json_string_value(json_array_get(words, i));
         if (!word || strlen(word) >= sizeof m->missing[0])
-            wrong(r, "", "missing", "its words are strings of at most 15 characters");
+            wrong(r, "", "missing", "give strings of at most 15 characters");
         else
             strcpy(m->missing[m->missing_count++], word);
     }
@@ -303,7 +303,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
                                                  : ",");
     m->comment = character(r, "comment", comment);
     if ((m->decimal != '.' && m->decimal != ',') || m->decimal == m->separator)
-        wrong(r, "", "decimal", "give . or , and another separator");
+        wrong(r, "", "decimal", "give . or , and a different separator");
     if (header_lines < 0 || header_lines > 1000)
         wrong(r, "", "header_lines", "give 0 to 1000");
     m->header_lines = (unsigned)header_lines;
@@ -331,7 +331,7 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
     size_t mark = output_mark(json, length);
     json_t *root = json_loadb(json + mark, length - mark, JSON_REJECT_DUPLICATES, &where);
     if (!root)
-        return error_set(error, MR_MALFORMED, "no JSON: %s line %d, column %d: %s", path,
+        return error_set(error, MR_MALFORMED, "not valid JSON: %s line %d, column %d: %s", path,
                          where.line, where.column, where.text);
     read_root(&r, root, mapping);
     mapping->text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);

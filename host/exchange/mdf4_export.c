@@ -388,7 +388,7 @@ static void describe_readings(struct place *place, const struct measured_channel
         {.name = since, .unit = "s", .type = MDF4_REAL},
         {.name = "gear_station",
          .unit = unit_of(UNIT_STATION, si)->text,
-         .comment = "lead wheel of the main bogie, by the fit",
+         .comment = "lead wheel of the main bogie, from the fit",
          .type = MDF4_REAL,
          .invalid = 3},
         {.name = "gear_speed",
@@ -399,10 +399,10 @@ static void describe_readings(struct place *place, const struct measured_channel
         comment[MEASURED_SOURCE_TEXT + MEASURED_TORN_TEXT + 100];
     measured_source_text(measured, source);
     measured_torn_text(measured, torn);
-    snprintf(comment, sizeof comment,
-             "readings of the landing, a row a millisecond, from %s; what is not valid is marked "
-             "invalid%s%s",
-             source, torn[0] ? "; " : "", torn);
+    snprintf(
+        comment, sizeof comment,
+        "readings, one row per millisecond, from %s; readings that are not valid are marked%s%s",
+        source, torn[0] ? "; " : "", torn);
     mdf4_table(place->file, "readings", comment, 8 * COLUMNS_BEFORE + 4 * count,
                (COLUMNS_BEFORE + count + 7) / 8, 0);
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
@@ -528,7 +528,7 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
                  {"DataBytes", 16, 8, 1}};
     static const char *const comments[FRAME_KINDS] = {
         "frames of the board's CAN bus as received",
-        "remote frames of the board's CAN bus: they ask for DLC bytes, and carry none",
+        "remote frames of the board's CAN bus, which request DLC bytes and carry none",
         "errors of the board's CAN bus, as reported by the adapter"};
     const char *name = frame_names[kind];
     mdf4_table(file, name, comments[kind], FRAME_ROW, 0, 1);
@@ -617,13 +617,13 @@ static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t
     const char *why = summary->clock_known ? timemap_refusal_text((unsigned)summary->clock.refusal)
                                            : "the board's clock was not followed";
     if (!start)
-        cli_note(cli, "no time of day: the file begins in 1970; %s", why);
+        cli_note(cli, "time of day unknown: the file begins in 1970; %s", why);
     snprintf(version, sizeof version, "database version %d", STORE_VERSION);
     snprintf(
         comment, sizeof comment,
         "matrig landing: RUN %lld, landing %lld of board %s; second 0 is board time %.6f s%s%s",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-        (double)zero_us / 1e6, start ? "" : ", its time of day is not known: ", start ? "" : why);
+        (double)zero_us / 1e6, start ? "" : ", time of day unknown: ", start ? "" : why);
     mdf4_start(file, start, comment, version);
 }
 

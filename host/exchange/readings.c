@@ -71,8 +71,8 @@ bool candump_log_next(struct candump_log *log, const struct textfile *file, cons
  * one wrong digit of a time must not cost all that follow. */
 static const char *wrong_time(double time_s, double last_s)
 {
-    return !(fabs(time_s) <= TIME_MOST_S) ? "a time that no clock shows"
-         : time_s <= last_s               ? "the time does not go on"
+    return !(fabs(time_s) <= TIME_MOST_S) ? "impossible time"
+         : time_s <= last_s               ? "the time does not increase"
          : time_s - last_s > JUMP_MOST_S  ? "the time jumps by more than a minute"
                                           : NULL;
 }
@@ -180,10 +180,11 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
     if (*place && *place <= FIELDS_MAX)
         return MR_OK;
     return error_set(error, MR_MALFORMED,
-                     "no column '%s': %s line %zu; the mapping must name it as the header does%s",
+                     "no column '%s': %s line %zu; the mapping must use the name in the header%s",
                      name, t->path, t->line,
-                     t->mapping->header_lines ? "; header_lines counts blank lines, and no comments"
-                                              : ", or number it, without header_lines");
+                     t->mapping->header_lines
+                         ? "; header_lines counts blank lines, but not comments"
+                         : ", or the number of the column when header_lines is not given");
 }
 
 /* NaN and true: missing. False: no number. */
@@ -240,11 +241,11 @@ static enum mr_status take_header(struct table *t, struct error *error)
         if (!next_line(t, true, &line, &length, &whole))
             return error_set(
                 error, MR_MALFORMED,
-                "only %u of %u header lines: %s line %zu; see the mapping's header_lines", i,
+                "only %u of %u header lines: %s line %zu; see header_lines in the mapping", i,
                 m->header_lines, t->path, t->line);
         if (!split(t, line, length))
             return error_set(error, MR_MALFORMED,
-                             "more than %u columns: %s line %zu; is the separator '%c'?",
+                             "more than %u columns: %s line %zu; check that the separator is '%c'",
                              FIELDS_MAX, t->path, t->line, m->separator);
         bool row = reads_as_row(t, &t->eaten.time_s);
         t->eaten.line = row && t->eaten.count ? t->eaten.line : t->line;
@@ -283,7 +284,7 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     if (!whole && !m->last_line_open)
         return bad(t, line, line + length, false, NULL);
     if (m->time_place > t->fields)
-        return bad(t, line, line + length, whole, "no column of time");
+        return bad(t, line, line + length, whole, "no time column");
     if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
         return bad(t, line, t->field[m->time_place - 1].at, whole, "no time");
     *time_s = value * m->time_unit_s;
@@ -296,7 +297,7 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
             return bad(t, line, place > t->fields ? line + length : t->field[place - 1].at, whole,
                        "no number");
         if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MOST)
-            return bad(t, line, t->field[place - 1].at, whole, "a value that no instrument reads");
+            return bad(t, line, t->field[place - 1].at, whole, "impossible value");
     }
     return true;
 }
@@ -348,10 +349,10 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
     *rows = t.rows;
     if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
         return error_set(error, MR_MALFORMED,
-                         "%zu rows are good, %zu are not: %s line %zu, column %zu: %s; does the "
-                         "mapping fit the file?",
+                         "%zu rows are valid, %zu are not: %s line %zu, column %zu: %s; check that "
+                         "the mapping fits the file",
                          t.rows, verdict->bad_lines, path, verdict->line, verdict->column,
-                         verdict->what ? verdict->what : "no row at all");
+                         verdict->what ? verdict->what : "no rows");
     return status;
 }
 
@@ -366,7 +367,7 @@ static bool take_sample(struct candump_log *log, struct mapping_channel *channel
     const char *wrong = wrong_time(time_s,
                                    series->count ? series->time_s[series->count - 1] : (double)NAN);
     if (!wrong && !(fabs(value) <= MAPPING_VALUE_MOST))
-        wrong = "a value that no instrument reads";
+        wrong = "impossible value";
     if (!wrong) {
         series_add(series, time_s, value);
         return true;
@@ -402,8 +403,8 @@ static enum mr_status find_signals(const struct textfile *file,
             continue;
         if (name[0])
             return error_set(error, MR_USAGE,
-                             "the mapping's frames are on %s and %.*s: %s line %zu; which? "
-                             "(--interface %s)",
+                             "the frames of the mapping are on %s and %.*s: %s line %zu; select "
+                             "one interface (such as --interface %s)",
                              name, (int)line.interface_length, line.interface, request->path,
                              log.line, name);
         snprintf(name, CANDUMP_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
@@ -438,8 +439,8 @@ enum mr_status import_read_signals(const struct textfile *file,
     result->elsewhere = log.elsewhere;
     if (result->rows == 0)
         return error_set(error, MR_MALFORMED,
-                         "none of the mapping's signals in %zu frames: %s; see its ids", frames,
-                         request->path);
+                         "no signal of the mapping in %zu frames: %s; check the ids in the mapping",
+                         frames, request->path);
     return MR_OK;
 }
 
@@ -457,7 +458,7 @@ static enum mr_status open_log(const struct textfile *file, const struct import_
                                            request->interface, link, error);
     if (status == MR_OK && !link_candump(*link)->interface[0])
         status = error_set(error, MR_MALFORMED,
-                           "no frame in it: %s is empty; give a log that `candump -L` wrote",
+                           "no frames: %s is empty; give a log that `candump -L` wrote",
                            request->path);
     return status;
 }

@@ -90,7 +90,7 @@ enum mr_status draw_landing(const struct landing_series *series,
         if (t_s > MOST_S)
             return error_set(
                 error, MR_USAGE,
-                "no stop: %s: landing %zu still rolls after %g s; give more deceleration",
+                "no stop: %s: landing %zu is still rolling after %g s; give a higher deceleration",
                 series->name, index + 1, MOST_S);
         double rest_s = a_ft_s2 > 0.0 ? fmin(node_s, v_ft_s / a_ft_s2) : node_s;
         at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);

@@ -219,10 +219,10 @@ static void read_seeds(const struct keys *r, const json_t *root, struct landing_
         first = (double)json_integer_value(json_array_get(seeds, 0));
         last = (double)json_integer_value(json_array_get(seeds, 1));
     } else if (seeds) {
-        keys_wrong(r, "", "seeds", "how many, or [first, last]");
+        keys_wrong(r, "", "seeds", "the number of seeds, or [first, last]");
     }
     if (!(first >= 0.0 && last >= first && last < 1e15 && last - first < SERIES_SEEDS_MAX)) {
-        keys_wrong(r, "", "seeds", "1 to 10000 seeds, as their number or [first, last]");
+        keys_wrong(r, "", "seeds", "1 to 10000 seeds, as a number or [first, last]");
         return;
     }
     c->first_seed = (uint64_t)first;
@@ -299,7 +299,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"),
                  *profile = json_object_get(entry, "profile");
     if (!keys_failed(r) && !!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
-        keys_wrong(r, where, "deceleration_ft_s2", "it, a profile or tow_lb, one of them");
+        keys_wrong(r, where, "deceleration_ft_s2", "one of deceleration_ft_s2, profile and tow_lb");
     if (profile && !keys_failed(r))
         read_profile(r, where, profile, landing);
     if (keys_failed(r))
@@ -310,7 +310,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     if (!keys_failed(r) &&
         landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
         char says[100];
-        snprintf(says, sizeof says, "a station before the runway's end, %.6g ft",
+        snprintf(says, sizeof says, "a station before the end of the runway, %.6g ft",
                  landing->scene.mats * landing->scene.length_ft);
         keys_wrong(r, where, "touchdown_ft", says);
     }
@@ -327,7 +327,8 @@ static void check_scene(const struct keys *r, const json_t *scene)
     for (size_t i = 0; own[i] && !keys_failed(r); i++) {
         if (json_object_get(scene, own[i]))
             error_set(r->error, MR_MALFORMED,
-                      "not here: %s: scene.%s; the runway and the landings give it: leave it out",
+                      "key not allowed here: %s: scene.%s; leave it out, the runway and the "
+                      "landings give its value",
                       r->path, own[i]);
     }
 }
@@ -378,8 +379,8 @@ static void check_lengths(const struct keys *r, const struct landing_series *c)
         if (scene->mats != first->mats || scene->length_ft != first->length_ft ||
             scene->slack_ft != first->slack_ft)
             error_set(r->error, MR_MALFORMED,
-                      "another runway: %s: landing %zu has another N, L or slack; give them in "
-                      "scene only",
+                      "runways differ: %s: landing %zu does not have the N, L or slack of landing "
+                      "1; give these keys only in scene",
                       r->path, i + 1);
     }
 }
@@ -401,18 +402,19 @@ json_t *series_json(const char *file, const char *name, const char *what, struct
     if (json_is_object(root))
         return root;
     if (root)
-        error_set(error, MR_MALFORMED, "not a %s: %s: the file holds no JSON object; begin with {",
+        error_set(error, MR_MALFORMED, "not a %s: %s: the file is not a JSON object; begin with {",
                   what, path);
     else if (json_error_code(&where) == json_error_cannot_open_file)
         error_set(error, MR_IO, "cannot open %s: %s: %s; check the path", what, path,
                   strerror(errno));
     else if (json_error_code(&where) == json_error_premature_end_of_input)
         error_set(error, MR_TRUNCATED,
-                  "%s ends too early: %s line %d column %d: %s; correct it there", what, path,
+                  "%s ends too early: %s line %d column %d: %s; correct that line", what, path,
                   where.line, where.column, where.text);
     else
-        error_set(error, MR_MALFORMED, "malformed JSON: %s line %d column %d: %s; correct it there",
-                  path, where.line, where.column, where.text);
+        error_set(error, MR_MALFORMED,
+                  "malformed JSON: %s line %d column %d: %s; correct that line", path, where.line,
+                  where.column, where.text);
     json_decref(root);
     return NULL;
 }
@@ -532,13 +534,13 @@ void series_ground_text(const struct landing_series *c, char *text, size_t size)
         axles += s->gear.axles.count > 0 ? s->gear.axles.values[i] : 1.0;
     if (k > 0.0)
         snprintf(text, size,
-                 "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb an axle, "
+                 "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb per axle, "
                  "%g axles in %zu line%s",
                  k, s->wheel_load_lb, axles, lines, lines == 1 ? "" : "s");
     else if (s->wheel_load_lb > 0.0)
         snprintf(text, size, "Coulomb's law under one axle of %.6g lb", s->wheel_load_lb);
     else
-        snprintf(text, size, "weightless gear: one axle's thrust on mats that nothing presses");
+        snprintf(text, size, "weightless gear: thrust of one axle on mats without load");
 }
 
 void series_free(struct landing_series *series)

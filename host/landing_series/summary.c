@@ -349,12 +349,12 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
 static void add_forces(struct answer *answer, const struct landing_series *c,
                        const struct series_landing_summary *s)
 {
-    char label[160] = "largest force in a joint: mean over the runways with its standard error by "
-                      "the steps, and the error of one runway's";
+    char label[160] = "largest force in a joint: mean over the runways with its standard error "
+                      "from the steps, and the error for one runway";
     if (isnan(s[0].push_lb.error))
         snprintf(label, sizeof label,
-                 "largest force in a joint: mean over the runways; %d of them (--seeds) or more "
-                 "give its error, too",
+                 "largest force in a joint: mean over the runways; its error needs %d runways or "
+                 "more (--seeds)",
                  SERIES_EVERY);
     answer_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
@@ -375,7 +375,7 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
     const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer)),
                       *movement = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
     char label[80];
-    snprintf(label, sizeof label, "movement in all, %s, median, at station, %s", movement->text,
+    snprintf(label, sizeof label, "total movement, %s, median, at station, %s", movement->text,
              station->text);
     answer_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].played > 0; i++) {
@@ -537,7 +537,7 @@ static void series_answer_outcome(struct answer *answer, const struct landing_se
     add_buckled(answer, c, s);
     add_told(answer, "observed", c->observed);
     add_told(answer, "parameters", c->basis);
-    add_told(answer, "put in afterwards, so no prediction", c->afterwards);
+    add_told(answer, "added afterwards, so not a prediction", c->afterwards);
 }
 
 /* Landing by landing. */
@@ -546,8 +546,8 @@ static void series_answer_landings(struct answer *answer, const struct landing_s
 {
     json_t *list = json_array();
     answer_table(answer, "landings",
-                 "landings: median and, in brackets, 5th to 95th percentile over the runways that "
-                 "took the landing");
+                 "landings: median and, in brackets, 5th to 95th percentile over the runways with "
+                 "this landing");
     for (size_t i = 0; i < c->landing_count; i++)
         add_landing(answer, c, &s->landing[i], i + 1);
     answer_close(answer);

@@ -94,7 +94,7 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
     char known[200];
     if (!is_can(link->fd, name, &flags)) {
         list_interfaces(link->fd, known, sizeof known);
-        return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link shows them)",
+        return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link lists them)",
                          link->spec, known);
     }
     if (!(flags & IFF_UP))
@@ -131,7 +131,8 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
 {
     size_t length = strlen(name);
     if (length >= IFNAMSIZ)
-        return error_set(error, MR_USAGE, "interface name of %zu characters: %s; 1 to %d", length,
+        return error_set(error, MR_USAGE,
+                         "interface name of %zu characters: %s; give 1 to %d characters", length,
                          link->spec, IFNAMSIZ - 1);
     link->fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
     if (link->fd < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
@@ -140,7 +141,8 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
                          "kernel with CONFIG_CAN",
                          link->spec);
     if (link->fd < 0)
-        return error_set(error, MR_IO, "no CAN socket (%s): %s; check the limits of this system",
+        return error_set(error, MR_IO,
+                         "cannot create a CAN socket (%s): %s; check the limits of this system",
                          strerror(errno), link->spec);
     enum mr_status status = check_interface(link, name, error) ?: set_up(link, error);
     if (status != MR_OK)
@@ -165,12 +167,14 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
     if (count < 0 && (errno == EAGAIN || errno == EINTR || errno == ENOBUFS))
         return MR_TOO_FEW;
     if (count < 0)
-        return error_set(error, MR_IO,
-                         "the CAN interface went away (%s): %s; see ip link, and plug it in",
-                         strerror(errno), link->spec);
+        return error_set(
+            error, MR_IO,
+            "the CAN interface was disconnected (%s): %s; check the adapter, and see ip link",
+            strerror(errno), link->spec);
     if ((size_t)count != sizeof raw || raw.can_dlc > sizeof frame->data)
         return error_set(error, MR_MALFORMED,
-                         "no CAN frame of 8 bytes or less: %s; is it a CAN FD bus?", link->spec);
+                         "CAN frame of more than 8 bytes: %s; use a bus without CAN FD",
+                         link->spec);
     take_control(&message, &control);
     if (control.lost_known) {
         link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
@@ -197,10 +201,10 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
             return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show",
                              strerror(errno), link->spec);
         if (monotonic_us() > until_us)
-            return error_set(
-                error, MR_TIMEOUT,
-                "the bus accepts no frames: %s; is the board on, and the bus terminated?",
-                link->spec);
+            return error_set(error, MR_TIMEOUT,
+                             "the bus accepts no frames: %s; check that the board is on and the "
+                             "bus is terminated",
+                             link->spec);
         /* A full transmit queue of the interface (ENOBUFS) is not something poll waits for. */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
         poll(NULL, 0, 1);

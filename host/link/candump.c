@@ -168,7 +168,7 @@ void verdict_text(const struct verdict *verdict, char *out, size_t size)
                      verdict->status == MR_TRUNCATED ? "truncated" : "malformed", verdict->line,
                      verdict->column, verdict->what);
     if (verdict->bad_lines && n > 0 && (size_t)n < size)
-        snprintf(out + n, size - (size_t)n, "; %zu %s passed over", verdict->bad_lines,
+        snprintf(out + n, size - (size_t)n, "; %zu %s skipped", verdict->bad_lines,
                  verdict->bad_lines == 1 ? "line was" : "lines were");
 }
 
@@ -197,8 +197,8 @@ bool candump_log_take(struct candump_log *log, const char *text, size_t length, 
     if (status != MR_OK) {
         log->verdict.bad_lines++;
         verdict_set(&log->verdict, MR_MALFORMED, log->line, before + line->column,
-                    memmem(text, length, "##", 2) ? "a CAN FD frame; matrig's bus has none"
-                                                  : "no line of `candump -L`");
+                    memmem(text, length, "##", 2) ? "a CAN FD frame, which matrig does not use"
+                                                  : "not a line of `candump -L`");
         return false;
     }
     if (!log->interface[0] || candump_is_of(line, log->interface))

@@ -23,10 +23,12 @@ static enum mr_status check_kind(struct link *link, struct error *error)
     bool bytes = length > 0 && memchr(head, 0, (size_t)length) && !log;
     if (link->kind == LINK_SERIAL && log)
         return error_set(error, MR_MALFORMED,
-                         "a candump log, no serial bytes: %s; give it as --can", link->spec);
+                         "this is a candump log, not serial data: %s; give it with --can",
+                         link->spec);
     if (link->kind == LINK_CAN && bytes)
         return error_set(error, MR_MALFORMED,
-                         "serial bytes, no candump log: %s; give it as --serial", link->spec);
+                         "this is serial data, not a candump log: %s; give it with --serial",
+                         link->spec);
     return MR_OK;
 }
 
@@ -119,16 +121,16 @@ static enum mr_status choose(const struct buses *buses, const char *named, const
     unsigned least = rank(&buses->bus[best]);
     if (named) {
         name_buses(buses, 0, names, sizeof names);
-        return error_set(error, MR_USAGE, "no frame of %s: %s; it has those of %s", named, where,
-                         names);
+        return error_set(error, MR_USAGE, "no frame of %s: %s; the log has frames of %s", named,
+                         where, names);
     }
     for (size_t i = 0; i < buses->count; i++)
         as_good += rank(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
         name_buses(buses, least, names, sizeof names);
         return error_set(error, MR_USAGE,
-                         "boards on several buses, %s: %s; which one? (file:PATH,interface=%s, or "
-                         "matrig import --interface %s)",
+                         "boards on several buses, %s: %s; select one with file:PATH,interface=%s, "
+                         "or matrig import --interface %s",
                          names, where, buses->bus[best].name, buses->bus[best].name);
     }
     memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE);
@@ -203,15 +205,14 @@ static enum mr_status choose_bus(struct link *link, const char *named, struct er
         status = error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
     else if (!room)
         status = error_set(error, MR_LIMIT,
-                           "frames of more than %u buses, or of one whose name is too long: %s "
-                           "line %zu; take those of one out of it (grep \" can0 \")",
+                           "frames of more than %u buses, or a bus name that is too long: %s line "
+                           "%zu; extract the frames of one bus (grep \" can0 \")",
                            BUSES, link->spec, log.line);
     else if (status == MR_CLOSED && buses->count == 0 && log.verdict.status != MR_OK)
-        status =
-            error_set(error, MR_MALFORMED,
-                      "no frame in it: %s line %zu, column %zu; it reads '%s', give a log that "
-                      "`candump -L` wrote (matrig import takes tables with --map)",
-                      link->spec, log.verdict.line, log.verdict.column, seen);
+        status = error_set(error, MR_MALFORMED,
+                           "no frames: %s line %zu, column %zu; the line is '%s', give a log that "
+                           "`candump -L` wrote (for tables use matrig import --map)",
+                           link->spec, log.verdict.line, log.verdict.column, seen);
     else if (status == MR_CLOSED)
         status = choose(buses, named, link->spec, link->log.interface, error);
     free(buses);
@@ -297,7 +298,7 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         enum mr_status status = take_line(link, &text, &length, &whole, error);
         if (status == MR_CLOSED && log->verdict.status != MR_OK) {
             verdict_text(&log->verdict, verdict, sizeof verdict);
-            return error_set(error, log->verdict.status, "%s: %s; what is good of it was kept",
+            return error_set(error, log->verdict.status, "%s: %s; the valid part was stored",
                              verdict, link->spec);
         }
         if (status != MR_OK)
@@ -314,10 +315,10 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         const struct link_counters *c = &link->counters;
         if (!taken && c->received + c->error_frames + c->elsewhere == 0 &&
             c->bad_lines >= STRANGE_LINES)
-            return error_set(error, MR_MALFORMED,
-                             "no candump line among the first %zu: %s; give a log that `candump "
-                             "-L` wrote",
-                             log->line, link->spec);
+            return error_set(
+                error, MR_MALFORMED,
+                "no candump line in the first %zu: %s; give a log that `candump -L` wrote",
+                log->line, link->spec);
     }
     *frame = line.frame;
     return MR_OK;

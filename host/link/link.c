@@ -74,11 +74,13 @@ enum mr_status link_read_base(const char *text, const char *where, uint16_t *bas
     char *end;
     unsigned long value = strtoul(digits, &end, hex ? 16 : 10);
     if (!isxdigit((unsigned char)*digits) || *end || strlen(digits) > 8)
-        return error_set(error, MR_USAGE, "no base of CAN identifiers: '%s' of %s; write 0x190",
+        return error_set(error, MR_USAGE,
+                         "not a base of CAN identifiers: '%s' of %s; write a number such as 0x190",
                          text, where);
     if (value > MR_CAN_BASE_MOST)
         return error_set(error, MR_USAGE,
-                         "base 0x%03lx: %s; 0x%03x at most, or identifiers would be beyond 0x%x",
+                         "base 0x%03lx is too large: %s; give at most 0x%03x, so that identifiers "
+                         "stay up to 0x%x",
                          value, where, MR_CAN_BASE_MOST, MR_CAN_ID_MOST);
     *base = (uint16_t)value;
     return MR_OK;
@@ -167,8 +169,8 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     if (!*path)
         return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, found->form);
     if (!(found->ops->kinds & 1u << kind))
-        return error_set(error, MR_USAGE, "%s carries no %s: %s; give it as %s", found->form,
-                         kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
+        return error_set(error, MR_USAGE, "%s cannot carry %s: %s; give the link with %s",
+                         found->form, kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
                          kind == LINK_CAN ? "--serial" : "--can");
 
     struct link *made = calloc(1, sizeof *made);
@@ -426,7 +428,8 @@ enum mr_status link_fill(struct link *link, struct error *error)
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)
         return MR_TOO_FEW;
     if (errno == ENODEV)
-        return error_set(error, MR_IO, "the device is gone: %s; plug it in again", link->spec);
+        return error_set(error, MR_IO, "the device was disconnected: %s; plug it in again",
+                         link->spec);
     return error_set(error, MR_IO, "cannot read (%s): %s; check the device or file",
                      strerror(errno), link->spec);
 }
@@ -539,7 +542,7 @@ static enum mr_status take_device(struct link *link, struct error *error)
         return MR_OK;
     if (taken)
         pthread_mutex_unlock(&link->device);
-    return error_set(error, MR_IO, "the device is away: %s; plug it in again", link->spec);
+    return error_set(error, MR_IO, "the device is disconnected: %s; plug it in again", link->spec);
 }
 
 /* `counts`: what it is on the counter of what was sent. */
@@ -606,13 +609,15 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
     char errors[60] = "", rate[80];
     if (rx->bytes == 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; no byte received in %.1f s: is the board on, the cable in?",
+                 LINK_NO_HELLO ": %s; no byte received in %.1f s: check that the board is on and "
+                               "the cable is connected",
                  link->spec, since_s);
         return DIAGNOSIS_SILENT;
     }
     if (rx->frames > 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; frames received: is this the board's serial output?",
+                 LINK_NO_HELLO
+                 ": %s; frames received: check that this is the serial output of the board",
                  link->spec);
         return DIAGNOSIS_NO_HELLO;
     }
@@ -620,9 +625,9 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
         snprintf(errors, sizeof errors, ", %llu framing errors",
                  (unsigned long long)counters->trouble[LINK_UART_LINE]);
     if (rx->baud == 0)
-        snprintf(rate, sizeof rate, "is this the board's serial output?");
+        snprintf(rate, sizeof rate, "check that this is the serial output of the board");
     else
-        snprintf(rate, sizeof rate, "is %d baud its rate?", rx->baud);
+        snprintf(rate, sizeof rate, "check that the board sends at %d baud", rx->baud);
     snprintf(text, DIAGNOSIS_TEXT,
              LINK_NO_HELLO ": %s; %.0f bytes/s received%s, %llu frame ends, no whole frame: %s",
              link->spec, (double)rx->bytes / fmax(since_s, 0.001), errors,
@@ -644,19 +649,20 @@ static enum diagnosis of_can(const struct link *link, const struct link_counters
 {
     if (counters->received > 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; %llu frames received: is the board on this bus?", link->spec,
-                 (unsigned long long)counters->received);
+                 LINK_NO_HELLO ": %s; %llu frames received: check that the board is on this bus",
+                 link->spec, (unsigned long long)counters->received);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->error_frames > 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 LINK_NO_HELLO ": %s; error frames only, %llu, most of them %s: is the bit rate 1 "
-                               "Mbit/s, is the bus terminated at both ends?",
+                 LINK_NO_HELLO ": %s; only error frames, %llu, most of them %s: check that the bit "
+                               "rate is 1 Mbit/s and both ends of the bus are terminated",
                  link->spec, (unsigned long long)counters->error_frames, commonest(counters));
         return DIAGNOSIS_BUS_ERRORS;
     }
     snprintf(text, DIAGNOSIS_TEXT,
-             LINK_NO_HELLO ": %s; no frame at all in %.1f s: is the board on, and on this bus?",
+             LINK_NO_HELLO
+             ": %s; no frame in %.1f s: check that the board is on and connected to this bus",
              link->spec, since_s);
     return DIAGNOSIS_SILENT;
 }

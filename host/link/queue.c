@@ -544,16 +544,17 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, news, &made->queue, error);
     if (status == MR_OK && made->wake < 0)
-        status = error_set(error, MR_IO,
-                           "no eventfd (%s): link %s; check the limits of this system",
-                           strerror(errno), link_spec(link));
+        status = error_set(
+            error, MR_IO, "cannot create an eventfd (%s): link %s; check the limits of this system",
+            strerror(errno), link_spec(link));
     if (status == MR_OK && !made->recorded) {
         int code = pthread_create(&made->thread, NULL, read_on, made);
         made->started = code == 0;
         if (code != 0)
-            status = error_set(error, MR_IO,
-                               "no thread (%s): link %s; check the limits of this system",
-                               strerror(code), link_spec(link));
+            status =
+                error_set(error, MR_IO,
+                          "cannot create a thread (%s): link %s; check the limits of this system",
+                          strerror(code), link_spec(link));
     }
     if (status != MR_OK) {
         link_reader_close(made);

@@ -256,11 +256,13 @@ const char *timemap_refusal_text(unsigned refusal)
     switch (refusal) {
     case TIMEMAP_GOOD: return "good";
     case TIMEMAP_TOO_FEW: return "too few clock messages; log for a quarter of a minute or more";
-    case TIMEMAP_NO_DATE: return "what was recorded has no times of day";
+    case TIMEMAP_NO_DATE: return "the record has no times of day";
     case TIMEMAP_OTHER_PACE:
-        return "the board's time passed at another pace than this computer's: emulated at full "
-               "speed, or read from a file; or this computer's clock was being set";
-    case TIMEMAP_UNCERTAIN: return "too uneven delays, or this computer's clock was set meanwhile";
+        return "board time and the clock of this computer ran at different rates: the board was "
+               "emulated at full speed or read from a file, or the clock of this computer was "
+               "changed";
+    case TIMEMAP_UNCERTAIN:
+        return "delays vary too much, or the clock of this computer was changed";
     default: return "unknown";
     }
 }

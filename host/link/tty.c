@@ -36,7 +36,7 @@ static enum mr_status pts_line(struct link *link, int baud, struct error *error)
         set = ioctl(link->fd, TCSETS2, &t) == 0;
     }
     if (!set)
-        return error_set(error, MR_IO, "no terminal (%s): %s; write unix:PATH for a socket",
+        return error_set(error, MR_IO, "not a terminal (%s): %s; for a socket write unix:PATH",
                          strerror(errno), link->spec);
     ioctl(link->fd, TCFLSH, TCIFLUSH);
     return MR_OK;
@@ -50,7 +50,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
                          "cannot open the terminal (%s): %s; start the emulated board there first",
                          strerror(errno), link->spec);
     if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
-        return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first",
+        return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
                          link->spec);
     return pts_line(link, baud, error);
 }
@@ -83,8 +83,8 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         long value = strtol(colon + 1, &end, 10);
         if (end == colon + 1 || value < 50 || value > BAUD_MAX)
             return error_set(error, MR_USAGE,
-                             "not a baud rate: '%s' of '%s'; write %s, 50 to %d baud", colon + 1,
-                             text, form, BAUD_MAX);
+                             "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
+                             colon + 1, text, form, BAUD_MAX);
         *baud = (int)value;
         length = (size_t)(colon - text);
     } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_MAX) {
@@ -92,11 +92,11 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         snprintf(path, TTY_PATH_MAX, "%.*s", (int)(colon - text), text);
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
-                             "not a baud rate: '%s' of '%s'; write %s, 50 to %d baud", colon + 1,
-                             text, form, BAUD_MAX);
+                             "not a baud rate: '%s' of '%s'; write %s, with 50 to %d baud",
+                             colon + 1, text, form, BAUD_MAX);
     }
     if (length == 0 || length >= TTY_PATH_MAX)
-        return error_set(error, MR_USAGE, "no serial port: '%s'; write %s", text, form);
+        return error_set(error, MR_USAGE, "not a serial port: '%s'; write %s", text, form);
     memcpy(path, text, length);
     path[length] = '\0';
     return MR_OK;
@@ -177,13 +177,13 @@ static enum mr_status open_failed(const char *spec, const char *real, struct err
     struct stat info;
     const struct group *group = stat(real, &info) == 0 ? getgrgid(info.st_gid) : NULL;
     if ((reason == EACCES || reason == EPERM) && group)
-        return error_set(
-            error, MR_IO,
-            "no right to open the serial port (%s; its group is %s, its mode %03o): %s; "
-            "join the group: adduser $USER %s",
-            strerror(reason), group->gr_name, info.st_mode & 0777u, spec, group->gr_name);
+        return error_set(error, MR_IO,
+                         "no permission to open the serial port (%s; its group is %s, its mode "
+                         "%03o): %s; join the group: adduser $USER %s",
+                         strerror(reason), group->gr_name, info.st_mode & 0777u, spec,
+                         group->gr_name);
     if (reason == EBUSY)
-        return error_set(error, MR_IO, "another program has the serial port: %s; end it first",
+        return error_set(error, MR_IO, "another program uses the serial port: %s; end it first",
                          spec);
     return no_port(spec, strerror(reason), error);
 }
@@ -196,9 +196,10 @@ static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
         sp_set_parity(tty->port, SP_PARITY_NONE) != SP_OK ||
         sp_set_stopbits(tty->port, 1) != SP_OK ||
         sp_set_flowcontrol(tty->port, SP_FLOWCONTROL_NONE) != SP_OK)
-        return error_set(error, MR_IO,
-                         "the serial port does not take %d baud, 8N1 (%s): %s; give another rate",
-                         baud, strerror(sp_last_error_code()), tty->spec);
+        return error_set(
+            error, MR_IO,
+            "the serial port does not support %d baud, 8N1 (%s): %s; give a different rate", baud,
+            strerror(sp_last_error_code()), tty->spec);
     /* A driver that cannot do a rate takes another one and does not say so. */
     if (sp_new_config(&config) == SP_OK) {
         if (sp_get_config(tty->port, config) != SP_OK ||
@@ -207,9 +208,10 @@ static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
         sp_free_config(config);
     }
     if (took > 0 && abs(took - baud) > baud / 100 * BAUD_TOLERANCE_PERCENT)
-        return error_set(error, MR_IO,
-                         "the serial port does not do %d baud, it took %d: %s; give another rate",
-                         baud, took, tty->spec);
+        return error_set(
+            error, MR_IO,
+            "the serial port does not support %d baud, it set %d: %s; give a different rate", baud,
+            took, tty->spec);
     return MR_OK;
 }
 
@@ -218,7 +220,7 @@ static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
 static enum mr_status take_alone(struct tty *tty, struct error *error)
 {
     if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(error, MR_IO, "another program has the serial port: %s; end it first",
+        return error_set(error, MR_IO, "another program uses the serial port: %s; end it first",
                          tty->spec);
     ioctl(tty->fd, TIOCEXCL);
     return MR_OK;
@@ -234,8 +236,8 @@ static enum mr_status open_port(struct tty *tty, const char *real, int baud, str
         sp_free_port(tty->port);
         tty->port = NULL;
     } else if (sp_get_port_handle(tty->port, &tty->fd) != SP_OK)
-        status = error_set(error, MR_IO, "no descriptor of the serial port: %s; try again",
-                           tty->spec);
+        status = error_set(
+            error, MR_IO, "cannot get the descriptor of the serial port: %s; try again", tty->spec);
     if (status == MR_OK)
         status = take_alone(tty, error);
     return status ?: set_line(tty, baud, error);
@@ -272,7 +274,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
         snprintf(real, sizeof real, "%s", path);
     }
     if (link->usb[0] && !find_adapter(link->usb, real)) {
-        snprintf(away, sizeof away, "%s is not there", link->usb);
+        snprintf(away, sizeof away, "%s does not exist", link->usb);
         return no_port(link->spec, away, error);
     }
     struct tty *tty = calloc(1, sizeof *tty);
@@ -339,10 +341,10 @@ static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_
         return link_write(link, bytes, length, error);
     enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_WAIT_MS);
     if (count < 0)
-        return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",
+        return error_set(error, MR_IO, "cannot send (%s): %s; check that the device is plugged in",
                          strerror(sp_last_error_code()), tty->spec);
     if ((size_t)count < length)
-        return error_set(error, MR_TIMEOUT, "the serial port accepts no data: %s; is the cable in?",
+        return error_set(error, MR_TIMEOUT, "the serial port accepts no data: %s; check the cable",
                          tty->spec);
     return MR_OK;
 }

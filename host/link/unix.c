@@ -19,7 +19,7 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= sizeof address.sun_path)
-        return error_set(error, MR_USAGE, "socket path too long: %s; at most %zu characters",
+        return error_set(error, MR_USAGE, "socket path too long: %s; give at most %zu characters",
                          link->spec, sizeof address.sun_path - 1);
     strcpy(address.sun_path, path);
 
@@ -28,7 +28,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
         /* it must not wait for a place among those that nobody has accepted */
         link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
         if (link->fd < 0)
-            return error_set(error, MR_IO, "no socket (%s): %s; check the limits of this system",
+            return error_set(error, MR_IO,
+                             "cannot create a socket (%s): %s; check the limits of this system",
                              strerror(errno), link->spec);
         if (connect(link->fd, (struct sockaddr *)&address, sizeof address) == 0)
             return MR_OK;
@@ -42,8 +43,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
     }
     if (reason == EAGAIN)
         return error_set(error, MR_IO,
-                         "cannot connect (others wait there): %s; an emulated board serves one "
-                         "program from its start on: end them, start it again",
+                         "cannot connect (other programs are waiting): %s; an emulated board "
+                         "serves only its first program: end the programs and restart the board",
                          link->spec);
     return error_set(error, MR_IO, "cannot connect (%s): %s; start the emulated board there first",
                      strerror(reason), link->spec);
@@ -56,7 +57,7 @@ static enum mr_status unix_receive_frame(struct link *link, struct link_frame *f
         enum mr_status status = link_fill(link, error);
         if (status == MR_CLOSED && link->end > link->start)
             return error_set(error, MR_TRUNCATED,
-                             "the link ended inside a frame: %s; the frames before it are kept",
+                             "the link ended inside a frame: %s; the frames before it are stored",
                              link->spec);
         if (status != MR_OK)
             return status;
@@ -68,9 +69,10 @@ static enum mr_status unix_receive_frame(struct link *link, struct link_frame *f
     frame->length = mr_get_u8(&p);
     memset(frame->data, 0, sizeof frame->data);
     if (frame->length > 8)
-        return error_set(error, MR_MALFORMED,
-                         "CAN frame with length %u: %s; is this the board's CAN socket?",
-                         frame->length, link->spec);
+        return error_set(
+            error, MR_MALFORMED,
+            "CAN frame with length %u: %s; check that this is the CAN socket of the board",
+            frame->length, link->spec);
     memcpy(frame->data, p + 3, frame->length);
     return MR_OK;
 }
@@ -89,10 +91,11 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
         }
         struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
         if (count < 0 && errno != EAGAIN && errno != EINTR)
-            return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?",
+            return error_set(error, MR_IO, "cannot send (%s): %s; check that the board is running",
                              strerror(errno), link->spec);
         if (poll(&ready, 1, SEND_WAIT_MS) == 0)
-            return error_set(error, MR_TIMEOUT, "the board accepts no data: %s; is it stopped?",
+            return error_set(error, MR_TIMEOUT,
+                             "the board accepts no data: %s; check that it is not stopped",
                              link->spec);
     }
     return MR_OK;

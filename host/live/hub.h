@@ -32,7 +32,7 @@ void live_hub_close(struct live_hub *hub);
 /* A message of the board, as the collector has it; a block record. */
 void live_hub_message(struct live_hub *hub, const struct collector_event *event);
 void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
-/* A line for people under "What happened". */
+/* A line for people under "Events". */
 void live_hub_notice(struct live_hub *hub, const char *words);
 void live_hub_counts(struct live_hub *hub, enum link_kind kind,
                      const struct store_link_counts *counts);

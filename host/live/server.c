@@ -183,18 +183,18 @@ static unsigned run_order(struct live_server *server, const json_t *body, json_t
     char refused[200];
     if ((!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 ||
         number > LANDING_MOST || !json_is_integer(until)) {
-        json_object_set_new(
-            json, "error",
-            json_string("an order is arm, with a landing from 0 to 65535, or disarm, and until_us, "
-                        "the time by which it must be carried out"));
+        json_object_set_new(json, "error",
+                            json_string("a command is arm, with a landing from 0 to 65535, or "
+                                        "disarm, and until_us, the time limit for its execution"));
         return MHD_HTTP_BAD_REQUEST;
     }
     enum mr_status status = live_hub_order(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM,
                                            (int32_t)number, json_integer_value(until), &of_board);
     snprintf(refused, sizeof refused, "refused: %s", arm_client_refusal(of_board));
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
-                      : status == MR_LIMIT   ? "the order came too late: give it again"
-                      : status != MR_OK   ? "another order is under way, or this view only watches"
+                      : status == MR_LIMIT   ? "the command arrived too late: repeat it"
+                      : status != MR_OK
+                          ? "another command is in progress, or this page may only watch"
                       : of_board != MR_OK ? refused
                                           : NULL;
     json_object_set_new(json, "done", json_boolean(!error));
@@ -214,7 +214,7 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
                      (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
     if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
         return say(connection, MHD_HTTP_FORBIDDEN,
-                   "commands are accepted from the live page alone, as JSON\n");
+                   "commands are accepted only from the live page, as JSON\n");
     if (!token_is(server, header(connection, "X-Matrig-Token")))
         return say(connection, MHD_HTTP_FORBIDDEN,
                    "commands need the token: open the address that matrig printed\n");
@@ -275,10 +275,10 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     if (!host_is_ours(header(connection, "Host")))
         return say(
             connection, MHD_HTTP_FORBIDDEN,
-            "this is served to this computer alone: use 127.0.0.1, or an ssh tunnel to it\n");
+            "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel to it\n");
     bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
-        return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "GET, or POST to /command\n");
+        return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "use GET, or POST to /command\n");
     return post ? command(server, connection, request) : get(server, connection, url);
 }
 
@@ -318,10 +318,11 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
     char *end;
     long number = strtol(where, &end, 10);
     if (*where < '0' || *where > '9' || *end || number > 65535)
-        return error_set(error, MR_USAGE,
-                         "no port: '%s'; 0 to 65535, 0 for any that is free. The page is served on "
-                         "127.0.0.1 alone; from elsewhere use ssh -L 8473:127.0.0.1:8473",
-                         where);
+        return error_set(
+            error, MR_USAGE,
+            "not a port: '%s'; give 0 to 65535, or 0 for any free port. The page is served only on "
+            "127.0.0.1; from other computers use ssh -L 8473:127.0.0.1:8473",
+            where);
     const struct sockaddr_in address = {.sin_family = AF_INET,
                                         .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
                                         .sin_port = htons((uint16_t)number)};
@@ -335,8 +336,8 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub,
         int code = errno;
         free(made);
         return error_set(error, MR_IO,
-                         "cannot serve the live page at %s (%s): is another matrig there? Give "
-                         "another port, or 0",
+                         "cannot serve the live page at %s (%s); another matrig may use this port: "
+                         "give a different port, or 0",
                          where, code ? strerror(code) : "no reason given");
     }
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_BIND_PORT);

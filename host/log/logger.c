@@ -53,7 +53,7 @@ static enum mr_status look_for_session(struct logger *logger, struct error *erro
         return status;
     logger->emptied = true;
     return error_set(error, MR_IO,
-                     "what was logged is no longer in the campaign: %s; log into another one",
+                     "the logged data is no longer in the campaign: %s; log to a different file",
                      store_path(logger->store));
 }
 
@@ -83,7 +83,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     if (status == MR_OK)
         status = store_note_logged(logger->store, collector_session(logger->collector), error);
     if (status == MR_OK && store_overwritten(logger->store)) /* nothing goes into that file */
-        status = error_set(error, MR_IO, "was overwritten: %s; log into another one",
+        status = error_set(error, MR_IO, "file was overwritten: %s; log to a different file",
                            store_path(logger->store));
     if (status != MR_OK)
         return status;
@@ -459,9 +459,9 @@ static void say_what_happened(struct logger *logger, enum store_place place, con
     snprintf(logger->taken, sizeof logger->taken, "%s %s while it was logged", original,
              place == STORE_NO_JOURNAL    ? "lost its journal (-wal)"
              : place == STORE_NO_INDEX    ? "lost its journal's index (-shm)"
-             : place == STORE_REPLACED    ? "was replaced by another file"
+             : place == STORE_REPLACED    ? "was replaced by a different file"
              : place == STORE_OVERWRITTEN ? "was overwritten by another program"
-             : place == STORE_EMPTIED     ? "lost what was logged into it"
+             : place == STORE_EMPTIED     ? "lost the logged data"
                                           : where);
 }
 
@@ -562,8 +562,8 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
     watch_call(&logger->watch, false);
     logger_clear_progress(logger);
     if (status != MR_OK) {
-        cli_note(logger->cli, "%s, and no other one can be begun (%s)", logger->taken,
-                 why.text[0] ? why.text : "no folder to write to");
+        cli_note(logger->cli, "%s, and no new campaign can be created (%s)", logger->taken,
+                 why.text[0] ? why.text : "no writable folder");
         return status;
     }
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -582,9 +582,10 @@ static enum mr_status start_over(struct logger *logger, enum store_place place,
         forget_landings(logger);
     localtime_r(&since_s, &local);
     strftime(since, sizeof since, "%H:%M:%S", &local);
-    fprintf(stderr,
-            "matrig: %s: all that came since %s was saved in %s, and the log goes on there%s\n",
-            logger->taken, since, saved, whole || !again ? "" : "; what came before is lost");
+    fprintf(
+        stderr,
+        "matrig: %s: all data received since %s was saved in %s, and the log continues there%s\n",
+        logger->taken, since, saved, whole || !again ? "" : "; earlier data is lost");
     fflush(stderr);
     if (!whole)
         snprintf(logger->lost_before, sizeof logger->lost_before, "%s", since);
@@ -599,10 +600,10 @@ static enum mr_status go_on_beside(struct logger *logger, const char *original)
     char from[PATH_MOST];
     snprintf(from, sizeof from, "%s", original);
     bool again = stat(from, &info) == 0 && info.st_size >= LARGE_BYTES;
-    snprintf(
-        logger->taken, sizeof logger->taken,
-        "%s is as large as a file may be here (ulimit -f, or its file system), what is in it stays",
-        from);
+    snprintf(logger->taken, sizeof logger->taken,
+             "%s has reached the size limit for files (ulimit -f, or its file system), its data "
+             "stays there",
+             from);
     return start_over(logger, STORE_IN_PLACE, from, again);
 }
 
@@ -622,8 +623,8 @@ static enum mr_status save_and_go_on(struct logger *logger, enum store_place pla
     (void)store_take_refusal(logger->store);
     logger_clear_progress(logger);
     if (!copied) { /* what is open still takes what comes */
-        cli_note(logger->cli, "%s, and cannot be saved (%s): tried again in 5 s", logger->taken,
-                 why.text[0] ? why.text : "no folder to write to");
+        cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
+                 logger->taken, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
     }
     const struct store_identity before = logger->watch.identity;
@@ -633,7 +634,7 @@ static enum mr_status save_and_go_on(struct logger *logger, enum store_place pla
         if (!shared)
             store_journal_remove(original, &before);
         /* also with --quiet */
-        fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n",
+        fprintf(stderr, "matrig: %s: all data was saved in %s, and the log continues there\n",
                 logger->taken, saved);
         fflush(stderr);
     }
@@ -736,15 +737,16 @@ static enum mr_status go_beside(struct logger *logger, bool *beside, const char 
     roll_back(logger);
     if (watch_permille(&logger->watch) == 0 && strcmp(what, "nothing") == 0)
         return error_set(error, MR_IO,
-                         "all that came is in the campaign, the end of the session is not: %.250s",
+                         "all received data is in the campaign, but the end of the session is not "
+                         "recorded: %.250s",
                          reason);
-    snprintf(logger->taken, sizeof logger->taken, "%s took nothing any more (%.200s)",
+    snprintf(logger->taken, sizeof logger->taken, "%s accepted no more data (%.200s)",
              store_path(logger->store), reason);
     if (*beside || start_over(logger, STORE_IN_PLACE, store_path(logger->store), true) != MR_OK)
-        return error_set(
-            error, MR_IO,
-            "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s",
-            what, reason);
+        return error_set(error, MR_IO,
+                         "the newest data could not be written to the campaign or saved next to "
+                         "it: lost: %s; %.250s",
+                         what, reason);
     *beside = true;
     logger->hurried = false;
     logger->again_us = 0;
@@ -763,15 +765,14 @@ static enum mr_status settle(struct logger *logger, struct error *error)
         return status;
     return is_gone(place_of(logger))
              ? error_set(error, MR_IO,
-                         "%s, and no other campaign could be begun: what was logged "
-                         "is lost",
+                         "%s, and no new campaign could be created: the logged data is lost",
                          logger->taken)
              : MR_TOO_FEW;
 }
 
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
 {
-    char reason[sizeof error->text] = "ended in a hurry";
+    char reason[sizeof error->text] = "interrupted while writing";
     uint64_t began_us = monotonic_us();
     const bool failed = strcmp(logger->ended_by, "error") == 0;
     bool beside = false;

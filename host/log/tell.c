@@ -63,8 +63,8 @@ static enum mr_status exchanged(const struct logger *logger, struct error *error
     if (!p.other_on_can)
         return MR_OK;
     return error_set(error, MR_IO,
-                     "two boards taken for one: on CAN at base 0x%03x is %s, on its serial "
-                     "line %s; exchange the lines, or the bases: %s, %s",
+                     "two different boards: CAN base 0x%03x has %s, the serial line has %s; swap "
+                     "the serial lines or the bases: %s, %s",
                      logger->base, p.can_uid, p.serial_uid, link_spec(logger->link[LINK_CAN]),
                      link_spec(logger->link[LINK_SERIAL]));
 }
@@ -91,7 +91,8 @@ void logger_note_other(struct logger *logger, const struct link_frame *frame)
         frame->id == (uint32_t)MR_ID_BOARD_UID + logger->other_base) {
         logger->other_told = true;
         logger_clear_progress(logger);
-        cli_note(logger->cli, "another board speaks here: base 0x%03x of %s; it is not logged",
+        cli_note(logger->cli,
+                 "another board sends on this bus: base 0x%03x of %s; it is not logged",
                  logger->other_base, link_spec(logger->link[LINK_CAN]));
     } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MOST &&
                mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
@@ -110,8 +111,8 @@ static void note_twin(struct logger *logger, int64_t run)
         return;
     logger_clear_progress(logger);
     cli_note(logger->cli,
-             "RUN %lld is the same landing as RUN %lld: board, number and switches agree; if one "
-             "is too many: matrig landing %s %lld --void --reason TEXT",
+             "RUN %lld is the same landing as RUN %lld: board, number and switches agree; to void "
+             "the duplicate: matrig landing %s %lld --void --reason TEXT",
              (long long)run, (long long)twin, store_path(logger->store), (long long)run);
 }
 
@@ -273,8 +274,8 @@ enum mr_status logger_show_silent(struct logger *logger, struct error *error)
     if (!is_silent(logger, &progress))
         return MR_OK;
     cli_note(logger->cli,
-             "nothing comes any more of RUN %lld: are board and cables in order? What came until "
-             "now is kept",
+             "no more data of RUN %lld: check the board and its cables; the data received so far "
+             "is stored",
              (long long)progress.run);
     struct error why = {0};
     enum mr_status status = logger_commit(logger, error);
@@ -303,12 +304,13 @@ void logger_note_health(struct logger *logger)
         cli_note(logger->cli, "%s", text);
     }
     if (alarm && alarm->state > MR_CAN_GOOD)
-        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state),
-                 alarm->tec);
+        cli_note(logger->cli, "CAN state reported by the board: %s (TEC %u)",
+                 mr_can_state_text(alarm->state), alarm->tec);
     else if (alarm && alarm->outages)
-        cli_note(
-            logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset",
-            (double)alarm->outage_s, alarm->outages, alarm->outages == 1 ? "outage" : "outages");
+        cli_note(logger->cli,
+                 "CAN state reported by the board: good again after %.2f s; %u %s since its reset",
+                 (double)alarm->outage_s, alarm->outages,
+                 alarm->outages == 1 ? "outage" : "outages");
 }
 
 void logger_note_orders(struct logger *logger)
@@ -329,10 +331,10 @@ void logger_note_orders(struct logger *logger)
             continue;
         }
         if (order.more)
-            snprintf(more, sizeof more, " (%u times more before)", order.more);
+            snprintf(more, sizeof more, " (and %u earlier times)", order.more);
         snprintf(words, sizeof words, "%s \"%s\"; the board %s%s%s",
-                 order.own ? "the page ordered" : "another program ordered",
-                 mr_command_name(order.ack.code), status == MR_OK ? "obeyed" : "refused it: ",
+                 order.own ? "the live page sent" : "another program sent",
+                 mr_command_name(order.ack.code), status == MR_OK ? "executed it" : "refused it: ",
                  status == MR_OK ? "" : mr_status_text(status), more);
         logger_clear_progress(logger);
         cli_note(logger->cli, "%s", words);
@@ -393,10 +395,10 @@ enum mr_status logger_check_heard(const struct logger *logger, struct error *err
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
-            return error_set(
-                error, MR_MALFORMED,
-                "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
-                can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
+            return error_set(error, MR_MALFORMED,
+                             "no data of a matrig board: %s%s%s; check that this is the link of "
+                             "the board, at its bit rate",
+                             can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
     diagnose(logger, &link);
     return link_no_board(link, error);
@@ -471,13 +473,12 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
     if (now_silent != logger->silent) {
         logger_clear_progress(logger);
         if (now_silent)
-            cli_note(
-                logger->cli,
-                "the board is SILENT, nothing for %.1f s; it was %s: nothing is recorded until "
-                "it speaks; look at its power and cables",
-                (double)(now_us - newest) / 1e6, state);
+            cli_note(logger->cli,
+                     "the board is SILENT, no data for %.1f s; its last state was %s: nothing is "
+                     "recorded until it sends again; check its power and cables",
+                     (double)(now_us - newest) / 1e6, state);
         else
-            cli_note(logger->cli, "the board speaks again: %s", state);
+            cli_note(logger->cli, "the board sends again: %s", state);
     }
     /* the links come back one after the other */
     for (unsigned link = 0; link < LINK_KINDS && logger->silent && !now_silent; link++)
@@ -488,9 +489,9 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         if (lost != logger->lost[link]) {
             logger_clear_progress(logger);
             cli_note(logger->cli,
-                     lost ? "nothing comes over %s any more, the other link goes on: look at its "
-                            "cable"
-                          : "%s: the board is heard again",
+                     lost ? "no more data over %s, while the other link continues: check the cable "
+                            "of the silent link"
+                          : "%s: data of the board is received again",
                      link_spec(logger->link[link]));
         }
         logger->lost[link] = lost;
@@ -569,7 +570,7 @@ static void link_answer(const struct logger *logger, unsigned link,
     const uint64_t elsewhere = link_counters(logger->link[link])->elsewhere;
     if (elsewhere) {
         answer_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
-        answer_sentence(answer, NULL, "frames of other buses left out: %llu",
+        answer_sentence(answer, NULL, "frames of other buses, not logged: %llu",
                         (unsigned long long)elsewhere);
     }
     if (kind == LINK_CAN && p->before_first >= 0)
@@ -633,7 +634,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
 #define ANSWER_US (1000000u * ARM_CLIENT_ANSWER_S)
 #define ASKED_US  30000000u /* a question that nobody answers is over */
 #define TYPING_US 15000000u
-#define HELP      "arm [N], N from 0 to 65535 (none: the board counts on), or disarm"
+#define HELP      "type arm [N], with N from 0 to 65535 (no N: the board's next number), or disarm"
 
 void typed_begin(struct typed *typed, bool commands, bool listen)
 {
@@ -706,7 +707,8 @@ static void send_it(struct logger *logger)
     typed->answered = false;
     typed->sent = logger_send(logger, &typed->command, false);
     if (!typed->sent)
-        say(logger, "%s: cannot be sent, no link takes it\n", mr_command_name(typed->command.code));
+        say(logger, "%s: cannot be sent, because no link accepts it\n",
+            mr_command_name(typed->command.code));
 }
 
 static void take_command(struct logger *logger, const char *line);
@@ -722,7 +724,7 @@ static void take_reply(struct logger *logger, const char *line)
     }
     typed->asked = false;
     typed->hold_us = 0;
-    say(logger, "not yes: nothing was sent\n");
+    say(logger, "not confirmed (the answer was not yes): nothing was sent\n");
     if (mr_command_parse(line, 0, &typed->command) == MR_OK)
         take_command(logger, line);
 }
@@ -748,7 +750,7 @@ static void take_command(struct logger *logger, const char *line)
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
         typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MOST) {
-        say(logger, "no command: '%.40s'; %s\n", line, HELP);
+        say(logger, "not a command: '%.40s'; %s\n", line, HELP);
         return;
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;
@@ -767,15 +769,15 @@ static void take_command(struct logger *logger, const char *line)
     }
     typed->until_us = typed->hold_us = monotonic_us() + ASKED_US;
     if (!arm)
-        say(logger, "disarm? What the board records, it is %s, ends there. yes: ", recording);
+        say(logger, "disarm? The board is %s; this ends its recording. Type yes: ", recording);
     else if (typed->command.argument)
         say(logger,
             "arm for landing %d? The board records until the gear has stopped and the mat is at "
-            "rest. yes: ",
+            "rest. Type yes: ",
             typed->command.argument);
     else
         say(logger, "arm for the next landing? The board records until the gear has stopped and "
-                    "the mat is at rest. yes: ");
+                    "the mat is at rest. Type yes: ");
 }
 
 /* What came of the command that was sent. */
@@ -792,8 +794,7 @@ static void take_answer(struct logger *logger)
     } else if (monotonic_us() > typed->until_us) {
         typed->sent = false;
         say(logger,
-            "the board did not answer `%s` within 3 s; look what state it is in before trying "
-            "again\n",
+            "the board did not answer `%s` within 3 s; check its state before you try again\n",
             name);
     }
 }
@@ -818,7 +819,7 @@ void typed_turn(struct logger *logger)
     if (typed->asked)
         take_reply(logger, line);
     else if (!there)
-        say(logger, "no board has said hello yet: nothing was sent\n");
+        say(logger, "no hello from a board yet: nothing was sent\n");
     else
         take_command(logger, line);
 }

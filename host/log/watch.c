@@ -145,23 +145,23 @@ static void tell(const struct watch *watch, enum watch_cause cause, uint64_t las
     unsigned full = permille(watch);
     switch (cause) {
     case WATCH_LOCK:
-        snprintf(what, sizeof what, "another program holds the campaign: waiting");
+        snprintf(what, sizeof what, "another program has locked the campaign: waiting");
         break;
     case WATCH_SLOW_DISK:
-        snprintf(what, sizeof what, "the disk is slow, %.1f s by now: waiting",
+        snprintf(what, sizeof what, "the disk is slow, %.1f s so far: waiting",
                  (double)lasts_us / 1e6);
         break;
     case WATCH_FULL_DISK:
-        snprintf(what, sizeof what, "no room on the campaign's disk: waiting for room");
+        snprintf(what, sizeof what, "the disk of the campaign is full: waiting for space");
         break;
     case WATCH_FAILING:
         snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting", watch->reason);
         break;
-    default: snprintf(what, sizeof what, "this computer does not keep up"); break;
+    default: snprintf(what, sizeof what, "this computer is too slow for the data"); break;
     }
     lost_text(watch, lost, sizeof lost);
     snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
-             holds_up(watch) ? ", the board is made to wait" : "", lost, watch->path);
+             holds_up(watch) ? ", the board must wait" : "", lost, watch->path);
 }
 
 static void look_at_call(struct watch *watch, uint64_t at_us)
@@ -181,7 +181,7 @@ static void look_at_call(struct watch *watch, uint64_t at_us)
     char what[100];
     amount(watch, false, what, sizeof what);
     fprintf(stderr,
-            "%smatrig: the disk has taken nothing for %.0f s: %s; not saved: %s that came last; "
+            "%smatrig: the disk has accepted no data for %.0f s: %s; not saved: the newest %s; "
             "check the disk\n",
             cli_terminal() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path,
             what);
@@ -365,7 +365,7 @@ void watch_written(struct watch *watch)
         char lost[200];
         lost_text(watch, lost, sizeof lost);
         snprintf(line, sizeof line,
-                 "the campaign is written again, after %.1f s; the queue was %u %% full, %s",
+                 "the campaign can be written again after %.1f s; the queue was %u %% full, %s",
                  (double)held_us / 1e6, full / 10, lost);
         watch->told = WATCH_NONE;
     }
@@ -412,7 +412,7 @@ json_t *watch_json(struct watch *watch)
 void watch_session(struct watch *watch, char *out, size_t size)
 {
     static const char *const texts[] = {"another program held the campaign", "the disk was slow",
-                                        "the disk was full", "the disk took nothing"};
+                                        "the disk was full", "the disk accepted no data"};
     size_t used = 0;
     out[0] = '\0';
     pthread_mutex_lock(&watch->lock);
@@ -422,7 +422,7 @@ void watch_session(struct watch *watch, char *out, size_t size)
                                      texts[cause], (double)watch->held_us[cause] / 1e6);
     }
     if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
-        snprintf(out + used, size - used, "%squeue %u %% full at most", used ? "; " : "",
+        snprintf(out + used, size - used, "%squeue at most %u %% full", used ? "; " : "",
                  watch->most_permille / 10);
     pthread_mutex_unlock(&watch->lock);
 }

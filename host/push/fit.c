@@ -80,13 +80,13 @@ static enum mr_status take_unit(struct table *t, enum role role, const char *nam
     struct calibrate_column column = calibrate_column(name);
     if (!column.known || column.codes)
         return error_set(t->error, MR_MALFORMED,
-                         "column's name not understood: %s, line %u: '%.*s'; name it %s with its "
-                         "unit, as in %s",
+                         "column name not understood: %s, line %u: '%.*s'; name the column %s with "
+                         "its unit, as in %s",
                          t->path, t->line, CELL_SHOWN, name, roles[role].name, EXAMPLE);
     if (!column.unit || column.unit->kind != roles[role].kind)
         return error_set(t->error, MR_MALFORMED,
-                         "%s: %s, line %u: '%.*s'; the %s is in %s, as in %s",
-                         column.unit ? "a unit of another kind" : "no unit", t->path, t->line,
+                         "%s: %s, line %u: '%.*s'; give the %s in %s, as in %s",
+                         column.unit ? "a unit of the wrong kind" : "no unit", t->path, t->line,
                          CELL_SHOWN, name, roles[role].name, roles[role].units, EXAMPLE);
     t->unit[role] = column.unit;
     return MR_OK;
@@ -100,10 +100,10 @@ static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
             if (!has_word(cell[i], roles[role].word) && !has_word(cell[i], roles[role].other))
                 continue;
             if (found >= 0 || t->cell_of[role] >= 0)
-                return error_set(t->error, MR_MALFORMED,
-                                 "which column is the %s? %s, line %u: '%.*s'; name each once, as "
-                                 "in %s",
-                                 roles[role].name, t->path, t->line, CELL_SHOWN, cell[i], EXAMPLE);
+                return error_set(
+                    t->error, MR_MALFORMED,
+                    "two columns for the %s: %s, line %u: '%.*s'; name each column once, as in %s",
+                    roles[role].name, t->path, t->line, CELL_SHOWN, cell[i], EXAMPLE);
             found = role;
         }
         if (found < 0)
@@ -117,10 +117,10 @@ static enum mr_status take_names(struct table *t, char *cell[CELLS_MAX])
     }
     for (int role = LOAD; role < ROLES; role++) {
         if (t->cell_of[role] < 0)
-            return error_set(t->error, MR_MALFORMED,
-                             "no column of the %s: %s, line %u; name the columns with their "
-                             "units, as in %s",
-                             roles[role].name, t->path, t->line, EXAMPLE);
+            return error_set(
+                t->error, MR_MALFORMED,
+                "no column for the %s: %s, line %u; name the columns with their units, as in %s",
+                roles[role].name, t->path, t->line, EXAMPLE);
     }
     return MR_OK;
 }
@@ -143,8 +143,7 @@ static enum mr_status take_value(struct table *t, enum role role, const char *te
                          wrong.what, t->path, t->line, roles[role].name, CELL_SHOWN, text,
                          roles[role].units);
     return error_set(t->error, MR_MALFORMED,
-                     "%s: %s, line %u: %s '%.*s'; give a number, with a unit of its own (%s) "
-                     "or without",
+                     "%s: %s, line %u: %s '%.*s'; give a number, with a unit (%s) or without",
                      text[0] ? "no number" : "reading missing", t->path, t->line, roles[role].name,
                      CELL_SHOWN, text, roles[role].units);
 }
@@ -164,8 +163,8 @@ static enum mr_status series_of(struct table *t, struct push_series **series)
     }
     if (all->count == PUSH_SERIES_MAX)
         return error_set(t->error, MR_TOO_LONG,
-                         "more than %u tests: %s, line %u; divide the file, or let the rows of a "
-                         "test stand together",
+                         "more than %u tests: %s, line %u; split the file, or keep the rows of "
+                         "each test together",
                          PUSH_SERIES_MAX, t->path, t->line);
     xlist_grow(&all->series, all->count, sizeof *all->series);
     *series = &all->series[all->count++];
@@ -182,10 +181,10 @@ static enum mr_status take_row(struct table *t, char *cell[CELLS_MAX])
     if (t->cell_of[TEST] >= 0 && cell[t->cell_of[TEST]][0]) {
         const char *test = cell[t->cell_of[TEST]];
         if (strlen(test) >= PUSH_NAME)
-            return error_set(t->error, MR_TOO_LONG,
-                             "name too long: %s, line %u: '%.*s'; name the test by at most %u "
-                             "letters",
-                             t->path, t->line, CELL_SHOWN, test, PUSH_NAME - 1);
+            return error_set(
+                t->error, MR_TOO_LONG,
+                "name too long: %s, line %u: '%.*s'; use a test name of at most %u letters",
+                t->path, t->line, CELL_SHOWN, test, PUSH_NAME - 1);
         snprintf(t->test, sizeof t->test, "%s", test);
     }
     if ((load[0] || isnan(t->load_lb)) && take_value(t, LOAD, load, &t->load_lb) != MR_OK)
@@ -213,8 +212,8 @@ static enum mr_status take_line(struct table *t, char *line)
     }
     if (cells != t->cells)
         return error_set(t->error, MR_MALFORMED,
-                         "%zu values for %zu columns: %s, line %u; give one for each, with a point "
-                         "in decimals and commas between values",
+                         "%zu values for %zu columns: %s, line %u; give one value for each column, "
+                         "with a decimal point and commas between values",
                          cells, t->cells, t->path, t->line);
     return take_row(t, cell);
 }
@@ -238,7 +237,7 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
         t.line++;
         status = strlen(line) == sizeof line - 1
                    ? error_set(error, MR_MALFORMED,
-                               "a line too long: %s, line %u; write %s and a row for each reading",
+                               "line too long: %s, line %u; write %s and a row for each reading",
                                path, t.line, EXAMPLE)
                    : take_line(&t, line);
     }
@@ -704,8 +703,8 @@ enum mr_status push_fit(const struct push_series *series, struct push_gages gage
     w->gages = gages;
     if (!push_path_make(&w->path, series, gages.force_lb))
         error_set(error, MR_TOO_FEW,
-                  "no force above its error: %s: test %s under %.4g lb: the gage's error is %.3g "
-                  "lb; push harder, or give the gage's own error (--force-error)",
+                  "no force above its error: %s: test %s under %.4g lb: the error of the gage is "
+                  "%.3g lb; push harder, or give the correct error of the gage (--force-error)",
                   series->path, series->name, series->load_lb, gages.force_lb);
     else
         fit_series(w, expected_lb_in, stretch, fit);

@@ -31,22 +31,22 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     case PUSH_ELASTIC:
         answer_sentence(answer, NULL,
                         "Elastic ground: mats move before they slide. These readings are %s times "
-                        "as likely as by Coulomb's rigid law.",
+                        "as likely as with Coulomb's rigid law.",
                         times);
         break;
     case PUSH_RIGID:
         answer_sentence(answer, NULL,
                         "Coulomb's rigid law: nothing moves before it slides. These readings are "
-                        "%s times as likely as by elastic ground within ten times of --expect. "
-                        "No gear_ key is written.",
+                        "%s times as likely as with elastic ground within a factor of ten of "
+                        "--expect. No gear_ key is written.",
                         times);
         break;
     default:
         answer_sentence(
             answer, NULL,
             "Elastic ground cannot be distinguished from Coulomb's rigid law: the readings are %s "
-            "times as likely by %s, and %.0f times are required. Push harder (to 0.8 of the "
-            "sliding force), or read more finely. No gear_ key is written.",
+            "times as likely with %s, and %.0f times are required. Push harder (to 0.8 of the "
+            "sliding force), or take more readings. No gear_ key is written.",
             times, ln > 0.0 ? "elastic ground" : "the rigid law", PUSH_ODDS);
     }
 }
@@ -57,9 +57,9 @@ static void add_untold(struct answer *answer, const char *name, const struct pus
 {
     if (!isnan(told->of.value))
         return;
-    answer_words(answer, NULL, name, "undecided: %s", told->reason);
+    answer_words(answer, NULL, name, "undetermined: %s", told->reason);
     if (kept)
-        answer_remark(answer, "; a scene keeps %s", kept);
+        answer_remark(answer, "; a scene uses %s", kept);
 }
 
 static void add_bounds(struct answer *answer, const struct push_ground *ground)
@@ -76,28 +76,28 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
         answer_remark(answer, "; at least %.3f", ground->friction.of.low);
         answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.of.low, 3);
     }
-    answer_words(answer, NULL, "gear_damping",
-                 "undecided: readings at rest do not determine it; a scene keeps 0.5 of critical");
+    answer_words(
+        answer, NULL, "gear_damping",
+        "undetermined: readings at rest do not determine it; a scene uses 0.5 of critical");
 }
 
 static void add_doubts(struct answer *answer, const struct push_ground *ground)
 {
     const struct push_interval *rho = &ground->unloading.of;
     if (ground->poor)
-        answer_sentence(
-            answer, NULL,
-            "Neither law fits well: readings scatter %.1f times as much as their stated errors (by "
-            "chance once in 1,000). The intervals are wider by that factor. Check the curves: a "
-            "bend, a drift or a rod that seats late is not noise.",
-            ground->scatter);
+        answer_sentence(answer, NULL,
+                        "Neither law fits well: readings scatter %.1f times as much as their "
+                        "stated errors (by chance once in 1,000). The intervals are wider by that "
+                        "factor. Check the curves for a bend, a drift, or a rod that seats late.",
+                        ground->scatter);
     if (!isnan(rho->value) && rho->low > SPRUNG)
         answer_sentence(answer, NULL,
-                        "The mat returned by more than it had moved (%.2f, at least %.2f): did the "
-                        "dial's zero or the load shift? gear_unloading is written as 1.",
+                        "The mat returned by more than it had moved (%.2f, at least %.2f): check "
+                        "the zero of the dial and the load. gear_unloading is written as 1.",
                         rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->untold > 0)
         answer_sentence(answer, NULL,
-                        "%zu test%s moved too little for a stiffness and took no part in it: stiff "
+                        "%zu test%s moved too little to give a stiffness and are left out: stiff "
                         "places are under-represented.",
                         ground->untold, ground->untold == 1 ? "" : "s");
 }
@@ -110,20 +110,20 @@ void push_answer_law(struct answer *answer, const struct push_ground *ground,
     add_doubts(answer, ground);
     if (!isnan(k->value))
         answer_sentence(answer, NULL,
-                        "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). All "
-                        "together yield by %.4g lb/in; gear_k_lb_ft is of one mat: 12 in/ft / %u "
-                        "of it. Another foot has another k.",
+                        "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). "
+                        "Their total stiffness is %.4g lb/in; gear_k_lb_ft is that of one mat: 12 "
+                        "in/ft / %u of the total. A different foot has a different k.",
                         ground->axle_load_lb, setting->mats, setting->mats == 1 ? "" : "s",
                         k->value * setting->mats / IN_PER_FT, setting->mats);
     if (!isnan(k->value) && setting->mats == 1)
         answer_sentence(answer, NULL,
-                        "A wheel whose foot is as long as a mat presses two mats nearly always: if "
-                        "the rig's does, test it over a joint, with --mats 2.");
+                        "A wheel whose contact is as long as a mat nearly always presses two mats. "
+                        "If this is so on the rig, test over a joint, with --mats 2.");
     answer_value(answer, "axle_load_lb", NULL, UNIT_NUMBER, ground->axle_load_lb, 1);
     answer_count(answer, "mats", NULL, (int64_t)setting->mats);
-    answer_value(answer, "scatter", "scatter, in stated errors", UNIT_NUMBER, ground->scatter, 2);
+    answer_value(answer, "scatter", "scatter / stated error", UNIT_NUMBER, ground->scatter, 2);
     if (!isnan(ground->spread))
-        answer_value(answer, "spread", "k from place to place, standard deviation of ln k",
+        answer_value(answer, "spread", "variation of k between places, standard deviation of ln k",
                      UNIT_NUMBER, ground->spread, 2);
     add_bounds(answer, ground);
 }
@@ -274,7 +274,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
     double least = HUGE_VAL;
     for (size_t i = 0; i < count; i++)
         least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mats);
-    untold(&ground->k_lb_ft, "no test moved by more than its gages' errors explain");
+    untold(&ground->k_lb_ft, "no test moved more than the errors of its gages");
     ground->k_lb_ft.of.low = fmax(0.0, least);
 }
 
@@ -301,11 +301,11 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     if (!two && fabs(log(low / ground->axle_load_lb)) > ALIKE) {
         char why[PUSH_REASON];
         snprintf(why, sizeof why,
-                 "tested under %.4g lb, an axle has %.4g lb: how stiffness follows the load takes "
-                 "a test under another load",
+                 "tested under %.4g lb, but an axle has %.4g lb: to find how stiffness depends on "
+                 "load, test under a second load",
                  low, ground->axle_load_lb);
         untold(&ground->k_lb_ft, why);
-        untold(&ground->axle_law, "one load alone: test under twice the load of an axle, too");
+        untold(&ground->axle_law, "only one load: test also under twice the load of an axle");
         return;
     }
     pool(&p);
@@ -314,18 +314,19 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     ground->k_lb_ft.of = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
     snprintf(ground->k_lb_ft.reason, PUSH_REASON, "%zu push test%s, %s", p.count,
              p.count == 1 ? "" : "s",
-             more >= 2      ? "with what places differ"
-             : p.spread > 0 ? "which contradict each other"
-                            : "of these places only: three tests or more show how places differ");
+             more >= 2 ? "including the variation between places"
+             : p.spread > 0
+                 ? "which contradict each other"
+                 : "for these places only: the variation between places needs three tests or more");
     if (more >= 2)
         ground->spread = p.spread;
     if (!two) {
-        untold(&ground->axle_law, "one load alone: test under twice the load of an axle, too");
+        untold(&ground->axle_law, "only one load: test also under twice the load of an axle");
         return;
     }
     ground->axle_law.of = interval(&p, 1);
-    snprintf(ground->axle_law.reason, PUSH_REASON, "stiffness under %.4g against %.4g lb", high,
-             low);
+    snprintf(ground->axle_law.reason, PUSH_REASON, "stiffness under %.4g lb compared with %.4g lb",
+             high, low);
 }
 
 static void find_unloading(const struct push_readings *readings, struct push_ground *ground)
@@ -341,13 +342,13 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
         p.error[p.count++] = fmax(rho->high - rho->value, rho->value - rho->low) / Z_95;
     }
     if (p.count == 0) {
-        untold(&ground->unloading, falling == 0 ? "no unloading: read on the way down, too"
-                                                : "the stiffness is undecided too");
+        untold(&ground->unloading, falling == 0 ? "no unloading: take readings also while unloading"
+                                                : "the stiffness is also undetermined");
         return;
     }
     pool(&p);
     ground->unloading.of = interval(&p, 0);
-    snprintf(ground->unloading.reason, PUSH_REASON, "readings on the way down of %zu push test%s",
+    snprintf(ground->unloading.reason, PUSH_REASON, "unloading readings of %zu push test%s",
              p.count, p.count == 1 ? "" : "s");
 }
 
@@ -372,7 +373,8 @@ static void find_friction(const struct push_readings *readings, const struct pus
                              pressing;
     }
     if (p.count == 0) {
-        untold(&ground->friction, "no mat slid: push on until one does, or pull one without load");
+        untold(&ground->friction,
+               "no mat slid: push until a mat slides, or pull a mat without load");
         ground->friction.of.low = held;
         return;
     }
@@ -434,8 +436,8 @@ enum mr_status push_ground_find(const struct push_readings *readings,
         return error->status;
     if (!isfinite(ground->log_odds))
         return error_set(error, MR_NUMERICS,
-                         "not a finite number: %s: no law is near these readings; check their "
-                         "units and the gages' errors",
+                         "not a finite number: %s: no law fits these readings; check their units "
+                         "and the errors of the gages",
                          readings->series[0].path);
     find_stiffness(readings, setting, ground);
     find_unloading(readings, ground);

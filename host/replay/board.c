@@ -66,7 +66,7 @@ static enum mr_status start(const struct replay_board *board, const struct paths
     int told = open(path_of(paths, TOLD), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
     if (told < 0 || nothing < 0)
-        error_set(error, MR_IO, "cannot write (%s): %s; free some room", strerror(errno),
+        error_set(error, MR_IO, "cannot write (%s): %s; free disk space", strerror(errno),
                   path_of(paths, TOLD));
     else
         process_start(words, (const int[]){nothing, nothing, told}, child, error);
@@ -117,11 +117,11 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
     if (!process_wait(child, limit_s, &status))
         return error_set(
             error, MR_TIMEOUT,
-            "the emulated board did not end within %.0f s: %s; is the machine overloaded?", limit_s,
-            board->program);
+            "the emulated board timed out after %.0f s: %s; check the load of this computer",
+            limit_s, board->program);
     last_line(path_of(paths, TOLD), told, sizeof told);
     if (WIFSIGNALED(status))
-        return error_set(error, MR_IO, "the emulated board was ended by signal %d: %s; try again",
+        return error_set(error, MR_IO, "the emulated board was killed by signal %d: %s; try again",
                          WTERMSIG(status), board->program);
     if (WEXITSTATUS(status) != 0)
         return error_set(error, MR_IO,
@@ -129,7 +129,7 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
                          WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
     if (access(path_of(paths, CAN), R_OK) != 0 || access(path_of(paths, SERIAL), R_OK) != 0)
         return error_set(error, MR_IO,
-                         "the emulated board wrote no answers: %s; is it matrig-board?",
+                         "the emulated board wrote no answers: %s; check that this is matrig-board",
                          board->program);
     return MR_OK;
 }
@@ -208,16 +208,17 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_TRUNCATED) {
         /* the board ended well, so its file does not end inside a frame: it never held any */
         error->status = MR_OK;
-        status = error_set(error, MR_TRUNCATED,
-                           "the board's answers are not matrig's: %s; it is another firmware",
-                           board->elf);
+        status = error_set(
+            error, MR_TRUNCATED,
+            "the answers of the board are not those of matrig: %s; use the firmware of matrig",
+            board->elf);
     }
     if (status == MR_OK)
         status = store_landings(store, &landings, &count, error);
     if (status == MR_OK && count == 0)
         status = error_set(
             error, MR_TRUNCATED,
-            "the board reported no landing: %s; it is another firmware, or it was not armed",
+            "the board reported no landing: %s; it runs a different firmware, or was not armed",
             board->elf);
     if (status != MR_OK) {
         store_close(store);
@@ -252,7 +253,7 @@ void replay_image_find(struct store *store, int64_t run, char *path, size_t size
 static const char *name_of(unsigned number)
 {
     const struct mr_board *board = mr_board_of(number);
-    return board ? board->name : "one that this matrig does not know";
+    return board ? board->name : "a board unknown to this matrig";
 }
 
 enum mr_status replay_image_check(const char *path, const struct answers *recorded,
@@ -264,8 +265,8 @@ enum mr_status replay_image_check(const char *path, const struct answers *record
     if (imagefile_read(path, &image, &refused) == MR_OK && image.stamped && recorded->board_told &&
         image.header.board != recorded->board)
         status = error_set(error, MR_VERSION,
-                           "the landing was recorded by board %s, and the image is for %s: %s; "
-                           "leave --elf out, or give an image of that board",
+                           "the landing was recorded by board %s, but the image is for %s: %s; "
+                           "leave --elf out, or give an image for the board that recorded it",
                            name_of(recorded->board), name_of(image.header.board), path);
     imagefile_free(&image);
     return status;

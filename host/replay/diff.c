@@ -614,15 +614,16 @@ void diff_answer(const struct diff *diff, struct answer *answer)
     uncompared(answer, "before_record", diff->before_record, "not compared",
                " messages that depend on blocks before the record");
     uncompared(answer, "circumstances", diff->circumstances, "not compared",
-               " messages about links, clock and chip, which no record determines");
-    uncompared(answer, "not_recorded", diff->not_recorded, "not recorded",
-               " messages of the replay: the log lost frames");
+               " messages about links, clock and chip, which a record cannot determine");
+    uncompared(
+        answer, "not_recorded", diff->not_recorded, "not recorded",
+        " messages of the replay that are missing in the record because the log lost frames");
     answer_count(answer, "late_blocks", NULL, diff->late_blocks);
     if (diff->late_blocks)
         answer_sentence(answer, NULL,
-                        "the bus was full in one of the two: messages sent in turn (channels, "
-                        "joints and the like) were up to %lld ms later there; their order is "
-                        "compared, their times and the counts of frames are not",
+                        "the bus was full in the record or in the replay, so messages sent in "
+                        "rotation (channels, joints and others) were up to %lld ms later; their "
+                        "order is compared, but not their times and the counts of frames",
                         (long long)diff->late_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
                  (long long)diff->differ, (long long)diff->fields, (long long)diff->messages);

@@ -79,8 +79,8 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
         mr_hello_get(&hello, answer->data, info->length);
         if (hello.layout != MR_LAYOUT)
             return error_set(loading->error, MR_VERSION,
-                             "recorded in layout %u, this matrig has layout %u: RUN %lld of %s; "
-                             "use the matrig that recorded it",
+                             "recorded in layout %u, but this matrig uses layout %u: RUN %lld of "
+                             "%s; use the matrig version that recorded it",
                              hello.layout, MR_LAYOUT, (long long)loading->run, loading->path);
     }
     return MR_OK;
@@ -93,12 +93,14 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     struct answers *answers = loading->answers;
     if (answers->blocks == loading->room)
         return error_set(loading->error, MR_MALFORMED,
-                         "more block records than counted: RUN %lld of %s; is it being written to?",
+                         "more block records than counted: RUN %lld of %s; wait until no program "
+                         "writes to the campaign",
                          (long long)loading->run, loading->path);
     if (mr_block_get(&answers->block[answers->blocks], record, length) != MR_OK)
-        return error_set(loading->error, MR_MALFORMED,
-                         "block record %zu is damaged: RUN %lld of %s; take another copy",
-                         answers->blocks + 1, (long long)loading->run, loading->path);
+        return error_set(
+            loading->error, MR_MALFORMED,
+            "block record %zu is damaged: RUN %lld of %s; use a different copy of the campaign",
+            answers->blocks + 1, (long long)loading->run, loading->path);
     answers->blocks++;
     return MR_OK;
 }
@@ -184,17 +186,17 @@ static enum mr_status check_whole(const struct answers *recorded, const char *pa
     if (recorded->blocks == 0)
         return error_set(
             error, MR_TRUNCATED,
-            "no block records: RUN %lld of %s; only a landing logged over serial can be replayed",
+            "no block records: RUN %lld of %s; replay a landing that was logged over serial",
             (long long)landing->id, path);
     if (landing->armed_block == STORE_NONE)
         return error_set(error, MR_TRUNCATED,
-                         "the record begins after arming: RUN %lld of %s; log from before the "
-                         "board is armed to replay it",
+                         "the record begins after arming: RUN %lld of %s; to replay a landing, "
+                         "start its log before you arm the board",
                          (long long)landing->id, path);
     if (landing->clock_source > CLOCK_INTERNAL)
         return error_set(error, MR_NOT_NOW,
-                         "recorded without PLL, nothing was measured: RUN %lld of %s; there is "
-                         "nothing to replay",
+                         "recorded without PLL, so nothing was measured: RUN %lld of %s; replay a "
+                         "different landing",
                          (long long)landing->id, path);
     if ((int64_t)recorded->block[0].index > landing->armed_block)
         add_hole(&holes, landing->armed_block, (int64_t)recorded->block[0].index - 1);
@@ -206,8 +208,8 @@ static enum mr_status check_whole(const struct answers *recorded, const char *pa
     if (holes.blocks)
         return error_set(
             error, MR_TRUNCATED,
-            "cannot be replayed, %lld blocks are lost: RUN %lld of %s, first blocks "
-            "%lld to %lld (%.3f s to %.3f s); what the board made of them is not known",
+            "cannot be replayed, because %lld blocks are lost: RUN %lld of %s, first blocks %lld "
+            "to %lld (%.3f s to %.3f s); complete the landing from the black box",
             (long long)holes.blocks, (long long)landing->id, path, (long long)holes.from,
             (long long)holes.to, (double)holes.from / 1e3, (double)(holes.to + 1) / 1e3);
     return MR_OK;
@@ -419,7 +421,7 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
     return fits ? MR_OK
                 : error_set(
                       error, MR_MALFORMED,
-                      "more commands than the board takes: RUN %lld of %s; the record is damaged",
+                      "more commands than the board accepts: RUN %lld of %s; the record is damaged",
                       (long long)recorded->landing.id, store_path(store));
 }
 
@@ -518,12 +520,12 @@ enum mr_status replay_input_write(struct store *store, const struct answers *rec
     };
     struct writer writer = {.file = fopen(path, "w")};
     if (!writer.file)
-        return error_set(error, MR_IO, "cannot write: %s; check the directory for temporary files",
+        return error_set(error, MR_IO, "cannot write: %s; check the folder for temporary files",
                          path);
     status = put_all(&writer, store, recorded, input, error);
     int failed = ferror(writer.file);
     failed |= fclose(writer.file);
     if (status == MR_OK && failed)
-        status = error_set(error, MR_IO, "cannot write: %s; make room on the disk", path);
+        status = error_set(error, MR_IO, "cannot write: %s; free space on the disk", path);
     return status;
 }

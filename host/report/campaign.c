@@ -76,8 +76,7 @@ static void summary(const struct report *report, FILE *out)
     if (report->landings)
         landings_table(
             report, out,
-            "\xc2\xb1 is one standard error. Zone: the longest one that the board warned "
-            "of.",
+            "\xc2\xb1 is one standard error. Zone: the longest zone of which the board warned.",
             summary_row);
 }
 
@@ -312,10 +311,10 @@ static void zones(const struct report *report, FILE *out)
         for (size_t i = 0; i < rows.count; i++)
             zone_row(&rows, i, report);
         figure_end(&figure, keys, "%s",
-                   left > ZONE_ROWS ? ""
-                                    : "Reported: by the board's predictor. Measured: from survey "
-                                      "and transducers; without a bar the joints were open or not "
-                                      "surveyed.");
+                   left > ZONE_ROWS
+                       ? ""
+                       : "Reported: by the board's predictor. Measured: from survey and "
+                         "transducers; no bar: the joints were open or not surveyed.");
     }
 }
 
@@ -453,12 +452,12 @@ static void compared(const struct report *report, FILE *out)
     }
     answer_close(answer);
     if (rows)
-        answer_sentence(answer, NULL,
-                        "Newest comparison of each landing. Differences are measured minus "
-                        "simulated, over all samples of all channels. En: difference over its "
-                        "expanded (95 %%) uncertainty; up to 1 agrees. Zones: mats that both "
-                        "records have closed, of those that either has. Simulation error: the "
-                        "simulation's own estimate, one standard error.");
+        answer_sentence(
+            answer, NULL,
+            "Newest comparison of each landing. Differences are measured minus simulated, over all "
+            "samples of all channels. En: difference over its expanded (95 %%) uncertainty; up to "
+            "1 means agreement. Zones: mats that both records have closed, of those that either "
+            "has. Simulation error: the simulation's own estimate, one standard error.");
     report_answer(answer, out);
 }
 
@@ -614,8 +613,8 @@ static void advice(const struct report *report, FILE *out)
     answer_close(answer);
     if (count)
         answer_sentence(answer, NULL,
-                        "Recommendations of matrig advise, each beside the landing that followed "
-                        "it. Zone probability: of a zone of 50 closed mats, with its sampling "
+                        "Recommendations of matrig advise, each with the landing that followed it. "
+                        "Zone probability: of a zone of 50 closed mats, with its sampling "
                         "interval; matrig advises against a landing from the limit on.");
     report_answer(answer, out);
     free(advice);

@@ -400,7 +400,7 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
                  (long long)warning->mats, warning->true_lead_s);
     else
         snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
-                 warning->path_known ? "; the wheel stopped before them" : "");
+                 warning->path_known ? "; the wheel stopped before the zone" : "");
     figure_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft, warning->end_ft,
                  t_s, t_s, text);
 }
@@ -631,10 +631,9 @@ static void along(const struct report *report, const struct report_landing *land
                                                           x, y[k], k < 2 ? half[k] : NULL, count});
     }
     if (figure.out)
-        figure_end(
-            &figure, NULL,
-            "Change since the 0.5 s before the first switch opened: least and most, with 95 %% "
-            "intervals, and value at the end.");
+        figure_end(&figure, NULL,
+                   "Change since the 0.5 s before the first switch opened: minimum and maximum, "
+                   "with 95 %% intervals, and value at the end.");
 }
 
 static void bands(const struct report *report, const struct report_landing *landing, FILE *out)
@@ -679,7 +678,7 @@ static void compared_words(FILE *out, const struct compare_figures *figures, boo
     if (figures->seeds > 1)
         fprintf(out, "%lld runways, ", (long long)figures->seeds);
     if (!isnan(figures->error_in))
-        fprintf(out, "standard error by its own estimate %.*f %s, ", si ? 2 : 4,
+        fprintf(out, "standard error (its own estimate) %.*f %s, ", si ? 2 : 4,
                 figures->error_in * length->factor, length->text);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
     compare_agreement(figures, &agreement);

@@ -1,5 +1,6 @@
 #include "host/report/report.h"
 
+#include <errno.h>
 #include <math.h>
 #include <sha2.h>
 #include <stddef.h>
@@ -386,7 +387,7 @@ static void wrong_fact(const struct report *report, bool *of, FILE *out)
         fputs("</span>", out);
     }
     if (!all)
-        fputs(report->landings ? "nothing that was recorded" : "no landing", out);
+        fputs(report->landings ? "nothing recorded" : "no landing", out);
     end_fact(out);
 }
 
@@ -639,8 +640,8 @@ void provenance_calibration(const struct report_landing *landing, struct answer 
                         site->name, site->revision);
     } else
         answer_sentence(answer, NULL,
-                        "The board's configuration was not read (matrig log asks for it, where the "
-                        "link goes both ways).");
+                        "The configuration of the board was not read (matrig log reads it over a "
+                        "two-way link).");
     calibrations(landing, answer);
     answer_close(answer);
 }
@@ -660,8 +661,8 @@ static void provenance_write(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].recalibrated)
             answer_sentence(answer, NULL,
-                            "RUN %lld is read with a corrected calibration; what was in force is "
-                            "kept in the campaign.",
+                            "RUN %lld uses a corrected calibration; the calibration of the "
+                            "recording is kept in the campaign.",
                             (long long)report->facts[i].landing.id);
     }
     report_answer(answer, out);
@@ -766,7 +767,10 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     size_t length = 0;
     FILE *landings = tmpfile(); /* what they say is in the front, which stands before them */
     if (!landings)
-        return error_set(error, MR_IO, "cannot write a temporary file; TMPDIR names a folder");
+        return error_set(
+            error, MR_IO,
+            "cannot create a temporary file (%s): /tmp, for the report; make room there",
+            strerror(errno));
     report->error = error;
     report->calibrations = answer_new(report->si);
     write_landings(report, landings);
@@ -780,7 +784,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
         rewind(landings);
         for (size_t count; (count = fread(bytes, 1, COPIED_BYTES, landings)) > 0;)
             fwrite(bytes, 1, count, out);
-        fputs("<p>Plots are thinned: each column of pixels keeps its least and its greatest "
+        fputs("<p>Plots are thinned: each pixel column shows its smallest and its largest "
               "reading.</p>\n</main>",
               out);
         provenance_write(report, out);

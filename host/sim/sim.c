@@ -23,10 +23,10 @@ static enum mr_status check_options(const struct sim_scene *scene,
     bool chain = scene->model == SIM_CHAIN;
     if (chain && options->solver && strcmp(options->solver, "staggered") != 0 &&
         strcmp(options->solver, "event") != 0 && strcmp(options->solver, "auto") != 0)
-        return error_set(
-            error, MR_USAGE,
-            "solver not available: %s for model chain; give event or staggered, or leave it out",
-            options->solver);
+        return error_set(error, MR_USAGE,
+                         "solver not available: %s for model chain; give event or staggered, or "
+                         "leave --solver out",
+                         options->solver);
     if (!chain && options->solver && !planar_has_solver(options->solver))
         return error_set(error, MR_USAGE,
                          "solver not available: %s for model %s; give auto, event, implicit, "
@@ -62,7 +62,7 @@ static void fail_at(const struct sim_result *result, const struct sim_scene *sce
                  (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
     bool underflow = result->status == SIM_STEP_UNDERFLOW;
     if (result->status == SIM_FOLDED)
-        snprintf(why, size, "turned beyond 85 degrees; give less thrust or an earlier tend");
+        snprintf(why, size, "turned beyond 85 degrees; reduce the thrust, or give an earlier tend");
     else if (!given && underflow && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         snprintf(why, size,
                  "friction sign chatters around rest; give friction stick, its exact form");
@@ -78,7 +78,7 @@ static void fail_at(const struct sim_result *result, const struct sim_scene *sce
                  result->solver);
     else if (underflow)
         snprintf(why, size,
-                 "still differs with a step of %g s; give solver event, a larger rtol or an "
+                 "runs still differ with a step of %g s; give solver event, a larger rtol or an "
                  "earlier tend",
                  result->dt_s);
     else if (result->dt_s > result->dt_limit_s)
@@ -98,19 +98,19 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
     int nine = sim_time_digits(result->start_s, 9), six = sim_time_digits(result->start_s, 6);
     if (result->status == SIM_INTERRUPTED && deadline->late) {
         error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.*g of %.*g s, as the limit of %g s of computing is over; "
-                  "what was computed until then is given; give a longer limit, an earlier tend or "
-                  "a looser rtol",
+                  "interrupted: %s: at %.*g of %.*g s, because the limit of %g s of computing was "
+                  "reached; the result up to this time is given; give a longer limit, an earlier "
+                  "tend or a looser rtol",
                   name, nine, result->t_s, nine, result->t_end_s, deadline->asked->limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.*g of %.*g s; what was computed until then is given", name,
+                  "interrupted: %s: at %.*g of %.*g s; the result up to this time is given", name,
                   nine, result->t_s, nine, result->t_end_s);
     } else if (result->status == SIM_UNPREDICTABLE) {
         error_set(error, MR_NUMERICS,
-                  "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should be alike "
-                  "part there, by up to %.2g ft of movement and %.2g ft of lift; no finer step "
-                  "helps; give an earlier tend",
+                  "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should agree "
+                  "diverge there, by up to %.2g ft of movement and %.2g ft of lift; a finer step "
+                  "does not help; give an earlier tend",
                   name, six, result->t_s, result->mat, result->spread_runs, result->error_u_ft,
                   result->error_lift_ft);
     } else {
@@ -246,9 +246,9 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
     answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
         DIGITS;
     answer_value(answer, NULL, "most carried", UNIT_TENSION, s->band_load_lb[load], -4);
-    answer_remark(answer, ", by the connection at mat %.0f", s->band_mat[load]);
+    answer_remark(answer, ", at the connection at mat %.0f", s->band_mat[load]);
     answer_value(answer, NULL, "most slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
-    answer_remark(answer, ", of the connection at mat %.0f; %zu of %zu pulled out",
+    answer_remark(answer, ", at the connection at mat %.0f; %zu of %zu connections pulled out",
                   s->band_mat[slip], out, s->connections);
 }
 
@@ -260,8 +260,8 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
         sum += s->cleat_left[i];
     answer_json_value(answer, "cleat_left", numbers(s->cleat_left, s->cleats));
     answer_value(answer, NULL, "hold of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
-    answer_remark(answer, " of it is left on average, %.3g on mat %.0f", s->cleat_left[worst],
-                  s->cleat_mat[worst]);
+    answer_remark(answer, " of the initial hold is left on average, %.3g on mat %.0f",
+                  s->cleat_left[worst], s->cleat_mat[worst]);
 }
 
 /* "mods": for programs the state as scene keys would have it (band_T0, band_slipped, band_pulled,
@@ -382,10 +382,10 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
         answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
         answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL,
-                    unsure ? "in some of the runs" : "none yet");
+                    unsure ? "in some runs" : "none yet");
     if (unsure) {
         answer_count(answer, "spread_runs", "runs", result->spread_runs);
-        answer_count(answer, "spread_waves", lifts ? "of them with a bow wave" : NULL,
+        answer_count(answer, "spread_waves", lifts ? "runs with a bow wave" : NULL,
                      result->spread_waves);
     }
     answer_open(answer, "error_estimate", interrupted ? NULL : "");
@@ -431,13 +431,13 @@ struct answer *sim_answer(const struct sim_scene *scene, const struct sim_result
     answer_words(answer, "solver", "solver", "%s", result->solver);
     answer_words(answer, "status", "status", "%s", sim_status_name(result->status));
     if (result->status == SIM_INTERRUPTED)
-        answer_remark(answer, " at %.*g s: what follows is unchecked and goes that far only", six,
-                      result->t_s);
-    if (result->status == SIM_UNPREDICTABLE)
-        answer_remark(answer,
-                      " beyond %.*g s: from then on the errors are the spread of runs that "
-                      "should be alike",
+        answer_remark(answer, " at %.*g s: the results below are unchecked and end at this time",
                       six, result->t_s);
+    if (result->status == SIM_UNPREDICTABLE)
+        answer_remark(
+            answer,
+            " beyond %.*g s: after this time the errors are the spread of runs that should agree",
+            six, result->t_s);
     if (result->status != SIM_OK) {
         answer_count(answer, "mat", NULL, result->mat);
         answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;

@@ -128,11 +128,10 @@ static enum mr_status refuse_foreign(struct store *store, struct error *error)
     char what[STORE_TEXT];
     if (same_schema(store->database, what))
         return MR_OK;
-    return error_set(
-        error, MR_MALFORMED,
-        "a campaign whose tables are not those that matrig makes (%s): %s; drop what is "
-        "not matrig's with sqlite3, or take a copy of before",
-        what, store->path);
+    return error_set(error, MR_MALFORMED,
+                     "the tables of the campaign are not those of matrig (%s): %s; drop the "
+                     "foreign ones with sqlite3, or use an earlier copy",
+                     what, store->path);
 }
 
 /* What a file says of itself. */
@@ -185,7 +184,7 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
     }
     if (header.application != STORE_APPLICATION)
         return error_set(error, MR_MALFORMED,
-                         "no campaign database: %s; name a database that matrig log made",
+                         "not a campaign database: %s; give a database that matrig log created",
                          store->path);
     if (header.version != STORE_VERSION)
         return refuse_version(store, header.version, error);
@@ -246,8 +245,8 @@ static enum mr_status take_alone(struct store *store, struct error *error)
     }
     if (flock(store->alone, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         return error_set(error, MR_IO,
-                         "another matrig log writes to this campaign: %s; end it first, or name "
-                         "another database",
+                         "another matrig log writes to this campaign: %s; end it first, or give a "
+                         "different database",
                          store->path);
     return MR_OK;
 }
@@ -274,8 +273,8 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     struct stat info;
     const bool create = mode == STORE_CREATE || mode == STORE_LOG;
     if (!create && stat(path, &info) != 0)
-        return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made",
-                         path);
+        return error_set(error, MR_IO,
+                         "no such database: %s; give a database that matrig log created", path);
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);
     if (!made || !copy) {
@@ -594,7 +593,7 @@ static enum mr_status copy_pages(struct store *store, sqlite3 *copy, const char 
         sqlite3_backup_finish(backup);
     }
     if (sqlite3_errcode(copy) != SQLITE_OK)
-        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; make room on the disk",
+        return error_set(error, MR_IO, "cannot save the campaign (%s): %s; free space on the disk",
                          sqlite3_errmsg(copy), path);
     return MR_OK;
 }

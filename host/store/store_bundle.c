@@ -109,10 +109,11 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
     fits &= snprintf(sql, SQL_MAX,
                      "INSERT INTO bundle.\"%s\"(%s) SELECT %s FROM main.\"%s\" WHERE %s", table,
                      columns, values, table, rows_of(table, has_landing, has_session)) < SQL_MAX;
-    return fits ? MR_OK
-                : error_set(error, MR_TOO_LONG,
-                            "table %s has too many columns: %s; use the matrig that made it", table,
-                            store->path);
+    return fits
+             ? MR_OK
+             : error_set(error, MR_TOO_LONG,
+                         "table %s has too many columns: %s; use the matrig version that wrote it",
+                         table, store->path);
 }
 
 static enum mr_status copy_table(struct store *store, const char *table,
@@ -236,7 +237,7 @@ static enum mr_status write_image(const struct store_bundled *row, const char *p
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(row->image.data, row->image.length, 1, file) == 1;
     if ((file && fclose(file) != 0) || !written)
-        return error_set(error, MR_IO, "cannot be written: %s; is there room?", path);
+        return error_set(error, MR_IO, "cannot be written: %s; check the free disk space", path);
     return MR_OK;
 }
 
@@ -257,9 +258,10 @@ enum mr_status store_bundle_open(struct store *store, int64_t run, const char *p
     SHA256Data(row.image.length ? row.image.data : "", row.image.length, image);
     bool record_changed = strcmp(record, row.record_sha256) != 0;
     if (record_changed || strcmp(image, row.image_sha256) != 0)
-        status = error_set(error, MR_CRC,
-                           "the %s of the bundle changed since it was made: %s; get it again",
-                           record_changed ? "record" : "image", store->path);
+        status =
+            error_set(error, MR_CRC,
+                      "the %s of the bundle changed since it was written: %s; get the bundle again",
+                      record_changed ? "record" : "image", store->path);
     *there = status == MR_OK && row.image.length > 0;
     if (*there)
         status = write_image(&row, path, error);

@@ -63,7 +63,7 @@ enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed,
     enum mr_status status = store_is_void(store, run, &is_void, reason, error);
     if (status != MR_OK || !is_void || allowed)
         return status;
-    return error_set(error, MR_NOT_NOW, "RUN %lld is void (%s): %s; --void takes it all the same",
+    return error_set(error, MR_NOT_NOW, "RUN %lld is void (%s): %s; to use it anyway, give --void",
                      (long long)run, reason, store->path);
 }
 
@@ -90,15 +90,15 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
     }
     free(rows);
     if (status == MR_OK && (!there || gone))
-        status = error_set(
-            error, MR_UNKNOWN,
-            "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN lists them",
-            (long long)id, (long long)run, store->path);
+        status = error_set(error, MR_UNKNOWN,
+                           "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN "
+                           "lists the observations",
+                           (long long)id, (long long)run, store->path);
     if (status == MR_OK && strlen(reason) >= STORE_JOURNAL_TEXT)
-        status = error_set(
-            error, MR_TOO_LONG,
-            "reason too long: withdrawal of observation %lld of RUN %lld; %d characters at most",
-            (long long)id, (long long)run, STORE_JOURNAL_TEXT - 1);
+        status = error_set(error, MR_TOO_LONG,
+                           "reason too long: withdrawal of observation %lld of RUN %lld; give at "
+                           "most %d characters",
+                           (long long)id, (long long)run, STORE_JOURNAL_TEXT - 1);
     if (status != MR_OK)
         return status;
     struct store_observation row = {.run = run,

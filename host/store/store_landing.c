@@ -64,11 +64,11 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
     if (status != MR_TOO_FEW)
         return status;
     if (STORE_NUMBER(store, error, LANDING_CALLED, &other, BIND(run)) == MR_OK && other > 0)
-        snprintf(called, sizeof called, " (the board's landing %lld is RUN %lld)", (long long)run,
+        snprintf(called, sizeof called, " (landing %lld of the board is RUN %lld)", (long long)run,
                  (long long)other);
     return error_set(error, MR_UNKNOWN,
-                     "no such landing: RUN %lld in %s%s; matrig show DB lists them", (long long)run,
-                     store->path, called);
+                     "no such landing: RUN %lld in %s%s; matrig show DB lists the landings",
+                     (long long)run, store->path, called);
 }
 
 enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error)
@@ -80,11 +80,12 @@ enum mr_status store_run_find(struct store *store, int64_t *run, struct error *e
     if (status != MR_OK || *run >= 0)
         return status;
     *run = found;
-    return found > 0 ? MR_OK
-                     : error_set(error, MR_UNKNOWN,
-                                 "%s landing that a board called %lld: %s; matrig show DB lists "
-                                 "their RUNs",
-                                 found ? "more than one" : "no", (long long)called, store->path);
+    return found > 0
+             ? MR_OK
+             : error_set(
+                   error, MR_UNKNOWN,
+                   "%s landing with board number %lld: %s; matrig show DB lists the RUN of each",
+                   found ? "more than one" : "no", (long long)called, store->path);
 }
 
 enum mr_status store_session_get(struct store *store, int64_t session,
@@ -581,10 +582,12 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
     *there = row.state.length == MR_RUNWAY_IMAGE &&
              mr_runway_read(state, &sequence, row.state.data) == MR_OK;
     sqlite3_reset(s);
-    return *there ? MR_OK
-                  : error_set(error, MR_MALFORMED,
-                              "the runway of RUN %lld is damaged: %s; take another copy",
-                              (long long)run, store->path);
+    return *there
+             ? MR_OK
+             : error_set(
+                   error, MR_MALFORMED,
+                   "the runway of RUN %lld is damaged: %s; use a different copy of the campaign",
+                   (long long)run, store->path);
 }
 
 enum mr_status store_predict_config(struct store *store, int64_t run,

@@ -77,7 +77,7 @@ void store_holder(const char *path, char out[STORE_TEXT])
         snprintf(name, sizeof name, "%s%s", path, locked[i]);
         pid = stat(name, &info) == 0 ? holder_of(info.st_ino) : 0;
     }
-    snprintf(out, STORE_TEXT, "another program is writing to it");
+    snprintf(out, STORE_TEXT, "another program is writing to the campaign");
     if (pid == 0)
         return;
     char command[40] = "";
@@ -88,7 +88,7 @@ void store_holder(const char *path, char out[STORE_TEXT])
             command[strcspn(command, "\n")] = '\0';
         fclose(file);
     }
-    snprintf(out, STORE_TEXT, "process %d%s%s holds its lock", pid, command[0] ? ", " : "",
+    snprintf(out, STORE_TEXT, "process %d%s%s has locked the campaign", pid, command[0] ? ", " : "",
              command);
 }
 
@@ -123,9 +123,9 @@ enum mr_status store_place_to_write(const char *path, struct error *error)
         store_file_system(path, system);
         return error_set(error, MR_IO, "cannot be written (%s; %s): %s; %s", strerror(number),
                          system, path,
-                         there ? "matrig show, report and export read it; copy it to a folder of "
-                                 "yours to write to it"
-                               : "name a folder of yours");
+                         there ? "matrig show, report and export can read it; to write to it, copy "
+                                 "it to a writable folder"
+                               : "give a writable folder");
     }
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -137,11 +137,10 @@ enum mr_status store_place_to_write(const char *path, struct error *error)
     if (!lacks)
         return MR_OK;
     store_file_system(path, system);
-    return error_set(
-        error, MR_IO,
-        "this file system has no %s (%s; %s), which a campaign needs: %s; log to a disk "
-        "of this computer, and copy it there afterwards",
-        lacks, strerror(number), system, path);
+    return error_set(error, MR_IO,
+                     "this file system has no %s (%s; %s), which a campaign needs: %s; log to a "
+                     "local disk, and copy the campaign there afterwards",
+                     lacks, strerror(number), system, path);
 }
 
 bool store_place_has_locks(const char *path)
@@ -198,12 +197,15 @@ static enum mr_status copy_aside(const char *path, char folder[STORE_TEXT], stru
     int number = 0;
     snprintf(folder, STORE_TEXT, "%.150s/matrig-read-XXXXXX", temporary ? temporary : "/tmp");
     if (!mkdtemp(folder))
-        return error_set(error, MR_IO, "no folder for a copy (%s): %s; set TMPDIR", strerror(errno),
-                         folder);
+        return error_set(
+            error, MR_IO,
+            "cannot create a folder for a copy (%s): %s; set TMPDIR to a writable folder",
+            strerror(errno), folder);
     for (unsigned i = 0; i < 3; i++) {
         if ((i == 0 || holds_something(path, copied[i])) &&
             !copy_file(path, copied[i], folder, &number))
-            return error_set(error, MR_IO, "cannot be copied to be read (%s): %s; make room in %s",
+            return error_set(error, MR_IO,
+                             "cannot be copied for reading (%s): %s; free space in %s",
                              strerror(number), path, folder);
     }
     return MR_OK;

@@ -367,29 +367,28 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
         store_file_system(store->path, system);
     if (store->grown)
         return error_set(error, MR_FULL,
-                         "cannot %s (it is as large as a file may be here: ulimit -f, or the file "
-                         "system, %s): %s; go on in another one",
+                         "cannot %s (the file has reached the size limit of ulimit -f or of the "
+                         "file system, %s): %s; continue in a new campaign",
                          doing, system, store->path);
     switch (code) {
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
         return error_set(
             error, MR_MALFORMED,
-            "no campaign database, or a damaged one (%s): %s; name a database that matrig log made",
+            "not a campaign database, or damaged (%s): %s; give a database that matrig log created",
             text, store->path);
     case SQLITE_INTERRUPT:
-        return error_set(error, MR_MALFORMED,
-                         "no end of what is to be read, more than the file can hold: %s; it is "
-                         "damaged, take a copy of "
-                         "before",
-                         store->path);
-    case SQLITE_TOOBIG:
         return error_set(
             error, MR_MALFORMED,
-            "a value longer than matrig writes any (%s): %s; it is damaged, take a copy of before",
-            text, store->path);
+            "more data than the file can hold: %s; the campaign is damaged, use an earlier copy",
+            store->path);
+    case SQLITE_TOOBIG:
+        return error_set(error, MR_MALFORMED,
+                         "a value longer than any that matrig writes (%s): %s; the campaign is "
+                         "damaged, use an earlier copy",
+                         text, store->path);
     case SQLITE_FULL:
-        return error_set(error, MR_FULL, "cannot %s (%s; %s): %s; make room on the disk", doing,
+        return error_set(error, MR_FULL, "cannot %s (%s; %s): %s; free space on the disk", doing,
                          text, system, store->path);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:

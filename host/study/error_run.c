@@ -66,8 +66,9 @@ static void add_runs(struct answer *answer, const struct error_study *study)
     }
     answer_close(answer);
     if (beyond)
-        answer_sentence(answer, NULL,
-                        "beyond the limit: of the stability of the step; `matrig sim` refuses it");
+        answer_sentence(
+            answer, NULL,
+            "beyond the limit: the step exceeds the stability limit, and `matrig sim` refuses it");
 }
 
 static json_t *slope_json(const struct error_slope *slope)
@@ -83,7 +84,7 @@ static void slope_text(const char *what, const struct error_slope *slope,
                        const struct error_order *order, char *text, size_t size)
 {
     if (slope->points == 0)
-        snprintf(text, size, "%s: too few errors to fit, or too alike a cost", what);
+        snprintf(text, size, "%s: too few errors to fit, or too similar run times", what);
     else if (slope->scatter > ERROR_NO_LAW)
         snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what,
                  slope->points, slope->scatter);
@@ -121,11 +122,10 @@ static void add_least_ms(struct answer *answer, const struct error_study *study)
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     answer_table(answer, NULL,
-                 study->lifts
-                     ? "least ms for an error of lift of at most (fixed steps: of the step "
-                       "and both its neighbours)"
-                     : "least ms for an error of u of at most (fixed steps: of the step "
-                       "and both its neighbours)");
+                 study->lifts ? "minimum ms for an error of lift up to (fixed steps: worst of the "
+                                "step and its two neighbours)"
+                              : "minimum ms for an error of u up to (fixed steps: worst of the "
+                                "step and its two neighbours)");
     for (size_t i = 0; i <= count; i++) {
         answer_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
@@ -239,7 +239,7 @@ static enum mr_status write_plot(const char *path, const char *name,
 static void tell(void *ctx, size_t runs_begun)
 {
     if (runs_begun == 0)
-        progress_at(ctx, "two methods are brought to agree, as reference");
+        progress_at(ctx, "refining two methods until they agree, as reference");
     else
         progress_at(ctx, "run %zu of solvers against the reference", runs_begun);
 }

@@ -28,7 +28,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct fi
     }
     plot_check(request->plot, request->scene, fatal);
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
-        error_set(fatal, MR_USAGE, "one file for two things: --plot and -o %s; give two",
+        error_set(fatal, MR_USAGE, "same file for --plot and -o: %s; give two different files",
                   request->plot);
     output_keep(request->out_scene, request->force, fatal);
     output_check(request->out_scene, request->scene, fatal);
@@ -86,7 +86,7 @@ static void set_priors(const char *text, struct fit_landings *list)
         const char *unit = unit_of(fit_names[key].unit, false)->text;
         if (!read_prior(text + length, whole - length, unit, &value, &spread))
             error_set(fatal, MR_USAGE,
-                      "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, as "
+                      "not a prior: '%.*s'; give NAME=VALUE:ERROR, both above 0 and in %s, such as "
                       "f=0.5:0.02",
                       (int)whole, text, *unit ? unit : "no unit");
         if (given[key])
@@ -122,11 +122,11 @@ static void add_all(struct store *store, const struct fit_request *request, cons
     if (list->count == 0)
         error_set(fatal, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s",
                   request->words[0],
-                  left_out
-                      ? last.text
-                      : "it has none; log one with at least 3 switches, a stop and a transducer");
+                  left_out ? last.text
+                           : "the campaign has none; log a landing with at least 3 switches, a "
+                             "stop and a transducer");
     else if (left_out)
-        cli_note(cli, "landings left out: %zu; the last one: %s", left_out, last.text);
+        cli_note(cli, "landings left out: %zu; reason for the last: %s", left_out, last.text);
 }
 
 /* A landing that counts twice would halve what it says it does not know. */
@@ -181,10 +181,10 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
         }
         snprintf(run, sizeof run, "RUN %lld", (long long)landing->run);
         answer_words(answer, NULL, run,
-                     "%zu transducers, %zu statistics, %zu segments surveyed before (%zu by gage "
-                     "points), %zu after%s",
+                     "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
+                     "(%zu from gage points), %zu after%s",
                      landing->channels, landing->windows, before, landing->gages, after,
-                     landing->follows ? "; gaps as the landing before left them" : "");
+                     landing->follows ? "; initial gaps are those after the previous landing" : "");
         json_array_append_new(runs, json_integer(landing->run));
     }
     answer_json_value(answer, "runs", runs);
@@ -197,7 +197,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
     answer_table(answer, "parameters",
-                 misfit->cannot ? "parameters, with 95 % intervals that are not to be trusted"
+                 misfit->cannot ? "parameters, with 95 % intervals (not reliable, see below)"
                                 : "parameters, with 95 % intervals");
     for (size_t i = 0; i < count; i++) {
         const struct fit_parameter *p = &list->parameter[key[i]];
@@ -219,7 +219,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
         for (size_t k = 0; k < sizeof values / sizeof values[0]; k++)
             answer_value(answer, values[k].name, values[k].label, UNIT_NUMBER,
                          unit->factor * p->value * exp(p->spread * values[k].z), -4);
-        answer_value(answer, "error_of_prior", "error, of|the prior's", UNIT_NUMBER,
+        answer_value(answer, "error_of_prior", "error of|the prior", UNIT_NUMBER,
                      sqrt(fit->covariance[i][i]), 2)
             ->digits = 4;
     }
@@ -257,13 +257,13 @@ static void misfit_text(const struct misfit *misfit, char *text, size_t size)
 {
     if (!misfit->checked)
         snprintf(text, size,
-                 "the model was not checked: %zu replicated data sets, %u are needed; narrow the "
-                 "priors",
+                 "the model was not checked: %zu replicated data sets, but %u are needed; narrow "
+                 "the priors",
                  misfit->replicas, MISFIT_LEAST);
     else
         snprintf(text, size,
-                 "the model %s describe the data: %.0f %% of replicated data sets are as far from "
-                 "it (%.0f %% or less: it cannot)",
+                 "the model %s describe the data: %.0f %% of replicated data sets deviate as much "
+                 "(%.0f %% or less: it cannot)",
                  misfit->cannot ? "cannot" : "can", 100.0 * misfit->share, 100.0 * MISFIT_FALSE);
 }
 
@@ -274,13 +274,14 @@ static void add_misfit(struct answer *answer, const struct fit_landings *list,
     misfit_text(misfit, text, sizeof text);
     answer_sentence(answer, NULL, "%s", text);
     if (misfit->cannot)
-        answer_sentence(answer, NULL,
-                        "Do not trust the intervals. --plot shows where the residuals are large: "
-                        "check the transducers, dirt, the gear's way and elastic ground there");
+        answer_sentence(
+            answer, NULL,
+            "Do not use the intervals. --plot shows where the residuals are large: check the "
+            "transducers, dirt, the path of the gear and elastic ground there");
     if (misfit->cannot && list->landing[0].later)
         answer_sentence(answer, NULL,
-                        "RUN %lld began on joints that earlier landings had moved: fit from the "
-                        "first landing on",
+                        "RUN %lld began with joints that earlier landings had moved: start the fit "
+                        "with the first landing",
                         (long long)list->landing[0].run);
     answer_open(answer, "misfit", NULL);
     answer_flag(answer, "checked", NULL, misfit->checked);
@@ -370,8 +371,8 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
     char note[240];
     snprintf(note, sizeof note,
              "f, KL, gap0, grit and the thrust in path by matrig fit, RUN %lld: mean gap %.4g in, "
-             "mean resistance %.4g lb, share %.4g; of %u draws of the joints this one is nearest "
-             "to the measurements",
+             "mean resistance %.4g lb, share %.4g; this draw of the joints, of %u, is nearest to "
+             "the measurements",
              (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE],
              NEAREST_OF);
     json_object_set_new(scene, "_fit", json_string(note));
@@ -394,7 +395,8 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     struct sim_scene joints;
     json_t *scene = json_load_file(from, 0, &where);
     if (!scene)
-        return error_set(error, MR_IO, "cannot read the scene again: %s; is it still there?", from);
+        return error_set(error, MR_IO,
+                         "cannot read the scene again: %s; check that the file exists", from);
     sim_scene_defaults(&joints);
     joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);

@@ -12,7 +12,7 @@
 
 static void show_progress(void *ctx, size_t done, size_t of)
 {
-    progress_at(ctx, "%zu of %zu runways are done", done, of);
+    progress_at(ctx, "%zu of %zu runways done", done, of);
 }
 
 #define LINES 8 /* landings that are drawn: all, or the last of every so many */
@@ -86,7 +86,7 @@ static int finish(const struct landing_series *c, const struct study_request *re
         write_plot(request->plot, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
         error_set(error, MR_NUMERICS,
-                  "%zu of %zu runways could not be played to their end: %s; see what failed",
+                  "%zu of %zu runways could not be simulated to their end: %s; see FAILED above",
                   summary.failed, c->seeds, request->path);
     if (error->status != MR_OK)
         code = cli_fail(error);
@@ -108,7 +108,7 @@ int study_command(int argc, char **argv, const struct cli *cli)
         series.seeds = (size_t)request.seeds;
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
     progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
-    progress_at(&progress, "none of %zu runways is done", series.seeds);
+    progress_at(&progress, "0 of %zu runways done", series.seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     series_ensemble(&series, cores > 1 ? (unsigned)cores : 1u, show_progress, &progress, runs);
     progress_end(&progress);

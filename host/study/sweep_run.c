@@ -12,14 +12,16 @@ static void check_together(const struct sweep_request *r)
 {
     if (r->cases && r->table)
         error_set(fatal, MR_USAGE,
-                  "do not go together: --cases and --table; run first, then gather");
+                  "--cases and --table do not work together: matrig sweep; run the cases first, "
+                  "then make the table");
     if (r->output && !r->cases && !r->table)
-        error_set(fatal, MR_USAGE, "alone: -o; it goes with --cases or --table");
+        error_set(fatal, MR_USAGE, "-o without --cases or --table: matrig sweep; give one of them");
     if (r->words[1] && !r->table)
-        error_set(fatal, MR_USAGE, "one word too many: '%s' of sweep; result files go with --table",
+        error_set(fatal, MR_USAGE, "unexpected argument: '%s' of sweep; result files need --table",
                   r->words[1]);
     if (r->table && !r->words[1])
-        error_set(fatal, MR_USAGE, "needs FILE: matrig sweep --table; give the files of results");
+        error_set(fatal, MR_USAGE,
+                  "argument missing: matrig sweep --table needs FILE; give the result files");
     output_check(r->output, r->words[0], fatal);
 }
 

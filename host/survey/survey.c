@@ -399,17 +399,16 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
         }
     }
     if (column[KIND] < 0 && strchr(cell[0], ';'))
-        return error_set(
-            error, MR_MALFORMED,
-            "columns apart by semicolons: %s, line 1; save it with commas between, and "
-            "points in the numbers",
-            path);
+        return error_set(error, MR_MALFORMED,
+                         "columns separated by semicolons: %s, line 1; save the file with commas "
+                         "between columns and points in numbers",
+                         path);
     for (int i = 0; i < NOTE; i++) {
         if (column[i] < 0)
-            return error_set(
-                error, MR_MALFORMED,
-                "no column %s: %s, line 1; matrig survey DB --sheet writes a sheet as it should be",
-                names[i], path);
+            return error_set(error, MR_MALFORMED,
+                             "no column %s: %s, line 1; matrig survey DB --sheet writes a sheet "
+                             "with the right columns",
+                             names[i], path);
     }
     return MR_OK;
 }
@@ -429,10 +428,10 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
                ? survey_plan_find(plan, &item)
                : -1;
     if (at < 0)
-        return error_set(
-            error, MR_MALFORMED,
-            "no such place, '%s' %s %s: %s, line %zu; matrig survey DB --sheet lists them",
-            text[KIND], text[LINE], text[PLACE], path, line);
+        return error_set(error, MR_MALFORMED,
+                         "no such gage point, '%s' %s %s: %s, line %zu; matrig survey DB --sheet "
+                         "lists all points",
+                         text[KIND], text[LINE], text[PLACE], path, line);
     if (!isnan(sheet->value_in[at]))
         return error_set(error, MR_MALFORMED, "%s %s %s appears twice: %s, line %zu; leave one out",
                          text[KIND], text[LINE], text[PLACE], path, line);
@@ -441,15 +440,14 @@ static enum mr_status take_row(const char *path, size_t line, char **cell, size_
     if (!quantity_parse(text[READING], "in", mm ? "mm" : "in", &value, &wrong) ||
         !(fabs(value) <= READING_IN))
         return error_set(error, MR_MALFORMED,
-                         "not a reading, '%s': %s, line %zu; write a number, or nothing%s%s",
+                         "not a reading, '%s': %s, line %zu; write a number, or leave it empty%s%s",
                          text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
     if (distance && fabs(log(fabs(value) / SURVEY_SPACING_IN)) > 2.0) /* 25.4 is 3.2 */
-        return error_set(
-            error, MR_MALFORMED,
-            "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; is "
-            "the unit another? name the column reading_%s",
-            text[READING], path, line, mm ? "in" : "mm");
+        return error_set(error, MR_MALFORMED,
+                         "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
+                         "if the unit is different, name the column reading_%s",
+                         text[READING], path, line, mm ? "in" : "mm");
     sheet->value_in[at] = value;
     snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[NOTE]);
     sheet->count++;
@@ -474,8 +472,8 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                          strerror(errno), path);
     for (size_t number = 1; status == MR_OK && fgets(line, sizeof line, file); number++) {
         if (!strchr(line, '\n') && !feof(file))
-            status = error_set(error, MR_MALFORMED, "line too long: %s, line %zu; is it a sheet?",
-                               path, number);
+            status = error_set(error, MR_MALFORMED,
+                               "line too long: %s, line %zu; give a survey sheet", path, number);
         else if (number == 1)
             status = find_columns(path, cell, split(line + output_mark(line, strlen(line)), cell),
                                   column, &mm, error);
@@ -484,10 +482,10 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
                               error);
     }
     if (status == MR_OK && ferror(file))
-        status = error_set(error, MR_IO, "cannot read: %s; is it a file?", path);
+        status = error_set(error, MR_IO, "cannot read: %s; give a file", path);
     fclose(file);
     if (status == MR_OK && sheet->count == 0)
-        status = error_set(error, MR_TOO_FEW, "no reading in it: %s; fill in the column reading_in",
+        status = error_set(error, MR_TOO_FEW, "no readings: %s; fill in the column reading_in",
                            path);
     return status;
 }
@@ -706,10 +704,9 @@ static enum mr_status fill(struct store *store, const struct store_gage_survey *
     enum survey_edges edges;
     enum mr_status status = MR_OK;
     if (!survey_edges_parse(row->edges, &edges))
-        return error_set(
-            error, MR_MALFORMED,
-            "survey %lld has edges that are not known, '%s': %s; the database is damaged",
-            (long long)row->id, row->edges, store_path(store));
+        return error_set(error, MR_MALFORMED,
+                         "survey %lld has unknown edges '%s': %s; the database is damaged",
+                         (long long)row->id, row->edges, store_path(store));
     memset(survey, 0, sizeof *survey);
     survey->row = *row;
     survey_desk_init(&survey->desk, edges);
@@ -750,8 +747,8 @@ static enum mr_status refuse_missing(struct store *store, int64_t id,
     if (count == 0)
         return error_set(error, MR_UNKNOWN, "no survey yet: %s; take one with matrig survey %s",
                          path, path);
-    return error_set(error, MR_UNKNOWN, "no survey %lld: %s; it has %lld to %lld", (long long)id,
-                     path, (long long)rows[0].id, (long long)rows[count - 1].id);
+    return error_set(error, MR_UNKNOWN, "no survey %lld: %s; the campaign has surveys %lld to %lld",
+                     (long long)id, path, (long long)rows[0].id, (long long)rows[count - 1].id);
 }
 
 enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,

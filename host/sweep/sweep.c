@@ -126,8 +126,8 @@ static enum mr_status read_number(const json_t *object, const char *key, const c
     if (quantity_json(value, unit, number, &wrong))
         return MR_OK;
     bool text = json_is_string(value) && *unit;
-    return error_set(error, MR_MALFORMED, "%s: %s: \"%s\" is no number%s%s; %s",
-                     !value ? "something is missing"
+    return error_set(error, MR_MALFORMED, "%s: %s: \"%s\" is not a number%s%s; %s",
+                     !value ? "key missing"
                      : text ? wrong.what
                             : "wrong type",
                      where, key, *unit ? " in " : "", unit,
@@ -303,10 +303,9 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
         json_object_set_new(sweep->root, "base", base);
     }
     if (!json_is_object(base))
-        return error_set(
-            error, MR_MALFORMED,
-            "%s: %s: base; give the name of a scene or study file, or what it would hold",
-            base ? "wrong type" : "something is missing", path);
+        return error_set(error, MR_MALFORMED,
+                         "%s: %s: base; give the name of a scene or study file, or its content",
+                         base ? "wrong type" : "key missing", path);
     sweep->base = base;
     sweep->study = json_object_get(base, "landings") != NULL;
     return sweep->study ? complete_study(sweep, file, error) : MR_OK;
@@ -322,7 +321,7 @@ static enum mr_status check_key(const struct sweep *sweep, const char *where, co
     if (!sweep->study && !sim_key_find(first))
         return error_set(error, MR_MALFORMED,
                          "unknown key: %s: a scene has no \"%s\"; correct it, or use \"set\" to "
-                         "name what it sets",
+                         "name the keys that it sets",
                          where, key);
     return MR_OK;
 }
@@ -427,8 +426,8 @@ static enum mr_status read_vary(struct sweep *sweep, const char *path, struct er
             return error->status;
         size_t levels = design_levels(&sweep->axis[sweep->axis_count - 1].range);
         if (levels == 0)
-            return error_set(error, MR_MALFORMED,
-                             "something is missing: %s: vary %s; give \"count\"", path, name);
+            return error_set(error, MR_MALFORMED, "key missing: %s: vary %s; give \"count\"", path,
+                             name);
         if (sweep->grid > SWEEP_CASES_MAX / levels)
             return error_set(error, MR_MALFORMED,
                              "too many cases: %s: more than %d; split the sweep", path,
@@ -478,10 +477,10 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
             return error->status;
         struct sweep_axis *axis = &sweep->axis[sweep->axis_count - 1];
         if (indices && axis->range.levels)
-            return error_set(error, MR_MALFORMED,
-                             "wrong type: %s: sobol %s is a list; give a range, so that no two "
-                             "cases are the same",
-                             path, name);
+            return error_set(
+                error, MR_MALFORMED,
+                "wrong type: %s: sobol %s is a list; give a range, so that all cases differ", path,
+                name);
         axis->u = xcalloc(sweep->samples, sizeof *axis->u);
         if (indices)
             design_radial(axis->u, points, count, key++, (uint64_t)json_integer_value(seed), name);
@@ -496,7 +495,7 @@ static enum mr_status read_samples(struct sweep *sweep, const char *path, struct
     bool lhs = json_object_get(sweep->root, "lhs"), sobol = json_object_get(sweep->root, "sobol");
     sweep->samples = 1;
     if (lhs && sobol)
-        return error_set(error, MR_MALFORMED, "given twice: %s: lhs and sobol; give one of them",
+        return error_set(error, MR_MALFORMED, "given twice: %s: lhs and sobol; give only one",
                          path);
     return lhs || sobol ? read_sampled(sweep, path, lhs ? "lhs" : "sobol", error) : MR_OK;
 }
@@ -534,8 +533,8 @@ static enum mr_status read_find(struct sweep *sweep, const char *path, struct er
     for (size_t i = 0; i < sweep->axis_count; i++) {
         if (strcmp(sweep->axis[i].name, name) == 0)
             return error_set(error, MR_MALFORMED,
-                             "given twice: %s: \"%s\" is varied and searched; drop one", path,
-                             name);
+                             "given twice: %s: \"%s\" is both varied and searched; remove one",
+                             path, name);
     }
     find->beyond_when = when;
     find->below = !isnan(below) || is == 0;
@@ -560,8 +559,7 @@ static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct
     return json_array_size(outputs) > 0
              ? MR_OK
              : error_set(error, MR_MALFORMED,
-                         "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig "
-                         "--json %s",
+                         "key missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
                          path, sweep->study ? "study" : "sim");
 }
 
@@ -711,8 +709,7 @@ static enum mr_status read_file(struct sweep *sweep, const char *path, struct er
         return error->status;
     if (sweep->axis_count == 0)
         return error_set(error, MR_MALFORMED,
-                         "something is missing: %s varies nothing; give \"vary\", \"lhs\" or "
-                         "\"sobol\"",
+                         "key missing: %s varies nothing; give \"vary\", \"lhs\" or \"sobol\"",
                          path);
     sweep->cases = sweep->grid * sweep->samples;
     sweep->hash = hash_of(sweep->root);

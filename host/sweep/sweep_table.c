@@ -32,7 +32,7 @@ static json_t *simulate_scene(const json_t *input)
         return refused(&error);
     struct progress progress;
     progress_begin(&progress, "sweep",
-                   "an earlier tend, fewer mats, a looser rtol or another solver", false);
+                   "an earlier tend, fewer mats, a looser rtol or a different solver", false);
     options.go_on = sim_progress;
     options.go_on_ctx = &progress;
     sim_run(&scene, &options, &result, &error);
@@ -61,7 +61,7 @@ static json_t *play_series(const struct landing_series *series, struct series_ru
         if (runs[i].error.status != MR_OK) {
             json_object_set_new(
                 object, "reason",
-                json_sprintf("%zu of %zu runways could not be played; seed %llu: %s",
+                json_sprintf("%zu of %zu runways could not be simulated; seed %llu: %s",
                              summary.failed, series->seeds, (unsigned long long)runs[i].seed,
                              runs[i].error.text));
             break;
@@ -259,7 +259,7 @@ json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *
 {
     json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
-        return failure("refused", "%s cannot be made", sweep->study ? "the study" : "the scene");
+        return failure("refused", "%s cannot be created", sweep->study ? "the study" : "the scene");
     if (sweep->find.wanted) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
@@ -312,8 +312,8 @@ static enum mr_status add_line(struct sweep_table *table, const char *path, size
                          path, number);
     if (strcmp(of, hash) != 0 || index < 1 || (size_t)index > table->sweep->cases)
         return error_set(error, MR_MALFORMED,
-                         "results of another sweep: %s line %zu; run its cases again, or give the "
-                         "file as it was",
+                         "results of a different sweep: %s line %zu; run its cases again, or give "
+                         "the original sweep file",
                          path, number);
     if (table->line[index - 1]) {
         table->repeated++;

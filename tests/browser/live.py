@@ -251,7 +251,7 @@ def board_state(browser):
     tap.check("the newer statement of the two links counts", out["newer"] == [True, 2150, 60, 60] and out["over"] == [False, True, 60], out)
     tap.check("a warning stays for a second", out["held"] is True, out)
     tap.check("the gear does not roll back", out["gear"] == 60, out)
-    tap.check("a restart of the board begins anew", out["restart"] == [1, 0, 0, "the board started again"], out)
+    tap.check("a restart of the board begins anew", out["restart"] == [1, 0, 0, "the board restarted"], out)
 
 
 def crowded_tabs(browser, address):

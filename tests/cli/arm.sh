@@ -97,13 +97,13 @@ armed_when_ready() { # COMMAND...: the black box is looked through for a second 
     cat "$tmp/out" "$tmp/err"
     grep -q '^armed for landing 12: ' "$tmp/out"
 }
-refused_when_armed() { fails_with 2 'refuses `arm`: unix:.*can; it is armed, with landing 12: wait for its end, or disarm it' $matrig board arm 13 --can "unix:$work/can"; }
+refused_when_armed() { fails_with 2 'refused `arm`: unix:.*can; it is armed, with landing 12: wait for the end of the landing, or disarm the board' $matrig board arm 13 --can "unix:$work/can"; }
 refused_in_json() {
     over_can --json board arm 2>/dev/null >"$tmp/refused.json"
     [ $? = 2 ] && python3 -c '
 import json, sys
 d = json.load(open(sys.argv[1]))
-assert d["command"] == "arm" and d["done"] is False and d["state"] == "armed" and d["landing"] == 12 and "refuses" in d["error"], d' "$tmp/refused.json"
+assert d["command"] == "arm" and d["done"] is False and d["state"] == "armed" and d["landing"] == 12 and "refused" in d["error"], d' "$tmp/refused.json"
 }
 disarmed() {
     over_can --json board disarm >"$tmp/disarmed.json" || return 1
@@ -133,9 +133,9 @@ s.connect(sys.argv[1])
 for tag in range(5):
     s.sendall(struct.pack("<IB3x8s", 0x400, 8, bytes([6, 0, tag, 0, 0, 0, 0, 0])))
 P
-    said 'another program ordered "bootrom"; the board refused it: not allowed in the present state$' && over_can board disarm &&
-        said 'another program ordered "arm"; the board obeyed$' && said 'another program ordered "disarm"; the board obeyed$' &&
-        said 'another program ordered "arm"; the board refused it: not allowed in the present state' && [ "$(grep -c '"bootrom"' "$work/log.err")" = 1 ]
+    said 'another program sent "bootrom"; the board refused it: not allowed in the present state$' && over_can board disarm &&
+        said 'another program sent "arm"; the board executed it$' && said 'another program sent "disarm"; the board executed it$' &&
+        said 'another program sent "arm"; the board refused it: not allowed in the present state' && [ "$(grep -c '"bootrom"' "$work/log.err")" = 1 ]
 }
 orders_are_kept() { # who gave each, and in which landing; a file that is logged does not say who
     python3 - "$work/x.db" <<'P' && $matrig show "$work/x.db" 1 >"$tmp/show" && head -n 5 "$tmp/show" && grep -q '^  *disarm by another program at .* s: obeyed' "$tmp/show" && ! grep 'the page' "$work/log.err"
@@ -154,32 +154,32 @@ typed_and_meant() {
     echo 'arm 21' >&8
     said 'arm for landing 21\? .*yes: ' && echo 'yes' >&8 && said 'matrig: armed$'
 }
-typed_and_refused() { echo 'arm 22' >&8 && said 'arm for landing 22\?' && echo ' yes ' >&8 && said 'arm refused: not in this state of the board: it is armed'; }
-typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm\? What the board records, it is armed, ends there' && echo yes >&8 && said 'matrig: disarmed$'; }
+typed_and_refused() { echo 'arm 22' >&8 && said 'arm for landing 22\?' && echo ' yes ' >&8 && said 'arm refused: not possible in the present state of the board: it is armed'; }
+typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm\? The board is armed; this ends its recording' && echo yes >&8 && said 'matrig: disarmed$'; }
 not_yes_sends_nothing() { # after it the board still arms for 24
-    echo 'arm 23' >&8 && said 'arm for landing 23\?' && echo y >&8 && said 'not yes: nothing was sent' &&
+    echo 'arm 23' >&8 && said 'arm for landing 23\?' && echo y >&8 && said 'the answer was not yes.: nothing was sent' &&
         over_can board arm 24 && over_can board disarm && sleep 0.3 && ! $matrig landing "$work/x.db" | grep -q 'landing 23,'
 }
 doubts_are_repeated() { # what advise, survey and ready had found; an order in the place of yes is obeyed as one
     sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 1 + max(armed_us), 'against', 'a zone is likely', 1 from landings;
         insert into gage_surveys(made_us, edges, error_in) values(1, 'left', 0.005); insert into readiness(board_uid, kind, made_us, verdict, checks) select board_uid, 'ready', 1772600000000000, 'go', '{}' from landings limit 1"
-    echo 'arm 25' >&8 && said 'matrig: advise is against this landing: a zone is likely$' && said 'matrig: survey 1 is not finished$' &&
-        said 'matrig: matrig ready was go at 2026-03-04 04:53 UTC, more than 12 h ago$' && said 'arm for landing 25\?' && echo 'arm 26' >&8 && said 'arm for landing 26\?' && echo 'n' >&8 || return 1
-    await eval '[ "$(grep -c "not yes: nothing was sent" "$work/log.err")" = 3 ]'
+    echo 'arm 25' >&8 && said 'matrig: advise is against this landing: a zone is likely$' && said 'matrig: survey 1 is not finished: continue it with matrig survey DB$' &&
+        said 'matrig: the result of matrig ready was go at 2026-03-04 04:53 UTC, more than 12 h ago$' && said 'arm for landing 25\?' && echo 'arm 26' >&8 && said 'arm for landing 26\?' && echo 'n' >&8 || return 1
+    await eval '[ "$(grep -c "the answer was not yes.: nothing was sent" "$work/log.err")" = 3 ]'
     sqlite3 -cmd '.timeout 20000' "$work/x.db" "insert into advices(made_us, verdict, reason, after_run) select 2 + max(armed_us), 'clear', 'c', 1 from landings; update gage_surveys set ended_us = 2"
 }
 a_person_is_asked() { # at a terminal; `y` is no yes
     printf 'y\n' | TERM=dumb timeout 600 python3 "$work/terminal.py" $matrig board arm 27 --can "unix:$work/can" | tee "$tmp/asked" | grep 'arm. The board records until the gear has stopped .*yes: ' &&
-        await grep -q 'not yes: nothing was sent' "$tmp/asked"
+        await grep -q 'the answer was not yes.: nothing was sent' "$tmp/asked"
 }
 typed_nonsense() {
     local i=0 line
     for line in 'reset' 'arm 70000' 'arm -1' 'arm 1 2' 'disarm 3' 'arm x'; do
         echo "$line" >&8
-        said "no command: '$line'; arm \[N\]" || return 1
+        said "not a command: '$line'; type arm \[N\]" || return 1
     done
     printf '%0600d\n' 0 >&8
-    said "no command: '000"
+    said "not a command: '000"
 }
 log_goes_on() { # without its input, to the end; nothing but what was meant reached the board
     exec 8>&-
@@ -187,9 +187,9 @@ log_goes_on() { # without its input, to the end; nothing but what was meant reac
     kill -0 $log && kill -INT $log && wait $log && [ "$($matrig landing "$work/x.db" | sed 's/.*: landing \([0-9]*\),.*/\1/' | tr '\n' ' ')" = "12 13 14 21 24 " ]
 }
 silly() {
-    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs one link' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
+    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs only one link' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
         fails_with 2 'the landing' $matrig board arm 70000 --can can:can0 && fails_with 2 'whole number: .1.5' $matrig board arm 1.5 --can can:can0 &&
-        fails_with 2 'disarm takes no number: .3' $matrig board disarm 3 --can can:can0 && fails_with 2 'a file is no board: file:/dev/null' $matrig board arm --can file:/dev/null &&
+        fails_with 2 'disarm takes no number: .3' $matrig board disarm 3 --can can:can0 && fails_with 2 'a file is not a board: file:/dev/null' $matrig board arm --can file:/dev/null &&
         fails_with 2 'listen and --commands' $matrig log --can can:can0 --db "$tmp/no.db" --listen --commands
 }
 over_serial() { # the board alone, at one end of a line
@@ -214,7 +214,7 @@ on_a_terminal() { # a file is no board: what is typed is taken, and said to go n
     wait $pid
     exec 9>&-
     cat "$tmp/terminal"
-    grep -q 'to arm, press Enter and type arm' "$tmp/terminal" && grep -q 'no board has said hello yet: nothing was sent' "$tmp/terminal"
+    grep -q 'to arm, press Enter and type arm' "$tmp/terminal" && grep -q 'no hello from a board yet: nothing was sent' "$tmp/terminal"
 }
 
 check "armed over CAN while a log holds the links" armed_when_ready over_can board arm 12

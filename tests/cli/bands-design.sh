@@ -52,7 +52,7 @@ check "not a number" fails_with 2 "not a number: 'x'" $m bands weight=x
 check "out of range" fails_with 2 "value out of range: at is 1.5" $m bands at=1.5
 check "half a section" fails_with 2 "width and thickness, or area" $m bands width=6
 check "two sections" fails_with 2 "width and thickness, or area" $m bands width=6 thickness=1 area=3
-check "half a row" fails_with 2 "rows are whole" $m bands every=2.5
+check "half a row" fails_with 2 "not a whole number: every" $m bands every=2.5
 check "not a word" fails_with 2 "NAME=VALUE" $m bands weight
 check "an input twice" fails_with 2 "given twice: yield" $m bands yield=50ksi yield=40ksi
 finish

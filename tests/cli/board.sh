@@ -16,16 +16,16 @@ stopped_with() { # CODE PATTERN COMMAND...: as fails_with, with the line of stat
     [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 2 ] && head -n 1 "$tmp/err" | grep -Eq -- "$pattern" &&
         tail -n 1 "$tmp/err" | grep -q 'virtual in'
 }
-wall_limit() { stopped_with 3 'wall-clock time ended the run at .*--wall-limit' $board --elf $elf --wall-limit 0.5; }
+wall_limit() { stopped_with 3 'wall-clock limit ended the run at .*--wall-limit' $board --elf $elf --wall-limit 0.5; }
 blocked_file() { # a pipe that nobody reads: opening it blocks
     mkfifo "$tmp/pipe"
-    fails_with 3 'wall-clock time was reached while links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
+    fails_with 3 'wall-clock limit was reached while links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
 }
 blocked_write() { # one that is open at the other end and never read: write() blocks for good
     rm -f "$tmp/pipe" && mkfifo "$tmp/pipe"
     sleep 30 <"$tmp/pipe" &
     timeout 10 dd if=/dev/zero of="$tmp/pipe" bs=64K count=1 || return 1 # it is full
-    fails_with 3 'still not at an end .* blocks' $board --elf $elf --for 30 --serial "file:$tmp/pipe" --can "file:$tmp/x" \
+    fails_with 3 'still running several seconds .* blocks' $board --elf $elf --for 30 --serial "file:$tmp/pipe" --can "file:$tmp/x" \
         --rig tests/runs/landing5.run --wall-limit 0.5
 }
 host_does_not_read() { # one that connects and then reads nothing; the board talks without a break
@@ -39,7 +39,7 @@ host_does_not_read() { # one that connects and then reads nothing; the board tal
     status=$?
     kill $host_pid
     cat "$tmp/err"
-    [ $status -eq 3 ] && grep -q 'read nothing from .* for 0.3 s; .*--stall' "$tmp/err"
+    [ $status -eq 3 ] && grep -q 'not read from .* for 0.3 s; .*--stall' "$tmp/err"
 }
 paced() { # never ahead of the wall clock; how late is told, and not judged here
     local from to
@@ -56,10 +56,10 @@ any_speed_same_bytes() {
 }
 mistakes() { # one line, and the right exit code
     bad() { fails_with "$1" "$2" $board "${@:3}"; }
-    bad 2 'nothing is asked' && bad 3 'no-such.elf' --elf no-such.elf && bad 2 'unknown option --nonsense' --elf $elf --nonsense 1 &&
-        bad 2 '--elf needs a value' --elf && bad 2 'what is .elf.' elf && bad 4 'not an ELF' --elf README.md && bad 4 'not for a 32-bit' --elf $board &&
+    bad 2 'nothing to do' && bad 3 'no-such.elf' --elf no-such.elf && bad 2 'unknown option --nonsense' --elf $elf --nonsense 1 &&
+        bad 2 '--elf needs a value' --elf && bad 2 'unexpected argument .elf.' elf && bad 4 'not an ELF' --elf README.md && bad 4 'not for a 32-bit' --elf $board &&
         bad 2 '--speed cannot be .fast.' --elf $elf --speed fast && bad 2 '--for cannot be' --elf $elf --for -1 && bad 2 '--seed cannot be' --elf $elf --seed x &&
-        bad 2 '--lsi cannot be' --elf $elf --lsi 5 && bad 2 'no link' --elf $elf --can vcan0 && bad 3 'cannot write' --elf $elf --serial "file:$tmp/no/file" &&
+        bad 2 '--lsi cannot be' --elf $elf --lsi 5 && bad 2 'not a link' --elf $elf --can vcan0 && bad 3 'cannot write' --elf $elf --serial "file:$tmp/no/file" &&
         bad 3 'no-such.run' --elf $elf --rig no-such.run && bad 4 'does not begin with' --elf $elf --rig $elf
 }
 given_twice() {
@@ -67,7 +67,7 @@ given_twice() {
         fails_with 2 '--trace is given twice' $board --trace --elf $elf --trace
 }
 same_path() {
-    fails_with 2 '--can and --serial are both .*/x; give each its own' \
+    fails_with 2 '--can and --serial are both .*/x; give two different files' \
         $board --elf $elf --can "file:$tmp/x" --serial "unix:$tmp/x" --for 1 &&
         cp tests/runs/landing1.run "$tmp/some.run" &&
         fails_with 2 '--rig and --serial are both .*some.run' $board --elf $elf --rig "$tmp/some.run" --serial "file:$tmp/some.run" &&
@@ -84,7 +84,7 @@ same_file() { # an input under two names, and records over what cannot be made a
         fails_with 2 '--vcd would overwrite a database' $board --elf $elf --vcd "$tmp/campaign.db" &&
         ln -sf campaign.db "$tmp/linked" && fails_with 2 '--profile would overwrite a database' $board --elf $elf --profile "$tmp/linked" &&
         fails_with 2 'would overwrite a database' $board --elf $elf --can "file:$tmp/campaign.db" --for 0.1 &&
-        fails_with 4 'a database or a program, to be overwritten' $board --elf $elf --flash "$tmp/campaign.db" --for 0.1 &&
+        fails_with 4 'a database or a program would be overwritten' $board --elf $elf --flash "$tmp/campaign.db" --for 0.1 &&
         cmp tests/runs/landing1.run "$tmp/one.run" && cmp "$tmp/campaign.db" "$tmp/campaign.copy"
 }
 memory_files() { # a symbolic link stays one
@@ -96,16 +96,16 @@ listened_on() { # a second board does not take the first one's socket from it
     $board --elf $elf --can "unix:$tmp/taken" --for 0.1 2>"$tmp/first" &
     first=$!
     await test -S "$tmp/taken"
-    fails_with 3 '--can: another program listens at .*taken; end it' $board --elf $elf --can "unix:$tmp/taken" --for 0.1 &&
-        fails_with 3 '--gdb: another program listens at' $board --elf $elf --gdb "unix:$tmp/taken" --for 0.1 || status=1
+    fails_with 3 '--can: another program listens on .*taken; end it' $board --elf $elf --can "unix:$tmp/taken" --for 0.1 &&
+        fails_with 3 '--gdb: another program listens on' $board --elf $elf --gdb "unix:$tmp/taken" --for 0.1 || status=1
     kill -9 $first && ! wait $first && [ $status -eq 0 ] && [ -S "$tmp/taken" ] || return 1
     $board --elf $elf --can "unix:$tmp/taken" --for 0.1 --wall-limit 0.5 2>"$tmp/err" # what a dead one left is taken
     cat "$tmp/err"
-    grep -q 'is a host running' "$tmp/err"
+    grep -q 'check that a host is running' "$tmp/err"
 }
 foreign_link() { # a symbolic link is replaced only when an earlier pty: left it
     ln -sf one.run "$tmp/tty"
-    fails_with 3 'tty is there and no link to a pseudo-terminal' $board --elf $elf --serial "pty:$tmp/tty" --for 0.1 &&
+    fails_with 3 'tty exists and is not a link to a pseudo-terminal' $board --elf $elf --serial "pty:$tmp/tty" --for 0.1 &&
         [ "$(readlink "$tmp/tty")" = one.run ]
 }
 closed_stderr() { # what would be said there must not land in an output file

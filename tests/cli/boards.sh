@@ -42,9 +42,9 @@ bundles() {
     [ "$(in_json "$tmp/$1.json" compared)" = exactly ] && [ "$(sqlite3 "$tmp/$1.bundle" 'select length(image) > 100000 from bundles')" = 1 ]
 }
 no_replay_on_another() {
-    fails_with 4 'recorded by board zg, and the image is for discovery: build/firmware/discovery/matrig.elf; leave --elf out' \
+    fails_with 4 'recorded by board zg, but the image is for discovery: build/firmware/discovery/matrig.elf; leave --elf out' \
         $matrig replay "$tmp/zg.db" 1 --elf build/firmware/discovery/matrig.elf &&
-        fails_with 4 'recorded by board discovery, and the image is for zg' $matrig --quiet replay "$tmp/discovery.bundle" --elf build/firmware/matrig.elf
+        fails_with 4 'recorded by board discovery, but the image is for zg' $matrig --quiet replay "$tmp/discovery.bundle" --elf build/firmware/matrig.elf
 }
 
 start_board() { # NAME OPTION...
@@ -91,16 +91,16 @@ no_such_board() {
     done
 }
 on_another_board() {
-    fails_with 4 'is an image for the board discovery, and this is zg' build/matrig-board --board zg --elf build/firmware/discovery/matrig.elf --for 0.1 &&
-        fails_with 2 'does not listen at its serial link' build/matrig-board --board discovery --boot0 --for 0.1
+    fails_with 4 'is an image for board discovery, but this is board zg' build/matrig-board --board zg --elf build/firmware/discovery/matrig.elf --for 0.1 &&
+        fails_with 2 'cannot be reached on its serial link' build/matrig-board --board discovery --boot0 --for 0.1
 }
 # The flash of a Discovery, as a run leaves it.
 flash_of_another_board() {
     build/matrig-board --elf build/firmware/discovery/matrig.elf --flash "$tmp/discovery.flash" --for 0.1 &&
         cp "$tmp/discovery.flash" "$tmp/before" &&
-        fails_with 4 'is an image for the board discovery, and this is zg' build/matrig-board --board zg --flash "$tmp/discovery.flash" --for 0.1 &&
-        fails_with 2 'does not listen at its serial link' build/matrig-board --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
-        fails_with 4 'is an image for the board discovery, and this is zg' build/matrig-board --board zg --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
+        fails_with 4 'is an image for board discovery, but this is board zg' build/matrig-board --board zg --flash "$tmp/discovery.flash" --for 0.1 &&
+        fails_with 2 'cannot be reached on its serial link' build/matrig-board --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
+        fails_with 4 'is an image for board discovery, but this is board zg' build/matrig-board --board zg --boot0 --flash "$tmp/discovery.flash" --for 0.1 &&
         cmp "$tmp/before" "$tmp/discovery.flash" &&
         build/matrig-board --flash "$tmp/discovery.flash" --for 0.1
 }
@@ -116,8 +116,8 @@ check "discovery: go before a landing" is_ready
 check "discovery: it says which board it is" says_its_kind
 check "a configuration with channels that the board lacks is refused by name" no_configuration_of_another
 link=pty:$sockets/serial # for stm32flash
-check "an image for another board is not flashed" is_refused 'the board is zg, and the image is for discovery' zg flash "$link" build/firmware/discovery/matrig.elf
-check "a board whose boot ROM would not hear does not go there" is_refused 'does not listen at its serial link' discovery flash "$link" build/firmware/discovery/matrig.elf --force
+check "an image for another board is not flashed" is_refused 'the board is zg, but the image is for discovery' zg flash "$link" build/firmware/discovery/matrig.elf
+check "a board whose boot ROM would not hear does not go there" is_refused 'cannot be reached on this serial link' discovery flash "$link" build/firmware/discovery/matrig.elf --force
 check "a board that is none is refused" no_such_board
 check "the emulated board refuses an image for another" on_another_board
 check "flash files of another board are refused, and stay as they are" flash_of_another_board

@@ -100,12 +100,12 @@ low_speed 47.1 wrong
 L
 }
 missing_is_wrong() { reseal zg changed '/^watchdog /d' && ! judge changed >"$tmp/out" && grep -q '^  wrong  *watchdog  *not reported ' "$tmp/out"; }
-unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: not known here' "$tmp/out"; }
+unknown_is_looked_at() { reseal zg changed 's/^low_speed/oxygen/' && ! judge changed >"$tmp/out" && grep -q '^look: oxygen: unknown line' "$tmp/out"; }
 cut_and_damaged() {
     sed '/^can_errors/,$d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'report has no end after [0-9]+ lines; check cable' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 '96 lines of 97 received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed '/^can_errors/d' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'only 96 of 97 lines received' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         sed 's/^watchdog 5/watchdog 4/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'the checksum is' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
-        sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, this matrig has 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
+        sed 's/^begin report 1/begin report 2/' "$tmp/zg.txt" >"$tmp/bad.txt" && fails_with 4 'format 2, but this matrig uses 1' build/matrig board --serial "file:$tmp/bad.txt" bringup &&
         fails_with 4 'no bring-up text' build/matrig board --serial file:README.md bringup &&
         sed 's/$/\r/' "$tmp/zg.txt" >"$tmp/dos.txt" && judge dos >"$tmp/out"
 }
@@ -138,7 +138,7 @@ brown_out_rom_and_firmware() { # 3 where 3.3 V are measured
 brown_out_at_3_volts() { # level 2, of 2.5 V; and its boot ROM listens elsewhere
     start $discovery
     bringup brown-out >"$tmp/out" && grep -Eq 'supply +(2.999|3.000) V' "$tmp/out" && grep -Eq 'brown_out +2 level' "$tmp/out" &&
-        fails_with 2 'boot ROM does not listen at this port' build/matrig board --serial "pty:$sockets/tty" bringup rom
+        fails_with 2 'boot ROM of this board cannot be reached on this port' build/matrig board --serial "pty:$sockets/tty" bringup rom
     local status=$?
     stop
     return $status
@@ -197,7 +197,7 @@ broken_off_is_said() { # text, and then nothing
     [ -n "${MATRIG_LONG:-}" ] || return 0 # half a minute of silence
     cp "$tmp/zg.txt" "$tmp/few.txt"
     few_words 100 300
-    fails_with 4 'report began and stopped after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
+    fails_with 4 'report stopped after 300 bytes: .*cable' build/matrig board --serial "unix:$sockets/few" bringup
 }
 unplugged() { # the device goes away when the word is said: it failed, and the usage is right
     python3 - "$sockets/port" <<'P' &
@@ -210,7 +210,7 @@ os.unlink(sys.argv[1])
 P
     local port=$!
     await test -L "$sockets/port"
-    fails_with 3 'the device is away: serial:.*; plug it in again' build/matrig board --serial "serial:$sockets/port" bringup
+    fails_with 3 'the device is disconnected: serial:.*; plug it in again' build/matrig board --serial "serial:$sockets/port" bringup
     local status=$?
     wait $port
     return $status
@@ -224,7 +224,7 @@ nobody_there() { # the firmware speaks at another rate
 }
 silly_words() {
     fails_with 2 "not report, brown-out or rom: 'x'" build/matrig board --serial file:x bringup x && fails_with 2 'no link' build/matrig board bringup &&
-        fails_with 2 'a file is no board' build/matrig board --serial file:x bringup rom
+        fails_with 2 'a file is not a board' build/matrig board --serial file:x bringup rom
 }
 
 check "board zg says all of it, and all is well but the brown-out level" whole_and_in_order zg 96

@@ -51,15 +51,15 @@ is_a_campaign() { # read, written into, bundled; and it still replays
         $matrig --json --quiet replay "$tmp/again.db" >"$tmp/again.json" && says_the_same "$tmp/again.json"
 }
 changed() { # WHAT SQL
-    cp "$bundle" "$tmp/changed.db" && sqlite3 "$tmp/changed.db" "$2" && fails_with 4 "the $1 of the bundle changed since it was made" $matrig --quiet replay "$tmp/changed.db"
+    cp "$bundle" "$tmp/changed.db" && sqlite3 "$tmp/changed.db" "$2" && fails_with 4 "the $1 of the bundle changed since it was written" $matrig --quiet replay "$tmp/changed.db"
 }
 damaged() { # cut off
     head -c 1500000 "$bundle" >"$tmp/cut.db" && ! $matrig --quiet replay "$tmp/cut.db" >"$tmp/cut.txt" 2>&1 && grep -q 'cut.db' "$tmp/cut.txt"
 }
 images() { # another one is refused; without the one that recorded it, a bundle has none
-    fails_with 2 'not the image that recorded it \(image [0-9a-f]{8}, commit [^)]*\): build/tests/variant/rest.elf' $matrig bundle "$db" 1 -o "$tmp/none.db" --elf build/tests/variant/rest.elf && [ ! -e "$tmp/none.db" ] || return 1
+    fails_with 2 'not the image that recorded this landing \(image [0-9a-f]{8}, commit [^)]*\): build/tests/variant/rest.elf' $matrig bundle "$db" 1 -o "$tmp/none.db" --elf build/tests/variant/rest.elf && [ ! -e "$tmp/none.db" ] || return 1
     sqlite3 "$db" ".backup $tmp/other.db" "pragma synchronous=off" && sqlite3 "$tmp/other.db" 'update landings set image_crc = 1' &&
-        $matrig bundle "$tmp/other.db" 1 -o "$tmp/none.db" 2>"$tmp/err" && grep -q 'without the image that recorded it (image 00000001' "$tmp/err" && [ "$(sqlite3 "$tmp/none.db" 'select image is null or length(image) = 0 from bundles')" = 1 ]
+        $matrig bundle "$tmp/other.db" 1 -o "$tmp/none.db" 2>"$tmp/err" && grep -q 'lacks the image that recorded the landing (image 00000001' "$tmp/err" && [ "$(sqlite3 "$tmp/none.db" 'select image is null or length(image) = 0 from bundles')" = 1 ]
 }
 check "a landing is recorded" record
 check "one file, nothing beside it" made
@@ -71,6 +71,6 @@ check "another record is told" changed record "update blocks set record = zerobl
 check "another image is told" changed image "update bundles set image = cast(image as blob) || x'00'"
 check "one that is cut off is no campaign" damaged
 check "the image is the one that recorded the landing, or none" images
-check "a bundle takes no file's place" fails_with 2 'is there already: README.md' $matrig bundle "$db" 1 -o README.md
+check "a bundle takes no file's place" fails_with 2 'file exists already: README.md' $matrig bundle "$db" 1 -o README.md
 check "an unknown landing" fails_with 2 'no such landing: RUN 9' $matrig bundle "$db" 9 -o "$tmp/none9.db"
 finish

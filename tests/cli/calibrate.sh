@@ -78,7 +78,7 @@ per_in = 0.5 * 4096 / 3.3
 kept = {0.0: 0, 0.5: 0, 1.0: 0}
 def type_in(value):
     p.stdin.write(b"%g\n" % value)
-    m = answer(r"([-0-9.]+) codes, noise ([0-9.]+)(: it moves[^\n]*)?\n")
+    m = answer(r"([-0-9.]+) codes, noise ([0-9.]+)(: not taken[^\n]*)?\n")
     answer(r"point \d+, in: ")
     return float(m.group(1)), bool(m.group(3))
 zero = 0.05 / 0.5 * per_in  # the bridge's offset of 50 mV
@@ -121,7 +121,7 @@ recomputes() {
         if (d > 0.0021 || d < -0.0021 || e > 2.1e-5 || e < -2.1e-5 || f || g) bad++ } END {print NR " rows, " bad + 0 " wrong"; exit bad || NR < 1400}' || return 1
     [ "$(sqlite3 "$tmp/c.db" "select group_concat(idx||'/'||item||'/'||printf('%.3f', value/was)||'/'||who||'/'||reason, ' ') from (select * from recalibrations order by idx)")" = \
         "0/-1/1.030/tester/gage block was wrong 8/-1/1.020/tester/gage block was wrong" ] || return 1
-    $matrig report "$tmp/c.db" -o "$tmp/c.html" && grep -q 'with a corrected calibration' "$tmp/c.html" || return 1
+    $matrig report "$tmp/c.db" -o "$tmp/c.html" && grep -q 'uses a corrected calibration' "$tmp/c.html" || return 1
     # and back: the readings are what they were
     $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" --run 1 --reason "no, it was right" >/dev/null && $matrig export "$tmp/c.db" 1 --format csv | cmp - "$tmp/before.csv" &&
         [ "$(sqlite3 "$tmp/c.db" 'select count(*) from recalibrations')" = 4 ] && sqlite3 "$tmp/c.db" 'delete from recalibrations' 2>&1 | grep -q 'history stays'
@@ -129,21 +129,21 @@ recomputes() {
 a_series_only() {
     fails_with 2 'no such landings' $matrig calibrate "$tmp/c.db" --recompute "$tmp/corrected.cfg" --series second --reason x || return 1
     sed 's/^channel\[1\].number = 1/channel[1].number = 2/; s/^channel\[2\].number = 2/channel[2].number = 1/' "$tmp/corrected.cfg" >"$tmp/swapped.cfg"
-    fails_with 1 'another channel in' $matrig calibrate "$tmp/c.db" --recompute "$tmp/swapped.cfg" --reason x &&
+    fails_with 1 'not the same channel in' $matrig calibrate "$tmp/c.db" --recompute "$tmp/swapped.cfg" --reason x &&
         [ "$(sqlite3 "$tmp/c.db" 'select count(*) from recalibrations')" = 4 ]
 }
 certificate_without_points() { # of the sensor that is fitted, or the one named; half a certificate is none, and changes nothing
     local whole='number=2026-4711, laboratory=Metrology Lab, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.05mm, coverage=2'
     $matrig calibrate d3 --db "$tmp/c.db" --sensor ET-17 --certificate "$whole" && fails_with 2 'incomplete' $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole#*, }" &&
-        fails_with 2 "not understood: 'due=2026-01-01'" $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole/2027-03-01/2026-01-01}" && fails_with 2 'goes with --db' $matrig calibrate d3 --certificate "$whole" &&
-        fails_with 2 'not understood' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/not.cfg" --db "$tmp/c.db" --certificate "number=1, x=2" && [ ! -e "$tmp/not.cfg" ] &&
+        fails_with 2 "not valid: 'due=2026-01-01'" $matrig calibrate d3 --db "$tmp/c.db" --certificate "${whole/2027-03-01/2026-01-01}" && fails_with 2 'and --db DB only work together' $matrig calibrate d3 --certificate "$whole" &&
+        fails_with 2 'not valid' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/not.cfg" --db "$tmp/c.db" --certificate "number=1, x=2" && [ ! -e "$tmp/not.cfg" ] &&
         [ "$(sqlite3 "$tmp/c.db" "select group_concat(idx||' '||number||' '||sensor||' '||round(expanded*25.4, 4)) from certificates")" = '2 2026-4711 ET-17 0.05' ]
 }
 silly() {
     printf 'in,codes\n3,x\n' >"$tmp/bad.csv"
     fails_with 4 'not a value and a code: .*line 2' $matrig calibrate d1 --points "$tmp/bad.csv" --config "$tmp/rig.cfg" &&
         fails_with 2 'not a channel' $matrig calibrate d9 --points "$tmp/points.csv" --config "$tmp/rig.cfg" &&
-        fails_with 2 'one of them' $matrig calibrate d1 && fails_with 2 'why\?' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&
+        fails_with 2 'give either --serial' $matrig calibrate d1 && fails_with 2 'no reason' $matrig calibrate "$tmp/c.db" --recompute "$tmp/rig.cfg" &&
         fails_with 2 'too long' $matrig calibrate d1 --points "$tmp/points.csv" --config "$tmp/rig.cfg" --sensor 0123456789abc
 }
 one_error_when_nothing_can_be_shown() {
@@ -162,7 +162,7 @@ begins_with_a_mark() {
     for file in points.csv rig.cfg; do printf '\357\273\277' | cat - "$tmp/$file" >"$tmp/marked-$file"; done
     $matrig calibrate t2 --points "$tmp/marked-points.csv" --config "$tmp/marked-rig.cfg" -o "$tmp/marked.cfg" --sensor SG-0042 --days 30 --known 0.05 >/dev/null && cmp "$tmp/marked.cfg" "$tmp/new.cfg" || return 1
     iconv -t UTF-16 "$tmp/points.csv" >"$tmp/wide.csv"
-    fails_with 4 'a text in UTF-16, no file of points: .*wide.csv; save it as' $matrig calibrate t2 --points "$tmp/wide.csv" --config "$tmp/rig.cfg"
+    fails_with 4 'a text in UTF-16, not a file of points: .*wide.csv; save it as' $matrig calibrate t2 --points "$tmp/wide.csv" --config "$tmp/rig.cfg"
 }
 check "a configuration to begin with" gets_a_configuration
 check "from a file of points" from_points

@@ -88,20 +88,20 @@ ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the e
 }
 without_switches() {
     cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges where landing = 2' || return 1
-    fails_with 5 'motion of the gear is not known .*RUN 2; a comparison needs at least 3' $matrig compare "$tmp/blind.db" 2 || return 1
-    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^RUN 2 not compared: the motion of the gear is not known' "$tmp/blind.txt" && grep -Eq '^compared +1$' "$tmp/blind.txt" &&
-        fails_with 1 'RUN 2 not compared: the motion of the gear is not known' $matrig compare "$tmp/blind.db" $scene --limit 1
+    fails_with 5 'motion of the gear is unknown .*RUN 2; compare a landing with at least 3' $matrig compare "$tmp/blind.db" 2 || return 1
+    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^RUN 2 not compared: the motion of the gear is unknown' "$tmp/blind.txt" && grep -Eq '^compared +1$' "$tmp/blind.txt" &&
+        fails_with 1 'RUN 2 not compared: the motion of the gear is unknown' $matrig compare "$tmp/blind.db" $scene --limit 1
 }
 wrong_input_is_told() {
     echo '{"channels.*.rsm_in": 1}' >"$tmp/typo.json"
-    fails_with 1 'channels.*.rsm_in is not in the answer of RUN 1' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
+    fails_with 1 'channels.*.rsm_in is not in the result of RUN 1' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
         fails_with 3 'cannot read limits: .*none.json' $matrig compare "$db" 1 --limits "$tmp/none.json" &&
-        fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
-        fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 --scene host/scenes/full_width_36000.json &&
-        fails_with 2 "two scenes: $scene and --scene $scene; give one" $matrig compare "$db" 1 $scene --scene $scene &&
-        fails_with 2 'one runway; give a study file for --seeds' $matrig compare "$db" 1 --seeds 4 &&
-        fails_with 2 'RUN or series' $matrig compare "$db" 1 --series spring &&
-        fails_with 2 'for one landing: -o' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
+        fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
+        fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 --scene host/scenes/full_width_36000.json &&
+        fails_with 2 "two scenes: $scene and --scene $scene; give only one" $matrig compare "$db" 1 $scene --scene $scene &&
+        fails_with 2 'one runway; give a study file with --seeds' $matrig compare "$db" 1 --seeds 4 &&
+        fails_with 2 'both a RUN and a series' $matrig compare "$db" 1 --series spring &&
+        fails_with 2 'only for a single landing: -o' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
         fails_with 2 'needs DB RUN, DB CAMPAIGN or DB --series' $matrig compare "$db"
 }
 ends_with_a_sentence() { # the text has it, the report too (tests/host/test_compare has which value it names)

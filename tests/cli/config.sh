@@ -35,7 +35,7 @@ it_outlasts_the_power_and_comes_over_can() {
 the_same_again_changes_nothing() { # and the CRC that the file has is the board's
     local before after
     before=$(cksum "$tmp/flash")
-    can set "$tmp/back.cfg" >"$tmp/set" && grep -q 'nothing differs, 0 fields changed: revision 1' "$tmp/set" || return 1
+    can set "$tmp/back.cfg" >"$tmp/set" && grep -q 'no difference, 0 fields changed: revision 1' "$tmp/set" || return 1
     after=$(cksum "$tmp/flash")
     cat "$tmp/set"
     [ "$before" = "$after" ] && [ "$(grep -o 'CRC .*' "$tmp/set")" = "$($matrig board config check "$tmp/back.cfg" | grep -o 'CRC .*')" ]
@@ -43,7 +43,7 @@ the_same_again_changes_nothing() { # and the CRC that the file has is the board'
 over_can_too() {
     sed 's/^\(site\.touchdown_ft = \).*/\14.25/' "$tmp/back.cfg" >"$tmp/third.cfg"
     can set "$tmp/third.cfg" 2>"$tmp/refused"
-    [ $? = 2 ] && grep 'the board refuses .config-apply.: .*only over serial, or over CAN with the maintenance jumper' "$tmp/refused" || return 1
+    [ $? = 2 ] && grep 'the board refused .config-apply.: .*only over serial, or over CAN with the maintenance jumper' "$tmp/refused" || return 1
     with_board --jumper --can "unix:$sockets/can" -- $matrig --json board --can "unix:$sockets/can" config set "$tmp/third.cfg" >"$tmp/set.json" || return 1
     cat "$tmp/set.json"
     [ "$(python3 -c 'import json,sys; d=json.load(open(sys.argv[1])); print(d["revision"], [c["field"] for c in d["changes"]])' "$tmp/set.json")" = "2 ['site.touchdown_ft']" ]
@@ -53,7 +53,7 @@ stale() { # made from revision 1, and 2 is in force
     serial set "$tmp/stale.cfg" 2>"$tmp/stale.err"
     local status=$?
     cat "$tmp/stale.err"
-    [ $status = 1 ] && grep -q 'made from revision 1, but revision 2 is in force.*stale.cfg; get it again' "$tmp/stale.err"
+    [ $status = 1 ] && grep -q 'based on revision 1, but the board has revision 2.*stale.cfg; get the configuration again' "$tmp/stale.err"
 }
 locked() { # a landing is armed: neither got nor set
     local board helper status
@@ -69,7 +69,7 @@ locked() { # a landing is armed: neither got nor set
     kill $board
     wait $board $helper
     cat "$tmp/locked.err"
-    [ $status = 2 ] && grep -q 'the configuration is locked, a landing is armed or going on: .*; disarm it' "$tmp/locked.err"
+    [ $status = 2 ] && grep -q 'the configuration is locked because a landing is armed or in progress: .*; disarm the board' "$tmp/locked.err"
 }
 
 # refused EXIT PATTERN SED: the first file, changed so, is refused with a line that matches
@@ -82,27 +82,27 @@ files_are_refused_with_line_and_advice() {
     refused 4 "site.mats cannot be .many.: .*bad.cfg:$mats; it is from 1 to 512$" 's/^(site\.mats = ).*/\1many/' &&
         refused 4 "site.mats cannot be .600.: .*bad.cfg:$mats; it is from 1 to 512$" 's/^(site\.mats = ).*/\1600/' &&
         refused 4 "gate\[3\].station_ft cannot be .nan.: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\1nan/' &&
-        refused 1 "gate\[3\].station_ft is 2.5, gate\[2\].station_ft is 2.5: it must be more: .*bad.cfg:$gate; mend it$" 's/^(gate\[3\]\.station_ft = ).*/\12.5/' &&
+        refused 1 "gate\[3\].station_ft is 2.5, gate\[2\].station_ft is 2.5: the first must be larger: .*bad.cfg:$gate; correct it$" 's/^(gate\[3\]\.station_ft = ).*/\12.5/' &&
         refused 1 "gate\[3\].station_ft is 1e\+09: above its greatest value: .*bad.cfg:$gate; it is from -1000 to 1000$" 's/^(gate\[3\]\.station_ft = ).*/\11e9/' &&
         refused 1 "channel\[9\].kind is 1: no channel for that kind: .*bad.cfg:$kind; channel\[1\] to \[8\] are displacement" 's/^(channel\[9\]\.kind = ).*/\11/' &&
-        refused 1 'channel\[2\].number is 1, channel\[1\].number is 1: numbers of one kind must differ: .*; mend it' 's/^(channel\[2\]\.number = ).*/\11/' &&
+        refused 1 'channel\[2\].number is 1, channel\[1\].number is 1: numbers of one kind must differ: .*; correct it' 's/^(channel\[2\]\.number = ).*/\11/' &&
         refused 4 'channel\[2\].expires_day cannot be .2026-02-30.: .*; it is YYYY-MM-DD up to 2243-10-17, or never' 's/^(channel\[2\]\.expires_day = ).*/\12026-02-30/' &&
-        refused 2 'no such gate: 25: .*; gate\[1\] to gate\[24\] are there' 's/^gate\[24\]/gate[25]/' &&
-        refused 2 'no such group: .mat.: .*; there are site, channel, gate, band and predict' 's/^site\.mats/mat.mats/' &&
-        refused 2 'gate has no field .place.: .*; the comment' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
-        refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); it is in line $mats too" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
-        refused 4 'site.mats is not there: .*; every field is needed' '/^site\.mats/d' &&
-        refused 4 'no field: .hello world.: .*:1; a line is' '1s/.*/hello world/' &&
+        refused 2 'no such gate: 25: .*; use gate\[1\] to gate\[24\]' 's/^gate\[24\]/gate[25]/' &&
+        refused 2 'no such group: .mat.: .*; use site, channel, gate, band or predict' 's/^site\.mats/mat.mats/' &&
+        refused 2 'gate has no field .place.: .*; see the comment' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
+        refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also gives it" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
+        refused 4 'field site.mats is missing: .*; give every field' '/^site\.mats/d' &&
+        refused 4 'no field: .hello world.: .*:1; write group' '1s/.*/hello world/' &&
         refused 4 'site.name cannot be .rig.: .*; it is at most 16 printable characters in double quotes' 's/^(site\.name = ).*/\1rig/' &&
         fails_with 3 "cannot be read .No such file.*: $tmp/none.cfg; matrig board config get" $matrig board config check "$tmp/none.cfg" &&
-        fails_with 4 "no text: $elf; is it the file" $matrig board config check $elf
+        fails_with 4 "not a text file: $elf; give a file" $matrig board config check $elf
 }
 words_are_checked() {
     fails_with 2 "not an action of config: 'put'" $matrig board config put &&
-        fails_with 2 'which link' $matrig board config get &&
-        fails_with 2 'which file' $matrig board --serial unix:/none config set &&
+        fails_with 2 'one link needed' $matrig board config get &&
+        fails_with 2 'no file' $matrig board --serial unix:/none config set &&
         fails_with 2 'needs no board' $matrig board --serial unix:/none config check "$tmp/first.cfg" &&
-        fails_with 2 'which link' $matrig board --serial unix:/a --can unix:/b config get
+        fails_with 2 'one link needed' $matrig board --serial unix:/a --can unix:/b config get
 }
 
 record() { # SECONDS DB LOG-OPTIONS: a landing, or its beginning, by the configuration that is in flash, logged over sockets
@@ -145,7 +145,7 @@ flash.write(bytes([byte ^ 1]))
 P
     serial get -o "$tmp/fallen.cfg" >"$tmp/got" 2>"$tmp/got.err"
     cat "$tmp/got" "$tmp/got.err"
-    grep -q 'revision 1.*copy A' "$tmp/got" && grep -q "copy B in the board's flash is damaged: checksum does not match" "$tmp/got.err"
+    grep -q 'revision 1.*copy A' "$tmp/got" && grep -q "copy B of the configuration in the board's flash is damaged: checksum does not match" "$tmp/got.err"
 }
 
 check "a new board tells what is built in" a_new_board_tells_what_is_built_in

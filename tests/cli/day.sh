@@ -17,7 +17,7 @@ off() { kill -INT $board; wait $board; }
 
 mistyped() { # no key but y makes a campaign
     day 'n\n' "$tmp/none.db" >"$tmp/said"
-    [ $? = 2 ] && grep -q 'Begin a new campaign' "$tmp/said" && grep -q 'matrig: no campaign: .*none.db; nothing was made' "$tmp/said" && [ ! -e "$tmp/none.db" ] &&
+    [ $? = 2 ] && grep -q 'Begin a new campaign' "$tmp/said" && grep -q 'matrig: no campaign: .*none.db; nothing was created' "$tmp/said" && [ ! -e "$tmp/none.db" ] &&
         fails_with 3 'none.db' $matrig --json day "$tmp/none.db" && [ ! -e "$tmp/none.db" ]
 }
 begins() { # a skipped step is skipped for this day alone
@@ -29,7 +29,7 @@ begins() { # a skipped step is skipped for this day alone
 asks_for_links() { # the first step that needs them does; a command that fails ends nothing
     day "7\npty:$tmp/nothing\n\n7\nq\n" "$tmp/a.db" >"$tmp/said" || return 1
     cat "$tmp/said"
-    [ "$(grep -c "the board's serial port" "$tmp/said")" = 1 ] && [ "$(grep -c 'its CAN bus' "$tmp/said")" = 1 ] &&
+    [ "$(grep -c "the board's serial port" "$tmp/said")" = 1 ] && [ "$(grep -c "the board's CAN bus" "$tmp/said")" = 1 ] &&
         [ "$(grep -c "\$ matrig ready $tmp/a.db --serial pty:$tmp/nothing\$" "$tmp/said")" = 2 ] && grep -q 'failed (exit 3)' "$tmp/said"
 }
 odd_words() { # a name like an option, a line too long, a link that is none, a path that a shell must quote
@@ -72,7 +72,7 @@ landing() { # the log is seen, and what it records is next; the links are those 
     cat "$tmp/said"
     [ "$(sqlite3 "$tmp/d.db" "select group_concat(field || ' ' || value || ' ' || who, '; ') from landing_changes")" = 'weight_lb 1300 jk; note seen 1 jk' ] || return 1
     [ "$(sqlite3 "$tmp/d.db" "select kind, station_ft, panels, who from observations")" = 'wave|88.0|2|jk' ] || { sqlite3 "$tmp/d.db" 'select * from observations'; return 1; }
-    grep -q '^> 4 survey     next  *the mat has not been read since RUN 1$' "$tmp/said" && [ "$(sqlite3 "$tmp/d.db" "select value from landing_changes where field = 'note'")" = 'seen 1' ] &&
+    grep -q '^> 4 survey     next  *the mat has not been surveyed since RUN 1$' "$tmp/said" && [ "$(sqlite3 "$tmp/d.db" "select value from landing_changes where field = 'note'")" = 'seen 1' ] &&
         $matrig --json day "$tmp/d.db" | grep -q '"command":"matrig survey .*--edges left","logging":false,"run":1,"landings_today":1' &&
         day '8\nr\nq\n' "$tmp/d.db" >"$tmp/said" && grep -q "\$ matrig log --serial pty:$tmp/tty --can unix:$tmp/can " "$tmp/said" && [ -s "$tmp/d.db-report.html" ]
 }

@@ -94,7 +94,7 @@ os.close(main)
 print(log.communicate()[1].decode(), log.returncode)
 PYTHON
     cat "$tmp/away"
-    says "the device is gone: serial:/tmp/.*/port; plug it in again \(waited 0.5 s for it; now: no serial port \(No such file or directory\): .*; there (is none|are /dev/)" "$tmp/away" &&
+    says "the device was disconnected: serial:/tmp/.*/port; plug it in again \(waited 0.5 s for it; now: no serial port \(No such file or directory\): .*; there (is none|are /dev/)" "$tmp/away" &&
         says '^ 3$' "$tmp/away"
 }
 check "one that stays away is told with the ports that there are" it_stays_away

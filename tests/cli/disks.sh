@@ -72,15 +72,15 @@ writing_is_refused() { # WHAT WORDS
 }
 cp "$there/c.db" "$tmp/kept.db"
 check "what writes says that it is read-only, on which file system" writing_is_refused read-only 'cannot be written \(Read-only file system; [a-z0-9.]+ at /'
-check "that there are no locks" writing_is_refused no-locks 'this file system has no locks \(No locks available; [a-z0-9.]+ at /.*log to a disk of this computer'
-check "that there is no shared memory" writing_is_refused no-shared 'this file system has no shared memory \(No such device; [a-z0-9.]+ at /.*log to a disk of this computer'
+check "that there are no locks" writing_is_refused no-locks 'this file system has no locks \(No locks available; [a-z0-9.]+ at /.*log to a local disk'
+check "that there is no shared memory" writing_is_refused no-shared 'this file system has no shared memory \(No such device; [a-z0-9.]+ at /.*log to a local disk'
 
 # What the file system said, and which one it is.
 on_failing_disk() { # WHAT WORDS
     fails_with 3 "$2" "${faulty[@]}" "PLACE=disks/there:$1" $matrig --quiet landing "$there/c.db" 1 --note x && cmp "$there/c.db" "$tmp/kept.db"
 }
 check "an error of the disk says which one, and where" on_failing_disk failing 'cannot (read|write) \(Input/output error; [a-z0-9.]+ at /.*\): .*there/c\.db; check path, rights and disk'
-check "a quota that is used up is a full disk" on_failing_disk no-quota 'cannot (read|write) \(Disk quota exceeded; [a-z0-9.]+ at /.*\): .*there/c\.db; make room on the disk'
+check "a quota that is used up is a full disk" on_failing_disk no-quota 'cannot (read|write) \(Disk quota exceeded; [a-z0-9.]+ at /.*\): .*there/c\.db; free space on the disk'
 nothing_read_is_told() { # no command takes what could not be read for what is not there
     local command
     for command in "show DB" "show DB 1" "report DB -o $tmp/none" "export DB 1 --format csv -o $tmp/none" "bundle DB 1 -o $tmp/none" "landing DB 1"; do
@@ -93,7 +93,7 @@ check "a disk that cannot be read is told by every command" nothing_read_is_told
 no_bundle_on() { # WHAT WORDS
     fails_with 3 "$2" "${faulty[@]}" "PLACE=disks/there:$1" $matrig --quiet bundle "$db" 1 -o "$there/b.db" && [ -z "$(ls "$there" | grep b.db)" ]
 }
-no_bundle() { no_bundle_on failing 'Input/output error' && no_bundle_on no-quota 'Disk quota exceeded.*make room'; }
+no_bundle() { no_bundle_on failing 'Input/output error' && no_bundle_on no-quota 'Disk quota exceeded.*free space'; }
 check "a bundle that cannot be written fails, and leaves nothing" no_bundle
 limited() { # LIMIT WORDS COMMAND...: one line, or none and all is well
     local limit=$1 words=$2
@@ -105,7 +105,7 @@ limited() { # LIMIT WORDS COMMAND...: one line, or none and all is well
     if [ -z "$words" ]; then [ $status = 0 ] && [ ! -s "$tmp/err" ]; else [ $status = 3 ] && [ "$(wc -l <"$tmp/err")" = 1 ] && grep -Eq "$words" "$tmp/err"; fi
 }
 little_memory() {
-    local small='too small a stack: 256 kB, matrig needs 1024; ulimit -s 1024'
+    local small='stack too small: 256 kB, matrig needs 1024 kB; run ulimit -s 1024'
     limited "-s 256" "$small" show "$db" 1 && limited "-s 256" "$small" log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l1.db" &&
         limited "-S -s 256" '' log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l2.db" && limited "-s 1024" '' report "$db" -o "$tmp/l.html" &&
         limited "-s 1024" '' log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/l3.db" && limited "-v 60000" '' show "$db" 1 &&
@@ -115,7 +115,7 @@ little_memory() {
 check "a small stack, little memory: one line, or all is well" little_memory
 strange_bytes_are_shown() {
     printf '\001\002 a sheet\n' >"$tmp/strange"
-    fails_with 4 "no frame in it: file:.*strange line 1, column 1; it reads '\?\? a sheet'" $matrig import "$tmp/new.db" "$tmp/strange" && [ ! -e "$tmp/new.db" ]
+    fails_with 4 "no frames: file:.*strange line 1, column 1; the line is '\?\? a sheet'" $matrig import "$tmp/new.db" "$tmp/strange" && [ ! -e "$tmp/new.db" ]
 }
 check "a file that is no log is shown as it reads" strange_bytes_are_shown
 # The campaign is locked while a log ends: by whom is said.
@@ -137,7 +137,7 @@ open(sys.argv[2], "w"); signal.pause()' "$tmp/held.db" "$tmp/held.now" &
     wait $log
     kill $holder
     cat "$tmp/err"
-    grep -Eq "cannot (write|read) \(database is locked\): .*held\.db; process $holder, python3 holds its lock" "$tmp/err"
+    grep -Eq "cannot (write|read) \(database is locked\): .*held\.db; process $holder, python3 has locked the campaign" "$tmp/err"
 }
 has_session() { [ "$(sqlite3 "$1" 'SELECT count(*) FROM sessions')" = 2 ]; }
 check "who holds a campaign is named" the_holder_is_named
@@ -171,7 +171,7 @@ in_all() { # SQL: the sum over the campaign and those beside it
 goes_on_in_another_file() {
     local known=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM frames') blocks=$(sqlite3 "$tmp/kept.db" 'SELECT count(*) FROM blocks')
     bash -c "ulimit -c 0 -f 1500; exec $matrig --quiet log --can file:$tmp/can --serial file:$tmp/serial --db $tmp/grown.db" >"$tmp/out" 2>"$tmp/err"
-    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db is as large as a file may be here \(ulimit -f, or its file system\), what is in it stays; all that was logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
+    [ $? = 3 ] && tail -n 1 "$tmp/err" | grep -Eq '\.db has reached the size limit for files \(ulimit -f, or its file system\), its data stays there; all that was logged since [0-9:]* is in .*grown-saved-' || { cat "$tmp/err"; return 1; }
     ls -l "$tmp"/grown*
     echo "frames $(in_all 'SELECT count(*) FROM frames') of $known, blocks $(in_all 'SELECT count(*) FROM blocks') of $blocks"
     [ "$(ls "$tmp"/grown*.db | wc -l)" -ge 2 ] && [ "$(in_all 'SELECT count(*) FROM frames')" = "$known" ] && [ "$(in_all 'SELECT count(*) FROM blocks')" = "$blocks" ]

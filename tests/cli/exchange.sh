@@ -42,8 +42,8 @@ dbc_of_a_base() {
     shift_dbc 400 <"$tmp/matrig.dbc" | sed 's/\(for missing data\.\)";$/\1 Of a board with base 0x190, which is in all identifiers.";/' | diff - "$tmp/second.dbc"
 }
 dbc_refuses() {
-    fails_with 2 "^matrig: base 0x3ff: --base; 0x3fe at most, or identifiers would be beyond 0x7ff$" build/matrig export --format dbc --base 0x3ff &&
-        fails_with 2 "^matrig: base 0x3ff: --base" build/matrig export --format dbc --base 1023 && fails_with 2 "'19g' of --base; write 0x190" build/matrig export --format dbc --base 19g &&
+    fails_with 2 "^matrig: base 0x3ff is too large: --base; give at most 0x3fe, so that identifiers stay up to 0x7ff$" build/matrig export --format dbc --base 0x3ff &&
+        fails_with 2 "^matrig: base 0x3ff is too large: --base" build/matrig export --format dbc --base 1023 && fails_with 2 "'19g' of --base; write a number such as 0x190" build/matrig export --format dbc --base 19g &&
         fails_with 2 "'-1'" build/matrig export --format dbc --base=-1 && fails_with 2 "'0x'" build/matrig export --format dbc --base 0x && fails_with 2 "''" build/matrig export --format dbc --base '' &&
         build/matrig export --format dbc --base 0x3fe | grep -qx 'BO_ 2047 config_word: 8 HOST'
 }
@@ -100,7 +100,7 @@ assert n > 20000, n'
 }
 no_date_is_told() {
     build/matrig export "$db" 1 --format candump -o "$tmp/again.log" 2>"$tmp/err" && cmp "$tmp/run.log" "$tmp/again.log" &&
-        grep -q 'no times of day: stamps are board time after 2001-09-09 01:46:40 UTC; [a-z]' "$tmp/err"
+        grep -q 'times of day unknown: time stamps are board time after 2001-09-09 01:46:40 UTC; [a-z]' "$tmp/err"
 }
 exactly_six_decimals() {
     [ "$(wc -l <"$tmp/run.log")" -gt 20000 ] && ! grep -Evn '^\([0-9]{10}\.[0-9]{6}\) can0 [0-9A-F]{3}#([0-9A-F]{2}){0,8}$' "$tmp/run.log"

@@ -49,15 +49,15 @@ flashes() { # FILE: the whole of it; the board runs it; the configuration is as 
 }
 # The firmware that runs gives way. What it runs already is not flashed.
 from_the_firmware() {
-    start_board && flash $firmware/matrig.bin && grep -q 'runs it already' "$tmp/said" || return 1
+    start_board && flash $firmware/matrig.bin && grep -q 'already runs this image' "$tmp/said" || return 1
     cp $firmware/matrig.elf "$tmp/other.elf" && build/firmware/stamp "$tmp/other.elf" 0123456789ab-dirty &&
-        flash "$tmp/other.elf" && grep -q 'the same program, another header' "$tmp/err" &&
+        flash "$tmp/other.elf" && grep -q 'same program, but different header' "$tmp/err" &&
         grep -q '^commit  *0123456789ab-dirty$' "$tmp/said" && grep -q 'board  *runs it' "$tmp/said" && stop_board && configuration_kept
 }
 compares() { # the board with files
     start_board && build/matrig board --serial "pty:$tty" --image $firmware/matrig.bin >"$tmp/said" || return 1
     cat "$tmp/said"
-    grep -q "^commit  *$(cat $firmware/commit)\$" "$tmp/said" && grep -q "^image  *whole\$" "$tmp/said" && grep -q "^it runs that  *yes" "$tmp/said" || return 1
+    grep -q "^commit  *$(cat $firmware/commit)\$" "$tmp/said" && grep -q "^image  *whole\$" "$tmp/said" && grep -q "^running this image  *yes" "$tmp/said" || return 1
     build/matrig --json board --serial "pty:$tty" --image build/tests/variant/rest.elf >"$tmp/json"
     [ $? -eq 1 ] && grep -q '"same":false,"difference":"program ' "$tmp/json" && stop_board
 }
@@ -67,7 +67,7 @@ pulled_at() { # ADDRESS IMAGE
     printf '#!/bin/sh\ncase "$*" in *"-S %s "*) echo "Failed to write memory at address %s"; exit 1 ;; esac\nexec %s "$@"\n' \
         "$1" "$1" "$(command -v stm32flash)" >"$tmp/bin/stm32flash"
     chmod +x "$tmp/bin/stm32flash"
-    PATH=$tmp/bin:$PATH fails_with 3 "stm32flash failed at the program, $1: .*Failed to write memory.*run it again" \
+    PATH=$tmp/bin:$PATH fails_with 3 "stm32flash failed at the program, $1: .*Failed to write memory.*run the command again" \
         build/matrig --quiet flash "pty:$tty" "$2" --baud 460800
 }
 half_a_program_does_not_start() { # power off and on, BOOT0 low: the board is in its boot ROM all the same, and the same command goes on
@@ -77,7 +77,7 @@ half_a_program_does_not_start() { # power off and on, BOOT0 low: the board is in
 }
 no_stm32flash() {
     mkdir -p "$tmp/none" && fresh_flash && start_board --boot0 || return 1
-    fails_with 3 'no stm32flash.*apt-get install stm32flash' env PATH="$tmp/none" "$PWD/build/matrig" --quiet flash "pty:$tty" $firmware/matrig.elf
+    fails_with 3 'stm32flash is missing.*apt-get install stm32flash' env PATH="$tmp/none" "$PWD/build/matrig" --quiet flash "pty:$tty" $firmware/matrig.elf
     local found=$?
     stop_board && return $found
 }
@@ -96,7 +96,7 @@ not_during_a_landing() { # the run file arms in the first second
     rm -f "$tmp/flash" && start_board --elf $firmware/matrig.elf --rig tests/runs/landing5.run --speed real || return 1
     sleep 10 <"$tty" &
     sleep 1.5
-    fails_with 2 'does not leave a landing \(it is (armed|landing)\)' build/matrig --quiet flash "pty:$tty" build/tests/variant/rest.elf
+    fails_with 2 'does not interrupt a landing \(it is (armed|landing)\)' build/matrig --quiet flash "pty:$tty" build/tests/variant/rest.elf
     local found=$?
     kill $! "$board"
     wait "$board"
@@ -112,17 +112,17 @@ nobody_there() {
 refused() { # before any board is spoken to
     local elf=$firmware/matrig.elf
     cp $elf "$tmp/notes.txt" && head -c 100 README.md >"$tmp/text" && : >"$tmp/empty.bin" || return 1
-    fails_with 4 'another machine' build/matrig flash serial:/dev/null build/matrig &&
+    fails_with 4 'different machine' build/matrig flash serial:/dev/null build/matrig &&
         fails_with 4 'an empty file' build/matrig flash serial:/dev/null "$tmp/empty.bin" &&
-        fails_with 4 'neither ELF nor named .bin' build/matrig flash serial:/dev/null "$tmp/text" &&
+        fails_with 4 'neither an ELF file nor named .bin' build/matrig flash serial:/dev/null "$tmp/text" &&
         fails_with 3 'no firmware image' build/matrig flash serial:/dev/null "$tmp/nowhere.elf" &&
-        fails_with 2 "without matrig's header" build/matrig flash serial:/dev/null build/tests/hil/images/talk.elf &&
+        fails_with 2 "without the matrig header" build/matrig flash serial:/dev/null build/tests/hil/images/talk.elf &&
         fails_with 3 'no serial port' build/matrig flash serial:/dev/nowhere $elf &&
         fails_with 2 'stm32flash needs a serial port: can:can0' build/matrig flash can:can0 $elf &&
         fails_with 2 'stm32flash needs a serial port: file:x' build/matrig flash file:x $elf &&
         fails_with 2 'stm32flash needs a serial port' build/matrig flash unix:x $elf &&
         fails_with 2 'out of range: 300 for --baud' build/matrig flash serial:/dev/null $elf --baud 300 &&
-        fails_with 2 'something is missing' build/matrig flash serial:/dev/null || return 1
+        fails_with 2 'argument missing' build/matrig flash serial:/dev/null || return 1
     MAKEFLAGS= make -s flash >"$tmp/out" 2>"$tmp/err"
     [ $? -eq 2 ] && head -n 1 "$tmp/err" | grep -q 'make flash PORT=/dev/ttyUSB0'
 }

@@ -199,7 +199,7 @@ port_is_told() {
 refusals() {
     fails_with 2 'cannot be .here.; give a port' build/matrig-board --elf $elf --gdb here &&
         fails_with 2 'cannot be .70000.' build/matrig-board --elf $elf --gdb 70000 &&
-        fails_with 3 'is there and no socket' build/matrig-board --elf $elf --gdb unix:Makefile
+        fails_with 3 'exists and is not a socket' build/matrig-board --elf $elf --gdb unix:Makefile
 }
 
 check "a session to the end of the landing" session

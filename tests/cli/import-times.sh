@@ -19,25 +19,25 @@ taken() { # CODE PATTERN BLOCKS FIRST LAST: exit and message, and how long the l
     cat "$tmp/out" "$tmp/err"
     [ $code = "$1" ] && grep -Eq "$2" "$tmp/err" && [ "$(blocks "$tmp/t.db")" = "$3" ]
 }
-far='malformed at line 202, column 1: the time jumps by more than a minute; 1 line was passed over'
+far='malformed at line 202, column 1: the time jumps by more than a minute; 1 line was skipped'
 last() { taken 4 "$far" 200 '' $'3000,1\n' && taken 4 "$far" 200 '' $'1e6,1\n'; }
-no_clock() { taken 4 'malformed at line 202, column 1: a time that no clock shows; 1 line' 200 '' $'1e308,1\n' && taken 4 'malformed at line 2, column 1: a time that no clock shows' 200 $'-1e308,1\n' ''; }
-value() { taken 4 'malformed at line 202, column 8: a value that no instrument reads; 1 line' 200 '' $'10.200,1e300\n'; }
+no_clock() { taken 4 'malformed at line 202, column 1: impossible time; 1 line' 200 '' $'1e308,1\n' && taken 4 'malformed at line 2, column 1: impossible time' 200 $'-1e308,1\n' ''; }
+value() { taken 4 'malformed at line 202, column 8: impossible value; 1 line' 200 '' $'10.200,1e300\n'; }
 alone() { # a row and no other: the one that was written beyond its buffer
     local time
     for time in 1e308 -1e308 1e300 1e13; do
         printf 't,d\n%s,2\n' $time >"$tmp/one.csv"
-        fails_with 4 '0 rows are good, 1 are not: .*no clock shows' build/matrig import "$tmp/one.db" "$tmp/one.csv" --map "$tmp/named.json" || return 1
+        fails_with 4 '0 rows are valid, 1 are not: .*impossible time' build/matrig import "$tmp/one.db" "$tmp/one.csv" --map "$tmp/named.json" || return 1
     done
     printf 't,d\n1e11,2\n' >"$tmp/one.csv" && m import "$tmp/one.db" "$tmp/one.csv" --map "$tmp/named.json" && [ "$(blocks "$tmp/one.db")" = 1 ]
 }
 goes_back() { # a table that does not go on is refused, with the line where
     { printf 't,d\n'; awk 'BEGIN {for (i = 0; i < 400; i++) printf "%.3f,1\n", i / 1000 - (i > 199) * 120}'; } >"$tmp/back.csv"
-    fails_with 4 '200 rows are good, 200 are not: .*line 202, column 1: the time does not go on' build/matrig import "$tmp/back.db" "$tmp/back.csv" --map "$tmp/named.json"
+    fails_with 4 '200 rows are valid, 200 are not: .*line 202, column 1: the time does not increase' build/matrig import "$tmp/back.db" "$tmp/back.csv" --map "$tmp/named.json"
 }
 beside_a_landing() { # whose time the file's is put into: beyond what a board counts
     sqlite3 "$tmp/t.db" "update imported set readings = readings" && table '' '' | sed 's/^10\./9999999910./' >"$tmp/late.csv"
-    fails_with 2 'after the board.s time begins: .*a board counts to 4294967 s' build/matrig import "$tmp/t.db" "$tmp/late.csv" --map "$tmp/named.json" --like 1
+    fails_with 2 'record ends at board time .*board time is at most 4294967 s' build/matrig import "$tmp/t.db" "$tmp/late.csv" --map "$tmp/named.json" --like 1
 }
 frames() { # STAMP: 200 frames of 1 kHz, and one of this stamp in the middle
     awk -v odd="$1" 'BEGIN {for (i = 0; i < 200; i++) {printf "(1700000000.%06d) can1 321#%02X00000000000000\n", i * 1000, i; if (i == 99) printf "(%s) can1 321#FF00000000000000\n", odd}}'
@@ -51,7 +51,7 @@ a_stamp_of_a_frame() {
         m import "$tmp/f.db" "$tmp/f.log" --map "$tmp/frames.json" >"$tmp/out" 2>"$tmp/err"
         local code=$?
         cat "$tmp/err"
-        [ $code = 4 ] && grep -Eq 'malformed at line 101.*1 line was passed over' "$tmp/err" && [ "$(blocks "$tmp/f.db")" = 200 ] || return 1
+        [ $code = 4 ] && grep -Eq 'malformed at line 101.*1 line was skipped' "$tmp/err" && [ "$(blocks "$tmp/f.db")" = 200 ] || return 1
     done
 }
 # ---- header lines ----
@@ -74,13 +74,13 @@ blank_lines_count() { # title, blank line, names
 comments_do_not() { by_lines 1 $'# a comment\n\n'"$rows" && eleven_taken <"$tmp/out"; }
 a_row_is_no_header() {
     by_lines 2 $'t,d\n'"$rows"
-    [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a row among the header lines; see header_lines; 1 line was passed over' "$tmp/err"
+    [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a row among the header lines; see header_lines; 1 line was skipped' "$tmp/err"
 }
 numbers_may_be_names() { by_lines 1 $'0,1\n'"$rows" && eleven_taken <"$tmp/out"; }
 names_are_looked_for_there() {
     sed 's/{"time/{"header_lines": 2, "time/' "$tmp/named.json" >"$tmp/two.json"
     printf 'a title\n\nt,d\n%s' "$rows" >"$tmp/n.csv"
-    fails_with 4 "no column 't': .*line 2; .*header_lines counts blank lines, and no comments" build/matrig import "$tmp/n.db" "$tmp/n.csv" --map "$tmp/two.json"
+    fails_with 4 "no column 't': .*line 2; .*header_lines counts blank lines, but not comments" build/matrig import "$tmp/n.db" "$tmp/n.csv" --map "$tmp/two.json"
 }
 
 check "a row far beyond all others is set aside and told" last

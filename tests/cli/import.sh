@@ -26,14 +26,14 @@ PYTHON
           "$(cell "SELECT group_concat(can_id || hex(data), '') FROM (SELECT * FROM frames WHERE landing=2 ORDER BY id)")" ]
 }
 twice_is_refused() {
-    fails_with 2 'imported already, as session 2 .*--again' build/matrig import "$db" "$tmp/can"
+    fails_with 2 'already imported, as session 2 .*--again' build/matrig import "$db" "$tmp/can"
 }
 three_at_once_make_one() { # whoever comes second sees the first one's
     local pids=() pid good=0
     for _ in 1 2 3; do m import "$tmp/once.db" "$tmp/can" >/dev/null 2>>"$tmp/once.err" & pids+=($!); done
     for pid in "${pids[@]}"; do wait "$pid" && good=$((good + 1)); done
     cat "$tmp/once.err"
-    [ $good = 1 ] && [ "$(grep -c 'imported already, as session 1' "$tmp/once.err")" = 2 ] && [ "$(sqlite3 "$tmp/once.db" 'SELECT count(*) FROM landings')" = 1 ]
+    [ $good = 1 ] && [ "$(grep -c 'already imported, as session 1' "$tmp/once.err")" = 2 ] && [ "$(sqlite3 "$tmp/once.db" 'SELECT count(*) FROM landings')" = 1 ]
 }
 it_stands_in_report_and_summary() {
     m report "$db" -o "$tmp/report.html" && grep -q "imported from</dt><dd>$tmp/can (candump of can0, [0-9]* bytes, SHA-256 $(sha256sum <"$tmp/can" | cut -c1-64))" "$tmp/report.html"
@@ -48,7 +48,7 @@ a_cut_log_keeps_what_is_whole() {
 a_damaged_line_costs_itself() {
     sed -e '7000s/#../#G0/' -e '9000s/.*/noise/' "$tmp/can" >"$tmp/bad.log"
     local column=$(sed -n 7000p "$tmp/can" | awk '{print index($0, "#") + 1}')
-    fails_with 4 "malformed at line 7000, column $column: .*; 2 lines were passed over" build/matrig --quiet import "$tmp/bad.db" "$tmp/bad.log" &&
+    fails_with 4 "malformed at line 7000, column $column: .*; 2 lines were skipped" build/matrig --quiet import "$tmp/bad.db" "$tmp/bad.log" &&
         [ "$(sqlite3 "$tmp/bad.db" 'SELECT count(*) FROM frames')" = $((lines - 2)) ] &&
         [ "$(sqlite3 "$tmp/bad.db" 'SELECT lost FROM links')" = 2 ] # the board's own counts miss them
 }
@@ -59,7 +59,7 @@ another_bus_is_left_out() {
     m --json import "$tmp/two.db" "$tmp/two.log" >"$tmp/json" && grep -q "\"rows\":$lines," "$tmp/json" && grep -q "\"other_interfaces\":$others," "$tmp/json" || return 1
     for road in "file:$tmp/two.log" file:/dev/stdin; do
         rm -f "$tmp/two.db"
-        m log --can "$road" --db "$tmp/two.db" <"$tmp/two.log" >"$tmp/out" && grep -q "frames of other buses left out: $others" "$tmp/out" || { cat "$tmp/out"; return 1; }
+        m log --can "$road" --db "$tmp/two.db" <"$tmp/two.log" >"$tmp/out" && grep -q "frames of other buses, not logged: $others" "$tmp/out" || { cat "$tmp/out"; return 1; }
         [ "$(sqlite3 "$tmp/two.db" 'SELECT count(*) FROM frames')" = "$lines" ] || return 1
     done
 }
@@ -67,14 +67,14 @@ another_bus_is_left_out() {
 two_boards_are_a_question() {
     played --elf build/firmware/matrig.elf --can "file:$tmp/other" --rig tests/runs/landing4.run >/dev/null 2>&1
     sort -s -k 1,1 <(sed 's/ can0 / can2 /' "$tmp/other") "$tmp/can" >"$tmp/both.log"
-    local asked='boards on several buses, can[02] and can[02]: .*which one.*interface'
+    local asked='boards on several buses, can[02] and can[02]: .*select one with .*interface'
     fails_with 2 "$asked" build/matrig import "$tmp/both.db" "$tmp/both.log" && fails_with 2 "$asked" build/matrig log --can "file:$tmp/both.log" --db "$tmp/both.db" &&
-        [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of can7: .*it has those of can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
+        [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of can7: .*the log has frames of can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
     m import "$tmp/both.db" "$tmp/both.log" --interface can2 >/dev/null && m log --can "file:$tmp/both.log,interface=can0" --db "$tmp/both.db" >/dev/null &&
         [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(n) FROM (SELECT count(*) AS n FROM frames GROUP BY session)')" = "$(wc -l <"$tmp/other"),$lines" ] || return 1
     # the other bus is not the same file twice; each is
-    fails_with 2 'imported already' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can2 && m import "$tmp/both.db" "$tmp/both.log" --interface can0 >"$tmp/out" && grep -q '^bus  *can0$' "$tmp/out" &&
-        fails_with 2 'imported already' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can0 && [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(bus) FROM imports')" = can2,can0 ] &&
+    fails_with 2 'already imported' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can2 && m import "$tmp/both.db" "$tmp/both.log" --interface can0 >"$tmp/out" && grep -q '^bus  *can0$' "$tmp/out" &&
+        fails_with 2 'already imported' build/matrig import "$tmp/both.db" "$tmp/both.log" --interface can0 && [ "$(sqlite3 "$tmp/both.db" 'SELECT group_concat(bus) FROM imports')" = can2,can0 ] &&
         m landing "$tmp/both.db" 3 >/dev/null && m report "$tmp/both.db" -o "$tmp/both.html" && grep -q 'both.log (candump of can2, ' "$tmp/both.html" && grep -q 'both.log (candump of can0, ' "$tmp/both.html"
 }
 # A mark of UTF-8, and what candump -l -L -s0 of before 2019 says without a newline.
@@ -94,11 +94,11 @@ every_road_gives_the_same_rows() {
         NR == 9100 {print t, "can0 20000100#"; print t, "can0 18FF50E5#0102"; print t, "can0 124#R4"; print t, "can0 123##0011"}' "$tmp/can" |
         sed 's/) 20000080/)   can0 20000080/' >"$tmp/all.log"
     local road
-    fails_with 4 'malformed at line [0-9]*, column 1: .*; 2 lines were passed over' build/matrig --quiet import "$tmp/road0.db" "$tmp/all.log" || return 1
+    fails_with 4 'malformed at line [0-9]*, column 1: .*; 2 lines were skipped' build/matrig --quiet import "$tmp/road0.db" "$tmp/all.log" || return 1
     mkfifo "$tmp/pipe2" && ln -s all.log "$tmp/pipe1" || return 1
     cat "$tmp/all.log" >"$tmp/pipe2" &
     for road in 1 2; do
-        fails_with 4 'malformed at line [0-9]*, column 1: .*; 2 lines were passed over' build/matrig --quiet log --db "$tmp/road$road.db" --can "file:$tmp/pipe$road" || return 1
+        fails_with 4 'malformed at line [0-9]*, column 1: .*; 2 lines were skipped' build/matrig --quiet log --db "$tmp/road$road.db" --can "file:$tmp/pipe$road" || return 1
     done
     sqlite3 "$tmp/road0.db" "SELECT code, sum(detail) FROM events WHERE kind='can-link' GROUP BY code" >"$tmp/told"
     [ "$(cat "$tmp/told")" = "$(printf '0|1\n1|1\n8|%d' $((lines / 50)))" ] || { cat "$tmp/told"; return 1; }
@@ -207,7 +207,7 @@ PYTHON
 }
 damage_in_a_table_is_named() {
     sed -e '1000s/,/,x/4' -e '2000s/^/x/' "$tmp/run1.csv" >"$tmp/bad.csv"
-    fails_with 4 'malformed at line 1000, column [0-9]+: no number; 2 lines were passed over' build/matrig --quiet import "$db" "$tmp/bad.csv" --map tests/exchange/exported.json --like 1 || return 1
+    fails_with 4 'malformed at line 1000, column [0-9]+: no number; 2 lines were skipped' build/matrig --quiet import "$db" "$tmp/bad.csv" --map tests/exchange/exported.json --like 1 || return 1
     local lost=$(grep -c '^[0-9-].*L' "$tmp/run1.csv") # and their two blocks are missing, no more
     [ "$(m export "$db" "$(cell 'SELECT max(id) FROM landings')" --format csv | grep -c '^[0-9-].*L')" = $((lost + 2)) ] || return 1
     head -c 300000 "$tmp/run1.csv" >"$tmp/cut.csv"
@@ -236,15 +236,15 @@ silly_input() {
         echo "$3" >"$bad"
         fails_with "$1" "$2" build/matrig import "$tmp/none.db" "$table" --map "$bad" && [ ! -e "$tmp/none.db" ]
     }
-    map_fails 4 'no JSON: .*line 1, column' '{"time": }' &&
+    map_fails 4 'not valid JSON: .*line 1, column' '{"time": }' &&
         map_fails 4 'the mapping: .*chanels' '{"time": {"column": 1}, "chanels": [], "channels": [{"column": 2, "channel": "d1", "unit": "in"}]}' &&
         map_fails 4 'channels\[0\]\.channel: .*give d1 to d8' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d9", "unit": "in"}]}' &&
         map_fails 4 'channels\[0\]\.unit: .*give in, mm' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "lb"}]}' &&
         map_fails 4 "no column 'y': .*gear.csv line 1" '{"time": {"column": 1}, "channels": [{"column": "y", "channel": "d1", "unit": "in"}]}' &&
-        map_fails 4 'is there twice' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "in"}, {"column": 3, "channel": "d1", "unit": "in"}]}' &&
-        map_fails 4 'rows are good, 600 are not: .*line 2, column 1.*does the mapping fit' '{"decimal": ",", "separator": ";", "time": {"column": 1}, "channels": [{"column": 1, "channel": "d1", "unit": "in"}]}' &&
-        fails_with 4 'no frame in it' build/matrig import "$tmp/none.db" "$table" && [ ! -e "$tmp/none.db" ] &&
-        fails_with 2 '--like is for readings of other instruments' build/matrig import "$db" "$tmp/can" --like 1 &&
+        map_fails 4 'is given twice' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "in"}, {"column": 3, "channel": "d1", "unit": "in"}]}' &&
+        map_fails 4 'rows are valid, 600 are not: .*line 2, column 1.*the mapping fits' '{"decimal": ",", "separator": ";", "time": {"column": 1}, "channels": [{"column": 1, "channel": "d1", "unit": "in"}]}' &&
+        fails_with 4 'no frames: ' build/matrig import "$tmp/none.db" "$table" && [ ! -e "$tmp/none.db" ] &&
+        fails_with 2 '--like is only for readings of other instruments' build/matrig import "$db" "$tmp/can" --like 1 &&
         fails_with 2 'no landing 99|RUN 99|no RUN 99' build/matrig import "$db" "$table" --map "$tmp/gear.json" --like 99 --again &&
         fails_with 3 'cannot open' build/matrig import "$db" /nonexistent
 }

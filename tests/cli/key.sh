@@ -163,7 +163,7 @@ check "a board without a key says that its bus is open" says "open bus"
 
 refused_without_jumper() {
     by_serial -- $matrig board --serial "$serial" key new 2>"$tmp/err"
-    [ $? = 2 ] && cat "$tmp/err" && grep -q 'refuses `key-set`: .*; only over serial and with the maintenance jumper' "$tmp/err"
+    [ $? = 2 ] && cat "$tmp/err" && grep -q 'refused `key-set`: .*; only over serial and with the maintenance jumper' "$tmp/err"
 }
 check "a key is set with the maintenance jumper alone" refused_without_jumper
 check "... and nothing is left of it" test "$(keys)" = 0
@@ -181,7 +181,7 @@ unplugged() {
     pids=($!)
     await test -S "$work/line"
     by_serial --jumper -- $matrig board --serial "unix:$work/line" key new 2>"$tmp/err"
-    [ $? = 3 ] && cat "$tmp/err" && grep -q 'the board may have the new key, and no computer: repeat key new' "$tmp/err"
+    [ $? = 3 ] && cat "$tmp/err" && grep -q 'the board may have the new key, but no computer has it: repeat key new' "$tmp/err"
 }
 check "who does not get the board's answer to a new key is told what that means" unplugged
 check "... and the file of the key before is kept" cmp "$file" "$work/kept"
@@ -190,13 +190,13 @@ check "it is repeated" by_serial --jumper -- $matrig board --serial "$serial" ke
 boot
 check "a stranger is not obeyed, who has the key is" python3 "$work/stranger.py" "$work/can" "$file"
 chmod 644 "$file"
-check "a file that others may read is refused" fails_with 3 'others may read the board.s key: .*; chmod 600' $matrig board --can "$can" arm 12
+check "a file that others may read is refused" fails_with 3 'other users may read the key of the board: .*; run chmod 600' $matrig board --can "$can" arm 12
 chmod 600 "$file"
 cp -p "$file" "$work/kept"
 tr -d '\n' <"$work/kept" | cat - "$work/kept" >"$file"
-check "more than 64 digits are no key" fails_with 4 'no key, 64 hexadecimal digits' $matrig board --can "$can" arm 12
+check "more than 64 digits are no key" fails_with 4 'not a key of 64 hexadecimal digits' $matrig board --can "$can" arm 12
 cp -p "$work/kept" "$file"
-check "a computer without the key is told where it belongs" fails_with 2 'needs its key for orders, and this computer has none: .*none/matrig/.*key' \
+check "a computer without the key is told where it belongs" fails_with 2 'accepts commands only with its key, and this computer does not have it: .*none/matrig/.*key' \
     env XDG_CONFIG_HOME="$work/none" $matrig board --can "$can" arm 12
 mkdir -p "$work/other/matrig"
 cp -p "$work/first" "$work/other/matrig/$(basename "$file")"
@@ -230,7 +230,7 @@ s = socket.socket(socket.AF_UNIX)
 s.connect(sys.argv[1])
 s.sendall(struct.pack("<IB3x8s", 0x400, 8, bytes([3, 0, 7, 0, 0, 0, 0, 0])))
 P
-check "another program's order is refused, and the log says why" said "another program ordered \"disarm\"; the board refused it: the command needs the board's key"
+check "another program's order is refused, and the log says why" said "another program sent \"disarm\"; the board refused it: the command needs the board's key"
 echo disarm >&8
 said 'disarm\?' && echo yes >&8
 check "the log disarms" said 'matrig: disarmed'
@@ -251,7 +251,7 @@ memory[memory.find(key) + 9] ^= 1
 open(sys.argv[1], "r+b").write(memory)
 P
 boot
-check "a damaged key is told from a missing one" fails_with 2 'its key is damaged: set a new one with matrig board key new' $matrig board --can "$can" arm 12
+check "a damaged key is told from a missing one" fails_with 2 'its key is damaged: set a new key with matrig board key new' $matrig board --can "$can" arm 12
 off
 check "a lost key is cleared, without it" by_serial --jumper -- env XDG_CONFIG_HOME="$work/none" $matrig board --serial "$serial" key clear
 check "... and the bus is open again" says "open bus"

@@ -46,7 +46,7 @@ history_cannot_be_changed() {
 }
 nothing_yet_is_said() { # of a campaign without any landing, survey or series
     begun_landing "$tmp/none.db" && sqlite3 "$tmp/none.db" "delete from landings" 2>/dev/null
-    $matrig landing "$tmp/none.db" 2>"$tmp/err" && grep 'no landing yet: .*; matrig log --db .* collects them$' "$tmp/err"
+    $matrig landing "$tmp/none.db" 2>"$tmp/err" && grep 'no landing yet: .*; record landings with matrig log --db ' "$tmp/err"
 }
 observations() {
     landing 1 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel --at 1.5 --note 'grew <i>slowly' >/dev/null &&
@@ -67,7 +67,7 @@ void_is_left_out_and_said() {
         ! grep -q 'id="run1"' "$tmp/without.html" || return 1
     fails_with 2 'RUN 1 is void \(a dog <b>ran\)' $matrig compare "$db" 1 || return 1
     $matrig --json report "$db" --void -o "$tmp/with.html" | grep -q '"landings":1[,}]' || return 1
-    fails_with 2 'is void already' $matrig landing "$db" 1 --void --reason twice && landing 1 --unvoid --reason "it was a cat" >/dev/null &&
+    fails_with 2 'is already void' $matrig landing "$db" 1 --void --reason twice && landing 1 --unvoid --reason "it was a cat" >/dev/null &&
         $matrig --json report "$db" -o "$tmp/with.html" | grep -q '"landings":1[,}]'
 }
 report_shows_them() {
@@ -82,7 +82,7 @@ series() {
     $matrig --json landing "$db" | grep -q '"landings":1' || return 1
     sqlite3 "$db" "insert into landings(session, boot, board_landing, armed_us, state) values(1, 0, 9, (select made_us + 1 from series), 1)"
     $matrig landing "$db" --series second >/dev/null
-    landing 2 | grep -q 'RUN 2: landing 9, .* series standard-1,' && fails_with 2 "there is a series 'second' already" $matrig landing "$db" --series second &&
+    landing 2 | grep -q 'RUN 2: landing 9, .* series standard-1,' && fails_with 2 "series 'second' exists already" $matrig landing "$db" --series second &&
         fails_with 2 "no series 'third'" $matrig landing "$db" 1 --correct series=third --reason x
 }
 a_series_begun_by_mistake() { # is withdrawn and stays: the landings belong to the one before it, and a bundle has that one
@@ -90,7 +90,7 @@ a_series_begun_by_mistake() { # is withdrawn and stays: the landings belong to t
     local before
     before=$($matrig landing "$tmp/frist.db" 2 | head -n 1)
     sqlite3 "$tmp/frist.db" "insert into series(made_us, name) select armed_us, 'frist' from landings where id = 2" && $matrig landing "$tmp/frist.db" 2 | grep 'series frist,' || return 1
-    fails_with 2 'why' $matrig landing "$tmp/frist.db" --withdraw-series frist && fails_with 2 "no series 'x'" $matrig landing "$tmp/frist.db" --withdraw-series x --reason y &&
+    fails_with 2 'no reason' $matrig landing "$tmp/frist.db" --withdraw-series frist && fails_with 2 "no series 'x'" $matrig landing "$tmp/frist.db" --withdraw-series x --reason y &&
         $matrig landing "$tmp/frist.db" --withdraw-series frist --reason 'first, mistyped' | grep 'series  *frist .* tester  *first, mistyped$' && [ "$($matrig landing "$tmp/frist.db" 2 | head -n 1)" = "$before" ] &&
         fails_with 2 "no series 'frist'" $matrig landing "$tmp/frist.db" --withdraw-series frist --reason again && $matrig landing "$tmp/frist.db" --series frist >/dev/null &&
         [ "$(sqlite3 "$tmp/frist.db" "select count(*) from series where name = 'frist'")" = 2 ] && sqlite3 "$tmp/frist.db" 'delete from withdrawals' 2>&1 | grep 'history stays'
@@ -118,12 +118,12 @@ passed_on_with_a_bundle() {
         grep -q 'wave  *1  .*88\.0' "$tmp/one.txt"
 }
 silly() {
-    fails_with 2 'which landing' $matrig landing "$db" --note x && fails_with 2 'one thing at a time' $matrig landing "$db" 1 --note x --void &&
-        fails_with 2 'why\?' $matrig landing "$db" 1 --void && fails_with 2 'nothing to correct' $matrig landing "$db" 1 --correct speed=3 --reason x &&
+    fails_with 2 'no landing: give' $matrig landing "$db" --note x && fails_with 2 'more than one action' $matrig landing "$db" 1 --note x --void &&
+        fails_with 2 'no reason' $matrig landing "$db" 1 --void && fails_with 2 'cannot correct' $matrig landing "$db" 1 --correct speed=3 --reason x &&
         fails_with 2 'out of range' $matrig landing "$db" 1 --correct touchdown_ft=500 --reason x &&
         fails_with 2 'unknown side' $matrig landing "$db" 1 --observe wave --station 3 --side up &&
-        fails_with 2 'where was it' $matrig landing "$db" 1 --observe wave && fails_with 2 'RUN 7' $matrig landing "$db" 7 --note x &&
-        fails_with 2 'go with --observe' $matrig landing "$db" 1 --station 3
+        fails_with 2 'no position' $matrig landing "$db" 1 --observe wave && fails_with 2 'RUN 7' $matrig landing "$db" 7 --note x &&
+        fails_with 2 'need --observe' $matrig landing "$db" 1 --station 3
 }
 
 check "notes" notes

@@ -99,10 +99,10 @@ it_arms_and_disarms() {
         sleep 0.1
     done
     grep -q '{"done":true}' "$tmp/answer" || return 1
-    status_is 409 post '{"command":"arm"}' "$json" "X-Matrig-Token: $token" && grep -q 'not in this state' "$tmp/answer" || return 1
+    status_is 409 post '{"command":"arm"}' "$json" "X-Matrig-Token: $token" && grep -q 'not possible in the present state' "$tmp/answer" || return 1
     sleep 0.2
     request "GET /state HTTP/1.1" "Host: localhost" | grep -q '"state_text":"armed","cause":1,"cause_text":"command","landing":12' || return 1
-    status_is 409 post '{"command":"disarm","until_us":1700000000000000} ' "$json" "X-Matrig-Token: $token" && grep -q 'came too late' "$tmp/answer" &&
+    status_is 409 post '{"command":"disarm","until_us":1700000000000000} ' "$json" "X-Matrig-Token: $token" && grep -q 'arrived too late' "$tmp/answer" &&
         status_is 400 post '{"command":"disarm"} ' "$json" "X-Matrig-Token: $token" || return 1
     status_is 200 post '{"command":"disarm"}' "$json" "X-Matrig-Token: $token"
 }
@@ -193,13 +193,13 @@ check "followed once, as JSON" state_as_json
 check "who follows a database gives no commands" followers_only_watch
 check "on serial alone every reading is there" joined_on_serial
 check "the log loses nothing and ends with viewers that do not read" ends_with_viewers
-check "a port that is taken" fails_with 3 'cannot serve the live page at .*another port' build/matrig live "$work/x.db" --port "$(
+check "a port that is taken" fails_with 3 'cannot serve the live page at .*different port' build/matrig live "$work/x.db" --port "$(
     timeout 3 build/matrig live "$work/x.db" --port 0 2>"$work/taken.err" >/dev/null &
     address_in "$work/taken.err" | sed 's|.*:\([0-9]*\)/.*|\1|')"
 check "no database named" fails_with 2 'DB' build/matrig live
 check "a database that is not there" fails_with 3 'no such database' build/matrig live "$tmp/none.db" --port 0
-check "an address of another computer's reach" fails_with 2 "no port: '0.0.0.0:8473'.*ssh -L" build/matrig live "$work/x.db" --port 0.0.0.0:8473
-check "the same for log" fails_with 2 "no port: '10.0.0.1:1'" build/matrig log --can "unix:$work/none" --db "$tmp/new.db" --live 10.0.0.1:1
-check "no port" fails_with 2 'no port' build/matrig live "$work/x.db" --port eighty
-check "a file that is no database" fails_with 4 'no campaign database' build/matrig live "$elf" --port 0
+check "an address of another computer's reach" fails_with 2 "not a port: '0.0.0.0:8473'.*ssh -L" build/matrig live "$work/x.db" --port 0.0.0.0:8473
+check "the same for log" fails_with 2 "not a port: '10.0.0.1:1'" build/matrig log --can "unix:$work/none" --db "$tmp/new.db" --live 10.0.0.1:1
+check "no port" fails_with 2 'not a port' build/matrig live "$work/x.db" --port eighty
+check "a file that is no database" fails_with 4 'not a campaign database' build/matrig live "$elf" --port 0
 finish

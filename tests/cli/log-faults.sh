@@ -61,7 +61,7 @@ disk_full() {
     sleep 0.25
     at_us=$(($(date +%s%N) / 1000 - $(waited_us $logger) + before))
     touch "$tmp/full.now"
-    await grep -q "^matrig: no room on the campaign's disk: waiting for room" "$tmp/full.err" || return 1
+    await grep -q "^matrig: the disk of the campaign is full: waiting for space" "$tmp/full.err" || return 1
     kill -INT $logger
     await bash -c "! kill -0 $logger" || return 1
     wait $logger
@@ -72,7 +72,7 @@ disk_full() {
     read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/full.marks")
     echo "exit $status; read 100 ms before: $read; kept $(fills_in full)"
     [ $status = 3 ] &&
-        grep -Eq "^matrig: .*/full.db took nothing any more \(cannot write \(database or disk is full; [a-z0-9.]+ at /[^)]*\): .*full.db; make room on the disk\); all that was logged is in .*/full-saved-.*\.db$" "$tmp/full.err" &&
+        grep -Eq "^matrig: .*/full.db accepted no more data \(cannot write \(database or disk is full; [a-z0-9.]+ at /[^)]*\): .*full.db; free space on the disk\); all that was logged is in .*/full-saved-.*\.db$" "$tmp/full.err" &&
         [ "$read" -gt 3000 ] && [ "$(fills_in full)" -ge "$read" ] && intact full
 }
 after_that_it_goes_on() { # with room again, the same campaign takes the next landing, and shows what it has of the other
@@ -91,7 +91,7 @@ clock_set() { # NAME SECONDS
     wait $sender
     cat "$tmp/$1.err"
     db "$1" "select kind, landing, value from events where kind = 'clock-set'"
-    [ $status = 0 ] && grep -Eq "^matrig: this computer's clock was set by \\$3 s: times of day before and after" "$tmp/$1.err" &&
+    [ $status = 0 ] && grep -Eq "^matrig: the clock of this computer was changed by \\$3 s: times of day before and after" "$tmp/$1.err" &&
         [ "$(db "$1" "select count(*), abs(value - ($2) * 1000000) < 1000, landing from events where kind = 'clock-set'")" = "1|1|1" ] &&
         [ "$(fills_in "$1")" = "$(sent "$1" fills)" ] && [ "$(db "$1" 'select sum(lost + bad) from links')" = 0 ] &&
         grep -q "^RUN 1: landing 1, done" "$tmp/$1.txt" && grep -q "^  stop  *79\.56[0-9] " "$tmp/$1.txt" # 3 + 35^2 / 16
@@ -102,7 +102,7 @@ forward() { clock_set forward 3600 "+3600\.000"; }
 second_writer() {
     begin first 9
     await has_come first 12000 || return 1
-    fails_with 3 "^matrig: another matrig log writes to this campaign: .*first.db; end it first, or name another database" \
+    fails_with 3 "^matrig: another matrig log writes to this campaign: .*first.db; end it first, or give a different database" \
         $matrig log --can "file:$tmp/nothing" --db "$dbs/first.db" || return 1
     $matrig landing "$dbs/first.db" 1 --note "a note beside it" || return 1 # people go on writing
     wait $logger && wait $sender || return 1

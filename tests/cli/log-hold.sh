@@ -82,7 +82,7 @@ let_go() { exec 9>&-; wait $holder; }
 held() { # NAME SECONDS HOW: a lock
     begin "$1" $(($2 + 8)) && hold "$1" "$3" || return 1
     local from=$EPOCHREALTIME at
-    await told "$1" "^matrig: another program holds the campaign: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
+    await told "$1" "^matrig: another program has locked the campaign: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
         at=$EPOCHREALTIME && sleep "$(awk -v s="$2" -v from="${from/,/.}" -v now="${at/,/.}" 'BEGIN { print (s > now - from ? s - now + from : 0) }')"
     local early=$?
     let_go
@@ -90,7 +90,7 @@ held() { # NAME SECONDS HOW: a lock
     awk -v from="${from/,/.}" -v at="${at/,/.}" 'BEGIN { printf "told after %.2f s\n", at - from }'
     cat "$tmp/$1.err"
     echo "queue $(json "$1" queue)"
-    all_there "$1" && told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$" &&
+    all_there "$1" && told "$1" "^matrig: the campaign can be written again after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$" &&
         [ "$(json "$1" queue.held_s.lock "> $2 - 0.5")" = 1 ]
 }
 stalled() { # NAME SECONDS: a write takes as long
@@ -101,18 +101,18 @@ stalled() { # NAME SECONDS: a write takes as long
     echo "queue $(json "$1" queue)"
     all_there "$1" && [ "$(json "$1" queue.held_s.slow_disk "> $2 - 0.1")" = 1 ] &&
         { [ "$2" = 1 ] || # it may be over before a busy computer gets to telling it
-            { told "$1" "^matrig: the disk is slow, [0-9.]+ s by now: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
-                told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$"; }; }
+            { told "$1" "^matrig: the disk is slow, [0-9.]+ s so far: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
+                told "$1" "^matrig: the campaign can be written again after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$"; }; }
 }
 room_again() {
     begin room 12 "$faults" "DISK_FULL=$tmp/room.now:room.db" || return 1
     touch "$tmp/room.now"
-    await told room "^matrig: no room on the campaign's disk: waiting for room, queue [0-9]+ % full, nothing lost: $dbs/room.db$"
+    await told room "^matrig: the disk of the campaign is full: waiting for space, queue [0-9]+ % full, nothing lost: $dbs/room.db$"
     local early=$?
     rm "$tmp/room.now"
     ends 0 || return 1
     cat "$tmp/room.err"
-    [ $early = 0 ] && all_there room && told room "^matrig: the campaign is written again, after [0-9.]+ s" &&
+    [ $early = 0 ] && all_there room && told room "^matrig: the campaign can be written again after [0-9.]+ s" &&
         [ "$(json room queue.held_s.full_disk "> 0")" = 1 ]
 }
 
@@ -134,7 +134,7 @@ overflows() {
     await told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && await all_sent 2
     local early=$?
     let_go
-    await told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
+    await told wire "^matrig: the campaign can be written again after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
     await told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
     came=$(db wire "select count(*) from landings where state = 4")
     tail -c 300000 "$tmp/wire.serial" >"$tmp/wire.rest" # the end of the landing that was cut off
@@ -167,7 +167,7 @@ ended_while() { # NAME
     [ "$1" = given-up ] && let_go
     saved=$(json "$1" db)
     [ $status = 3 ] && [[ $saved == $dbs/$1-saved-*.db ]] &&
-        [ "$(grep -c "^matrig: $dbs/$1\.db took nothing any more .*; all that was logged is in $saved$" "$tmp/$1.err")" = 1 ] || return 1
+        [ "$(grep -c "^matrig: $dbs/$1\.db accepted no more data .*; all that was logged is in $saved$" "$tmp/$1.err")" = 1 ] || return 1
     saved=$(basename "$saved" .db)
     read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/$1.marks")
     kept=$(db "$saved" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")
@@ -183,12 +183,12 @@ landing_is_whole() { # DB: it is in it from its arming, without a hole, on both 
         [ "$(db "$1" "select count(*) - 1 - (max(idx) - min(idx)) $blocks")" = 0 ]
 }
 given_up() {
-    begin given-up 30 && hold given-up IMMEDIATE && await told given-up "another program holds" && ended_while given-up
+    begin given-up 30 && hold given-up IMMEDIATE && await told given-up "another program has locked" && ended_while given-up
 }
 full_to_the_end() {
     begin full-end 30 "$faults" "DISK_FULL=$tmp/full-end.now:full-end.db" || return 1
     touch "$tmp/full-end.now"
-    await told full-end "no room on the campaign's disk" && ended_while full-end
+    await told full-end "the disk of the campaign is full" && ended_while full-end
 }
 
 # A write that hangs is not waited for, once the end was asked for.
@@ -204,7 +204,7 @@ hung() {
     wait $sender
     cat "$tmp/hung.err"
     echo "exit $status after $((SECONDS - from)) s"
-    [ $status = 3 ] && told hung "^matrig: the disk has taken nothing for 1[0-9] s: $dbs/hung.db; not saved: [0-9]+ frames of CAN and [0-9]+ bytes of serial that came last"
+    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; not saved: the newest [0-9]+ frames of CAN and [0-9]+ bytes of serial"
 }
 
 # The campaign is taken away: told, saved beside, gone on with; the exit code says so, and nothing of anybody's is overwritten.
@@ -214,7 +214,7 @@ taken() { # NAME WHAT COMMAND...
     begin "$name" 12 || return 1
     from=$EPOCHREALTIME
     "$@" || return 1
-    await told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all of it was saved in .*, and the log goes on there$"
+    await told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all data was saved in .*, and the log continues there$"
     at=$EPOCHREALTIME
     ends 3 || { cat "$tmp/$name.err"; return 1; }
     cat "$tmp/$name.err"
@@ -247,7 +247,7 @@ put_another() {
         cp "$dbs/another" "$dbs/another.copy" && mv "$dbs/another" "$dbs/replaced.db"
 }
 replaced() { # and nothing of the log's is beside it that SQLite would write into it
-    taken replaced "was replaced by another file" put_another && [ ! -e "$dbs/replaced.db-wal" ] &&
+    taken replaced "was replaced by a different file" put_another && [ ! -e "$dbs/replaced.db-wal" ] &&
         [ "$(sqlite3 "$dbs/replaced.db" 'select text from somebodys')" = own ] && cmp "$dbs/replaced.db" "$dbs/another.copy"
 }
 journal() { taken journal "lost its journal \(-wal\)" rm "$dbs/journal.db-wal"; }

@@ -48,7 +48,7 @@ lost() {
     begin "$name" 10 || return 1
     "$@" || return 1
     from=$EPOCHREALTIME
-    await told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all that came since [0-9:]+ was saved in .*, and the log goes on there" ||
+    await told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all data received since [0-9:]+ was saved in .*, and the log continues there" ||
         { cat "$tmp/$name.err"; ends 3; return 1; }
     at=$EPOCHREALTIME
     ends 3 || { cat "$tmp/$name.err"; return 1; }
@@ -83,7 +83,7 @@ restore() { # by one transaction, when the log leaves room for it
     return 1
 }
 restored() { # and stays what it was made
-    lost restored "lost what was logged into it" restore restored && has_come restored 1000 && ! has_come restored 15000 &&
+    lost restored "lost the logged data" restore restored && has_come restored 1000 && ! has_come restored 15000 &&
         [ "$(db restored 'pragma integrity_check')" = ok ]
 }
 copied_last() { # at the very end, before anybody could have noticed

@@ -22,7 +22,7 @@ overview() { for command in $commands; do $m --help | grep -q "^  $command " || 
 check "and is listed" overview
 check "a version" sh -c "$m --version | grep -Eq '^matrig [0-9]+\.[0-9]+\.[0-9]+\$' && $m --json --version | grep -q '^{\"version\":\"'"
 check "help of what is not there" fails_with 2 "unknown command: 'lgo'" $m help lgo
-check "an option of one letter with its value" fails_with 2 'alone: -o' $m sweep none.json -ox
+check "an option of one letter with its value" fails_with 2 '-o without --cases' $m sweep none.json -ox
 check "a flag takes none" fails_with 2 "unknown option: '-xy'" $m study none.json -xy
 runs_examples() { # those that need no board and no campaign, as --help has them
     local line
@@ -36,8 +36,8 @@ check "examples run" runs_examples
 # --- what is there stays as it was ---
 cp host/scenes/model_runway.json "$tmp/scene.json"
 cp "$tmp/scene.json" "$tmp/scene"
-check "a history is not written over its scene" fails_with 2 'would overwrite what is read' $m sim "$tmp/scene" --csv "$tmp/scene"
-check "nor a scaled scene" fails_with 2 'would overwrite what is read' $m scale "$tmp/scene.json" -o "$tmp/scene.json"
+check "a history is not written over its scene" fails_with 2 'would overwrite the input' $m sim "$tmp/scene" --csv "$tmp/scene"
+check "nor a scaled scene" fails_with 2 'would overwrite the input' $m scale "$tmp/scene.json" -o "$tmp/scene.json"
 check "it is as it was" cmp "$tmp/scene.json" host/scenes/model_runway.json
 no_survey() { # from a sheet that is none
     fails_with 4 'no column kind' $m --quiet survey "$tmp/s.db" --from "$tmp/scene.json" && [ -z "$($m survey "$tmp/s.db" --list)" ]

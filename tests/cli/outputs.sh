@@ -90,7 +90,7 @@ check "a symbolic link is followed, and stays" linked
 input() { # by each of its names
     cp host/scenes/wave.json "$tmp/scene.copy" && ln -sf scene.copy "$tmp/scene.link" && ln -f "$tmp/scene.copy" "$tmp/scene.hard" || return 1
     for other in scene.copy scene.link scene.hard; do
-        fails_with 2 'would overwrite what is read' $matrig sim "$tmp/scene.copy" --csv "$tmp/$other" || return 1
+        fails_with 2 'would overwrite the input' $matrig sim "$tmp/scene.copy" --csv "$tmp/$other" || return 1
     done
     cmp "$tmp/scene.copy" host/scenes/wave.json
 }
@@ -100,7 +100,7 @@ database() {
     before=$(sha256sum <"$db")
     cp "$db" "$tmp/other.db"
     for other in campaign.db other.db; do
-        fails_with 2 'would overwrite' $matrig report "$db" -o "$tmp/$other" && fails_with 2 'is there already' $matrig bundle "$db" 1 -o "$tmp/$other" || return 1
+        fails_with 2 'would overwrite' $matrig report "$db" -o "$tmp/$other" && fails_with 2 'file exists already' $matrig bundle "$db" 1 -o "$tmp/$other" || return 1
     done
     [ "$before" = "$(sha256sum <"$db")" ] && [ "$before" = "$(sha256sum <"$tmp/other.db")" ]
 }

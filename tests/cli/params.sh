@@ -31,9 +31,9 @@ check "soil's error" near KV error 1440 1e-6
 echo '{"hinge": {"angle_deg": [2, 5, 8, 11, 12, 13], "moment_ft_lb": [20, -20, 10, 1745, 3491, 5236]}}' >"$tmp/readings.json"
 check "readings within the free travel are refused" fails_with 4 'readings within the free travel: .*hinge: 1 of 6' $m params "$tmp/readings.json"
 echo '{"hinge": {"angle_deg": [1, 2, 3, 4, 5, 6], "moment_ft_lb": [20.3, 19.8, 20.1, 19.7, 20.4, 19.9]}}' >"$tmp/readings.json"
-check "all within: refused with what can be said" fails_with 5 'no spring: .*hinge: 6 readings' $m params "$tmp/readings.json"
+check "all within: refused with what can be said" fails_with 5 'no stiffness: .*hinge: 6 readings' $m params "$tmp/readings.json"
 echo '{"hinge": {"angle_deg": [-12, 11, 12, 13], "moment_ft_lb": [-3491, 1745, 3491, 5236]}}' >"$tmp/readings.json"
-check "both ways at once" fails_with 4 'angle below 0' $m params "$tmp/readings.json"
+check "both ways at once" fails_with 4 'negative angle' $m params "$tmp/readings.json"
 # slack of 0.02 in, then 9,500 lb/in per in of a strip of 2 in
 echo '{"tension": {"joint_in": 144, "strip_in": 2, "stretch_in": [0.03, 0.04, 0.05, 0.06], "force_lb": [191, 379, 571, 759]}}' >"$tmp/readings.json"
 check "a joint's slack is no part of KL" near KL value 16416000 150000
@@ -54,14 +54,14 @@ while IFS='|' read -r name code pattern json; do
     check "$name" fails_with "$code" "$pattern" $m params "$tmp/bad.json"
 done <<'J'
 misspelt reading|4|weigth_lb|{"pull": {"weigth_lb": 3}}
-negative reading|4|no reading: .*pull.weight_lb; give a number above 0|{"pull": {"weight_lb": -3, "pull_lb": 1}}
-a moment without turning|4|meets no moment at -4.0|{"hinge": {"angle_deg": [1, 2, 3, 4], "moment_ft_lb": [500, 601, 700, 799]}}
+negative reading|4|not a reading: .*pull.weight_lb; give a number above 0|{"pull": {"weight_lb": -3, "pull_lb": 1}}
+a moment without turning|4|reaches zero moment at -4.0|{"hinge": {"angle_deg": [1, 2, 3, 4], "moment_ft_lb": [500, 601, 700, 799]}}
 too few points|5|too few points|{"hinge": {"angle_deg": [1, 2], "moment_ft_lb": [3, 4]}}
 lists of different lengths|4|3 and 2|{"hinge": {"angle_deg": [1, 2, 3], "moment_ft_lb": [3, 4]}}
 no JSON|4|line [12] column|{
 no infinite parameter|5|KV|{"deflection": {"load_lb": 1e300, "deflection_in": 1e-300}}
-text for a reading|4|no reading: .*pull.weight_lb|{"pull": {"weight_lb": "3", "pull_lb": 1}}
-an error below 0|4|no reading: .*pull.weight_lb; .*with E 0 or more|{"pull": {"weight_lb": {"readings": [3], "error": -1}, "pull_lb": 1}}
+text for a reading|4|not a reading: .*pull.weight_lb|{"pull": {"weight_lb": "3", "pull_lb": 1}}
+an error below 0|4|not a reading: .*pull.weight_lb; .*with E 0 or more|{"pull": {"weight_lb": {"readings": [3], "error": -1}, "pull_lb": 1}}
 a list|4|no readings|[1]
 no readings|4|no readings|{}
 J

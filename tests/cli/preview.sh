@@ -72,14 +72,14 @@ whole() { # for comparison: both links to their end
 }
 one_cable_off() {
     cat "$tmp/half.said"
-    ! grep -Eq 'no preview|nothing comes any more' "$tmp/half.said" && grep -q '^RUN 1: landing 5, done' "$tmp/half.said" &&
+    ! grep -Eq 'no preview|no more data' "$tmp/half.said" && grep -q '^RUN 1: landing 5, done' "$tmp/half.said" &&
         [ "$(sqlite3 "$tmp/half.db" "select count(*) from gaps where cause='silence' and link=1")" = 1 ] || return 1
     # the edges come by CAN as well: what the whole record says
     whole && diff <(grep -E '^  touchdown' "$tmp/half.said") <(grep -E '^  touchdown' "$tmp/whole.said")
 }
 all_silent() {
     cat "$tmp/none.said"
-    ! grep -q 'no preview' "$tmp/none.said" && grep -q 'nothing comes any more of RUN 1' "$tmp/none.said" &&
+    ! grep -q 'no preview' "$tmp/none.said" && grep -q 'no more data of RUN 1' "$tmp/none.said" &&
         grep -q '^  stop  *not known: the record ends while the gear moves' "$tmp/none.said" && grep -q '^  touchdown  *35\.[45]' "$tmp/none.said"
 }
 pages() {

@@ -14,7 +14,7 @@ fast() { # ERRORS COMMAND...: the command on that clock
 }
 
 error_goes_on() { fast "$tmp/error.txt" $m error "$tmp/short.json" && cat "$tmp/error.txt"; }
-says() { grep -E "^matrig: $1: goes on after [1-9][0-9]* s: $2; $3 is quicker$" "$tmp/$1.txt" || { cat "$tmp/$1.txt" && false; }; }
+says() { grep -E "^matrig: $1: running for [1-9][0-9]* s: $2; $3 is quicker$" "$tmp/$1.txt" || { cat "$tmp/$1.txt" && false; }; }
 check "error: takes more than half a minute" error_goes_on
 check "and says how far it is and what is quicker" says error "run [0-9]+ of solvers against the reference" "an earlier tend"
 quiet_error() { fast "$tmp/quiet.txt" $m --quiet error "$tmp/short.json" && cat "$tmp/quiet.txt" && [ ! -s "$tmp/quiet.txt" ]; }
@@ -23,7 +23,7 @@ check "with --quiet it says nothing" quiet_error
 # One runway alone: none is done until all is.
 study_goes_on() { fast "$tmp/study.txt" $m study host/landing_series/series/friction.json --ground elastic --seeds 1; }
 check "study: one runway" study_goes_on
-check "goes on while none is done" says study "none of 1 runways is done" "fewer --seeds"
+check "goes on while none is done" says study "0 of 1 runways done" "fewer --seeds"
 quiet_study() { fast "$tmp/quiet.txt" $m --quiet study host/landing_series/series/friction.json --ground elastic --seeds 1 && [ ! -s "$tmp/quiet.txt" ]; }
 check "with --quiet it says nothing either" quiet_study
 finish

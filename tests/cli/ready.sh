@@ -75,8 +75,8 @@ walk() { # NAME ARGUMENTS...
 rig rest
 a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-go
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO, UNCALIBRATED after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 7 not done$' &&
-        grep -Eq '^not done +firmware ' "$tmp/ready.txt" && grep -Eq '^not done +brown-out reset +off, as from the factory \[on\]' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
-        grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: as configured, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
+        grep -Eq '^not done +firmware ' "$tmp/ready.txt" && grep -Eq '^not done +brown-out reset +off, the factory setting \[on\]' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
+        grep -Eq '^not done +gage zeros +14 of 14 not measured since reset: configured values used, \+- 1\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
 }
 a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
     timeout 600 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
@@ -89,9 +89,9 @@ a_landing_names_it() { # logged at once after, it says so; and the next time has
         [ "$(sqlite3 "$tmp/bundle.db" 'select kind, verdict from readiness')" = 'ready|go' ]
 }
 the_second_time_compares() {
-    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" --image $elf && grep -Eq '^GO +configuration .*as RUN 1 had' "$tmp/ready.txt" &&
-        grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
-        with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as RUN 1 had' "$tmp/ready.txt"
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" --image $elf && grep -Eq '^GO +configuration .*as in RUN 1' "$tmp/ready.txt" &&
+        grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; change since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
+        with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as in RUN 1' "$tmp/ready.txt"
 }
 a_dated_sensor_is_calibrated() { # by its configuration, or anew: all 22 (bits 0 to 21) are known then
     sqlite3 "$tmp/campaign.db" ".backup $tmp/dated.db" ".backup $tmp/anew.db"
@@ -106,7 +106,7 @@ an_overdue_certificate_is_no_go() { # in a copy; one that holds beside it, the o
         build/matrig --quiet calibrate t2 --db "$tmp/cert.db" --certificate 'number=A-2, calibrated=2021-03-02, due=2199-12-31, uncertainty=1, coverage=2' || return 1
     with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/cert.db"
     [ $? = 1 ] && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 2 ] && grep -Eq '^NO-GO +certificate d3 +overdue since 2022-03-02: No\. A-1, Lab$' "$tmp/ready.txt" && grep -Eq '^ +-> have the sensor calibrated' "$tmp/ready.txt" &&
-        grep -Eq '^GO +certificate t2 +valid until 2199-12-31: No\. A-2$' "$tmp/ready.txt" && grep -Eq '^not done +certificates +none is entered of d1, d2, d4, ' "$tmp/ready.txt" && grep -Eq '^NO-GO after [0-9.]+ s: certificate d3; ' "$tmp/ready.txt"
+        grep -Eq '^GO +certificate t2 +valid until 2199-12-31: No\. A-2$' "$tmp/ready.txt" && grep -Eq '^not done +certificates +no certificate for d1, d2, d4, ' "$tmp/ready.txt" && grep -Eq '^NO-GO after [0-9.]+ s: certificate d3; ' "$tmp/ready.txt"
 }
 lines_fit() { # no terminal: 100 columns; and nobody reads of -0.0
     awk 'length > 100' "$tmp/printed.txt" | grep . && return 1
@@ -136,7 +136,7 @@ P
 }
 another_image() { # the landing ran the program of another build
     sqlite3 "$tmp/campaign.db" 'update landings set image_crc = image_crc + 1'
-    only_no_go '' 'firmware .*as RUN 1 had'
+    only_no_go '' 'firmware .*as in RUN 1'
     local status=$?
     sqlite3 "$tmp/campaign.db" 'update landings set image_crc = image_crc - 1'
     return $status
@@ -180,7 +180,7 @@ from_state() {
 after_a_landing() { # band 2 of landing 5 is slack and its switches are open; its record is in the black box
     from_state 4
     [ $? = 1 ] && grep -Eq '^GO +board .*idle' "$tmp/ready.txt" && grep -Eq '^NO-GO +band 2' "$tmp/ready.txt" && grep -Eq '^NO-GO +switches .*switches are open' "$tmp/ready.txt" &&
-        grep -Eq '^GO +black box +ready, .* 1 records not freed' "$tmp/ready.txt"
+        grep -Eq '^GO +black box +ready, .* 1 records to free' "$tmp/ready.txt"
 }
 pretension() {
     rig slack lb=80
@@ -199,8 +199,8 @@ P
 }
 all_answer() {
     rig good "switches=$(seq -s, 24)" push=1,2,3,4,5,6,7,8 "pull=$(seq -s, 14)" gap=1.2 trip=1
-    walk good && grep -q '^GO  *switch walk  *all 24 answered, in order' "$tmp/ready.txt" && grep -q '^GO  *transducer walk  *all 8 answered' "$tmp/ready.txt" &&
-        grep -q '^GO  *gage walk  *all 14 answered' "$tmp/ready.txt" && [ "$(sqlite3 "$tmp/walks.db" 'select kind, verdict from readiness')" = 'walk|go' ]
+    walk good && grep -q '^GO  *switch walk  *all 24 responded, in order' "$tmp/ready.txt" && grep -q '^GO  *transducer walk  *all 8 responded' "$tmp/ready.txt" &&
+        grep -q '^GO  *gage walk  *all 14 responded' "$tmp/ready.txt" && [ "$(sqlite3 "$tmp/walks.db" 'select kind, verdict from readiness')" = 'walk|go' ]
 }
 # 7 and 8 swapped; told while it goes on, with the step seen and the step configured
 swapped_switches() {
@@ -210,7 +210,7 @@ swapped_switches() {
     local status=$?
     wait
     cat "$tmp/ready.txt"
-    [ $status = 1 ] && grep -Eq '^NO-GO +switch 7 +answered when 8 was next' "$tmp/ready.txt" && grep -Eq '^NO-GO +switch 8 +answered when 7 was next' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
+    [ $status = 1 ] && grep -Eq '^NO-GO +switch 7 +responded when 8 was next' "$tmp/ready.txt" && grep -Eq '^NO-GO +switch 8 +responded when 7 was next' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
         grep -Eq '^switch 8 \(32\.5 ft\): step of 7[12]\.[0-9] codes, configured 72$' "$tmp/ready.txt"
 }
 a_walk_is_no_landing() { # what the board said on CAN meanwhile: edges, but no landing, no record in the black box
@@ -222,8 +222,8 @@ a_walk_is_no_landing() { # what the board said on CAN meanwhile: edges, but no l
 dead_and_swapped() {
     rig dead "switches=$(seq -s, 11),$(seq -s, 13 24)" push=1,3,2,4,5,6,7,8
     walk dead
-    [ $? = 1 ] && grep -Eq '^NO-GO +switch 12 +did not answer' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 4 ] && # and the verdict
-        grep -Eq '^NO-GO +transducer 2 +answered when 3 was next' "$tmp/ready.txt" && grep -Eq '^not done +gage walk +none of 14 answered' "$tmp/ready.txt"
+    [ $? = 1 ] && grep -Eq '^NO-GO +switch 12 +did not respond' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 4 ] && # and the verdict
+        grep -Eq '^NO-GO +transducer 2 +responded when 3 was next' "$tmp/ready.txt" && grep -Eq '^not done +gage walk +none of 14 responded' "$tmp/ready.txt"
 }
 check "the first time: go, and what could not be compared is told" a_first_time_is_go
 check "a landing, its report and its bundle say that it was go" a_landing_names_it
@@ -251,6 +251,6 @@ check "walk: no landing, nothing recorded" a_walk_is_no_landing
 check "walk: switch 12 is dead, transducers 2 and 3 are swapped" dead_and_swapped
 check "no board" fails_with 3 'the board closed the link: file:/dev/null' build/matrig --quiet ready "$tmp/none.db" --serial file:/dev/null
 check "no link" fails_with 2 'no link: matrig ready needs --serial LINK' build/matrig ready "$tmp/x.db"
-check "the walk compares nothing" fails_with 2 'goes without' build/matrig ready "$tmp/x.db" --serial unix:x --walk --image $elf
-check "not a database" fails_with 4 'no campaign' build/matrig ready README.md --serial unix:x
+check "the walk compares nothing" fails_with 2 'does not take' build/matrig ready "$tmp/x.db" --serial unix:x --walk --image $elf
+check "not a database" fails_with 4 'not a campaign' build/matrig ready README.md --serial unix:x
 finish

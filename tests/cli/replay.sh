@@ -106,7 +106,7 @@ broken() { # NAME SQL: a copy of the campaign with the change
 }
 without_serial() {
     $matrig --quiet log --can "file:$tmp/can.log" --db "$tmp/can.db" >/dev/null
-    broken noblocks 'delete from blocks where landing = 5' && fails_with 4 'no block records: RUN 5 of .*; only a landing logged over serial' $matrig replay "$tmp/noblocks.db" 5
+    broken noblocks 'delete from blocks where landing = 5' && fails_with 4 'no block records: RUN 5 of .*; replay a landing that was logged over serial' $matrig replay "$tmp/noblocks.db" 5
 }
 with_a_hole() {
     broken hole 'delete from blocks where landing = 5 and idx between 1200 and 1209' &&

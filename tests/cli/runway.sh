@@ -39,8 +39,8 @@ damaged() { # a bit of copy A, sector 4094 of the memory
 forgotten() {
     with_board give load "$tmp/seven.txt" && with_board forget forget && [ "$(in_json forget landings)" = 0 ]
 }
-other_mats() { sed 's/^mats 420/mats 419/; /^joint 421 /d' "$tmp/seven.txt" >"$tmp/short.txt" && board && fails_with 1 "the file's runway has 419 mats, the board's 420" $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/short.txt"; local s=$?; stop; return $s; }
-too_wide() { sed 's/^joint 9 .*/joint 9 0.03100/' "$tmp/seven.txt" >"$tmp/wide.txt" && board && fails_with 4 'joints are wider than their slack' $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/wide.txt"; local s=$?; stop; return $s; }
+other_mats() { sed 's/^mats 420/mats 419/; /^joint 421 /d' "$tmp/seven.txt" >"$tmp/short.txt" && board && fails_with 1 "the runway of the file has 419 mats, that of the board 420" $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/short.txt"; local s=$?; stop; return $s; }
+too_wide() { sed 's/^joint 9 .*/joint 9 0.03100/' "$tmp/seven.txt" >"$tmp/wide.txt" && board && fails_with 4 'no joint wider than its slack' $matrig board --serial "unix:$tmp/board.sock" runway load "$tmp/wide.txt"; local s=$?; stop; return $s; }
 
 check "a new board knows no runway" new_board
 check "one is given, kept and told back, each joint" loaded

@@ -63,7 +63,7 @@ J
 }
 cp host/scenes/model_runway.json "$tmp/own.json"
 ln -s own.json "$tmp/alias.json"
-own() { fails_with 2 "would overwrite what is read" $m scale "$tmp/own.json" -o "$1" && cmp "$tmp/own.json" host/scenes/model_runway.json; }
+own() { fails_with 2 "would overwrite the input" $m scale "$tmp/own.json" -o "$1" && cmp "$tmp/own.json" host/scenes/model_runway.json; }
 check "a quantity twice" fails_with 2 "given twice: velocity" $m scale velocity=3 weight=2 velocity=4
 check "a scene is not written over itself" own "$tmp/own.json"
 check "nor by another name of it" own "$tmp/alias.json"
@@ -99,7 +99,7 @@ J
 }
 check "bands scale with it" banded
 check "no such quantity" fails_with 2 "unknown quantity: 'speed'" $m scale speed=3
-check "a symbol in the wrong case" fails_with 2 "'W' is weight" $m scale w=3
+check "a symbol in the wrong case" fails_with 2 "'W' is for weight" $m scale w=3
 check "a file for nothing" fails_with 2 "nothing to write" $m scale W=1 -o "$tmp/nothing"
 to_pipe() { timeout 600 $m scale "$tmp/block.json" -o /dev/stdout | grep -q '"mats"\|"N"'; }
 check "an output that is a pipe" to_pipe

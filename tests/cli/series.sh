@@ -39,7 +39,7 @@ P
 }
 check "peaks have errors" eval 'peak_errors 6 some && grep -Eq "^ +3 +[0-9.]+ \+- [0-9.]+ +[0-9.]+ +[0-9.]+ \+- " "$tmp/peaks"'
 check "of too few runways none" eval 'peak_errors 4 none && grep -Eq "^ +3 +[0-9.]+ +- +[0-9.]+ +- *$" "$tmp/peaks"'
-check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet study "$tmp/endless.json" --seeds 1
+check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be simulated" $m --quiet study "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
 # A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.
 digits_as_the_interval() { # OPTION...

@@ -14,18 +14,18 @@ empty_says_what_to_do() {
     $matrig --quiet landing "$tmp/empty.db" --series one >/dev/null && sqlite3 "$tmp/empty.db" "delete from series" && show "$tmp/empty.db" >"$tmp/out" || return 1
     xargs <"$tmp/out" >"$tmp/line" # as lines were broken
     cat "$tmp/line"
-    grep -q "no landing yet: $tmp/empty.db; matrig log --db $tmp/empty.db collects them" "$tmp/line" &&
-        grep -q "no series yet: matrig landing $tmp/empty.db --series NAME begins one" "$tmp/line" && grep -q "no survey yet: matrig survey $tmp/empty.db begins one" "$tmp/line" &&
+    grep -q "no landing yet: $tmp/empty.db; record landings with matrig log --db $tmp/empty.db" "$tmp/line" &&
+        grep -q "no series yet; begin one with matrig landing $tmp/empty.db --series NAME" "$tmp/line" && grep -q "no survey yet; begin one with matrig survey $tmp/empty.db" "$tmp/line" &&
         [ "$($matrig --json show "$tmp/empty.db")" = "{\"landings\":[],\"db\":\"$tmp/empty.db\",\"series\":0,\"surveys\":0}" ]
 }
 either_number() { # RUN, or the number that the board gave; an error names the other
     local called run
     run=1 called=$(sqlite3 "$db" 'select board_landing from landings')
     cmp <($matrig show "$db" "$run") <($matrig show "$db" "landing$called") && cmp <($matrig export "$db" "$run" --format csv) <($matrig export "$db" "landing$called" --format csv) &&
-        fails_with 2 "no landing that a board called 999: $db" $matrig show "$db" landing999 && cp "$db" "$tmp/other.db" &&
-        sqlite3 "$tmp/other.db" "update landings set board_landing = 77 where id = $run" && fails_with 2 "no such landing: RUN 77 in .* .the board's landing 77 is RUN $run." $matrig show "$tmp/other.db" 77 &&
+        fails_with 2 "no landing with board number 999: $db" $matrig show "$db" landing999 && cp "$db" "$tmp/other.db" &&
+        sqlite3 "$tmp/other.db" "update landings set board_landing = 77 where id = $run" && fails_with 2 "no such landing: RUN 77 in .* .landing 77 of the board is RUN $run." $matrig show "$tmp/other.db" 77 &&
         sqlite3 "$tmp/other.db" "insert into landings(session, boot, board_landing, armed_us, state) select session, boot + 1, 77, armed_us, state from landings" &&
-        fails_with 2 'more than one landing that a board called 77' $matrig bundle "$tmp/other.db" landing77 -o "$tmp/none.db"
+        fails_with 2 'more than one landing with board number 77' $matrig bundle "$tmp/other.db" landing77 -o "$tmp/none.db"
 }
 check "an empty campaign says what to do" empty_says_what_to_do
 check "one that is not there is none" fails_with 3 "no such database: $tmp/none.db" $matrig show "$tmp/none.db"

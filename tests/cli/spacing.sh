@@ -19,5 +19,5 @@ check "some with every twentieth, and no fewer than with every tenth" test "$(li
 path() { build/matrig --json study host/landing_series/spacing/line.json --seeds 1 | grep -q '"stop_ft":17.1[0-9]*,"deceleration_ft_s2":0.0,'; }
 check "it is towed to the end" path
 two() { sed 's/"tow_lb": 24/"tow_lb": 24, "deceleration_ft_s2": 4/' host/landing_series/spacing/line.json >"$tmp/two.json"; }
-check "towed and braked" eval "two && fails_with 4 'a profile or tow_lb, one of them' build/matrig study '$tmp/two.json'"
+check "towed and braked" eval "two && fails_with 4 'one of deceleration_ft_s2, profile and tow_lb' build/matrig study '$tmp/two.json'"
 finish

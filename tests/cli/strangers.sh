@@ -47,7 +47,7 @@ beginning_is_missing() {
     tail -n +"$((at + 1))" "$tmp/all.can" >"$tmp/late.can"
     log late "$tmp/late.can" || return 1
     cat "$tmp/late.txt"
-    grep -Eq 'torn  *of its edges those before number [0-9]+ never came' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
+    grep -Eq 'torn  *the switch edges before number [0-9]+ were not received' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
         grep -q '^  motion  *not known: the landing is torn' "$tmp/late.txt"
 }
 everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/strangers.py "$tmp/all.can" "$tmp/all.serial" "$tmp/each" $matrig; }
@@ -79,7 +79,7 @@ orders_of_a_stranger() {
     timeout 600 $matrig log --can "unix:$tmp/bus" --serial "unix:$tmp/serial" --db "$tmp/orders.db" >"$tmp/out" 2>"$tmp/told"
     wait $board $bus
     cat "$tmp/told"
-    grep -q 'another program ordered "backlog"; the board refused it: an input of replays' "$tmp/told" && [ "$(grep -c '"bootrom"; the board refused it' "$tmp/told")" -lt 12 ] &&
+    grep -q 'another program sent "backlog"; the board refused it: an input of replays' "$tmp/told" && [ "$(grep -c '"bootrom"; the board refused it' "$tmp/told")" -lt 12 ] &&
         [ "$(sqlite3 "$tmp/orders.db" "select count(*) > 2000, sum(code <> 4 and detail = 0) from events where kind = 'ack' and code in (4, 6, 7, 15, 18)")" = '1|0' ] &&
         $matrig replay "$tmp/orders.db" 1 >"$tmp/again" && tail -n 3 "$tmp/again" && grep -Eq 'result +0 of [0-9]+ fields differ' "$tmp/again"
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One time that cannot belong to a landing (a damaged frame, a damaged campaign) in the campaign: what is measured stays as it was, the
-# wrong time is set aside, counted and told, and costs no memory. Memory is bounded by ulimit, in kB: without the bound a time one
+# wrong time is left out, counted and told, and costs no memory. Memory is bounded by ulimit, in kB: without the bound a time one
 # hour off took 560,000 to 1,800,000.
 . "$(dirname "$0")/tap.sh"
 . tests/board/played.sh
@@ -15,8 +15,8 @@ all() { # DB PREFIX: everything that reads a landing
         m export "$1" 1 --format csv -o "$2.csv" 2>>"$2.err"
 }
 readings() { grep -v '^#' "$1"; }
-whole() { all "$db" "$tmp/whole" && all "$tmp/can.db" "$tmp/can" && ! grep 'set aside' "$tmp/whole.csv" "$tmp/can.csv"; }
-stray() { # WHOLE WHAT SQL: the same readings and figures, and what was set aside is told
+whole() { all "$db" "$tmp/whole" && all "$tmp/can.db" "$tmp/can" && ! grep 'left out' "$tmp/whole.csv" "$tmp/can.csv"; }
+stray() { # WHOLE WHAT SQL: the same readings and figures, and what was left out is told
     local from=$db
     [ "$1" = whole ] || from=$tmp/$1.db
     rm -f "$tmp/stray.db"
@@ -24,8 +24,8 @@ stray() { # WHOLE WHAT SQL: the same readings and figures, and what was set asid
     cmp <(readings "$tmp/$1.csv") <(readings "$tmp/stray.csv") || return 1
     cmp <(sed 's/"run_ms":[^,]*//g; s/"file":[^,]*//g' "$tmp/$1.json") <(sed 's/"run_ms":[^,]*//g; s/"file":[^,]*//g' "$tmp/stray.json") || return 1
     cat "$tmp/stray.err"
-    grep -q "^# readings from .*; $2 set aside: the time lies far from the landing.s (first: " "$tmp/stray.csv" && grep -q "$2 set aside" "$tmp/stray.html" &&
-        [ "$(grep -c "RUN 1: $2 set aside" "$tmp/stray.err")" = 1 ] # compare
+    grep -q "^# readings from .*; $2 left out: their time is far from the landing (first: board time " "$tmp/stray.csv" && grep -q "$2 left out" "$tmp/stray.html" &&
+        [ "$(grep -c "RUN 1: $2 left out" "$tmp/stray.err")" = 1 ] # compare
 }
 frame() { # OFFSET: a message of displacements, so many us off
     echo "insert into frames(session, landing, link, direction, seq, board_us, host_us, can_id, dlc, data) select session, landing, link, direction, seq,
@@ -46,7 +46,7 @@ seen() { m --json show "$1" 1 | grep -o '"switches_seen":[0-9]*' | cut -d: -f2; 
 an_edge() { # its switch is missing then, as if it had not been seen
     rm -f "$tmp/stray.db"
     sqlite3 "$db" "vacuum into '$tmp/stray.db'" && sqlite3 "$tmp/stray.db" "update edges set board_us = board_us + 3500000000 where count = 10" &&
-        all "$tmp/stray.db" "$tmp/stray" && grep -q '; 1 switch edge set aside' "$tmp/stray.csv" &&
+        all "$tmp/stray.db" "$tmp/stray" && grep -q '; 1 switch edge left out' "$tmp/stray.csv" &&
         [ "$(($(seen "$db") - $(seen "$tmp/stray.db")))" = 1 ]
 }
 check "an edge an hour later costs its switch, no more" an_edge

@@ -22,9 +22,9 @@ cp "$m" "$here/alone/bin/"
 alone=$here/alone/bin/matrig
 for words in "fit no.db" "sweep no.json" "study no.json" "error no.json" "--json --quiet fit x" "sim $scene --solver cvode"; do
     # shellcheck disable=SC2086
-    check "without matrig-study: $words" fails_with 3 'cannot start matrig-study, which runs matrig (fit|sweep|study|error|sim): not beside .*/alone/bin/matrig, .*; make all builds it' env PATH=/nowhere "$alone" $words
+    check "without matrig-study: $words" fails_with 3 'cannot start matrig-study, which runs matrig (fit|sweep|study|error|sim): not found next to .*/alone/bin/matrig, .*; build it with make all' env PATH=/nowhere "$alone" $words
 done
-check "with PATH unset too" fails_with 3 'not on PATH' env -u PATH "$alone" fit x
+check "with PATH unset too" fails_with 3 'or on PATH' env -u PATH "$alone" fit x
 solves_alone() { # SOLVER...: all but cvode
     local solver
     for solver in "$@"; do

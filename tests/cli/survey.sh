@@ -47,13 +47,13 @@ killed() {
     done
     # and it goes on where it was
     echo 33.62 | $matrig survey "$tmp/k.db" --edges none >"$tmp/k.txt" 2>"$tmp/k.err"
-    grep -q "survey 1 goes on, $i of 168 read" "$tmp/k.err" && grep -q "^survey  *1, goes on$" "$tmp/k.txt" && grep -q "^read  *$((i + 1)) of 168, " "$tmp/k.txt"
+    grep -q "continuing survey 1, $i of 168 points read" "$tmp/k.err" && grep -q "^survey  *1, goes on$" "$tmp/k.txt" && grep -q "^read  *$((i + 1)) of 168, " "$tmp/k.txt"
 }
 
 doubts() {
     printf '33.6\n34.0\n33.7\n34.2\n34.201\nx\nu\n33.55\nn dirt\ns\nq\n' | $matrig survey "$tmp/d.db" --edges none >"$tmp/d.txt" 2>"$tmp/d.err" || return 1
     cat "$tmp/d.err"
-    [ "$(grep -c 'The same again keeps it' "$tmp/d.err")" = 2 ] && grep -q 'not a reading' "$tmp/d.err" && grep -q 'undone: line 1' "$tmp/d.err" || return 1
+    [ "$(grep -c 'Type the same value again' "$tmp/d.err")" = 2 ] && grep -q 'not a reading' "$tmp/d.err" && grep -q 'undone: line 1' "$tmp/d.err" || return 1
     # 34.0 was doubted and 33.7 read instead; 34.2 and 34.201 agree and were kept, then undone; 33.55 came in their place
     [ "$(sqlite3 "$tmp/d.db" 'select group_concat(coalesce(value_in, "-")||"/"||skipped||"/"||confirmed||coalesce(note,""), " ") from gage_readings')" = \
         "33.6/0/0 33.7/0/0 34.201/0/1 -/0/0 33.55/0/0 33.55/0/0dirt -/1/0" ]
@@ -61,8 +61,8 @@ doubts() {
 
 by_mistake() { # it counts no more, stays, and the one before is the newest
     printf '33.51\nq\n' | $matrig --quiet survey "$tmp/w.db" --edges none >/dev/null && $matrig survey "$tmp/w.db" --end | grep 'survey  *1, ended' || return 1
-    fails_with 2 'no survey goes on' $matrig survey "$tmp/w.db" --end && $matrig --quiet survey "$tmp/w.db" --new </dev/null >/dev/null || return 1
-    fails_with 2 'nothing was read: survey 2 of .*--withdraw 2' $matrig survey "$tmp/w.db" --end && fails_with 2 'go together' $matrig survey "$tmp/w.db" --withdraw 2 &&
+    fails_with 2 'no unfinished survey' $matrig survey "$tmp/w.db" --end && $matrig --quiet survey "$tmp/w.db" --new </dev/null >/dev/null || return 1
+    fails_with 2 'no readings: survey 2 of .*--withdraw 2' $matrig survey "$tmp/w.db" --end && fails_with 2 'only work together' $matrig survey "$tmp/w.db" --withdraw 2 &&
         $matrig survey "$tmp/w.db" --withdraw 2 --reason 'no mat there' && $matrig survey "$tmp/w.db" --show | grep 'survey  *1, ended' || return 1
     fails_with 2 'no survey 2: .*withdrawn, matrig landing' $matrig survey "$tmp/w.db" --withdraw 2 --reason again && $matrig landing "$tmp/w.db" | grep 'survey  *2 .*no mat there$' && [ "$(sqlite3 "$tmp/w.db" 'select count(*) from gage_surveys')" = 2 ]
 }
@@ -96,11 +96,11 @@ EOF
 sheet_faults() {
     sed 's/^gap,1,8,[^,]*,/gap,1,8,34.9,/' "$tmp/filled.csv" >"$tmp/far.csv"
     $matrig survey "$tmp/f.db" --new --edges both --from "$tmp/far.csv" >/dev/null 2>"$tmp/far.err"
-    [ $? = 1 ] && grep -q 'not taken, +1.400 in away from the designed distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
+    [ $? = 1 ] && grep -q 'not taken, +1.400 in away from the design distance: line 1 .*mats 81 to 90' "$tmp/far.err" &&
         [ "$(kept "$tmp/f.db")" = 193 ] || return 1
     $matrig survey "$tmp/f.db" --edges both --from "$tmp/far.csv" --doubtful >/dev/null 2>&1 && [ "$(kept "$tmp/f.db" "and confirmed")" = 1 ] || return 1
     printf 'kind,line,place,reading_in\ngap,5,0,33.5\n' >"$tmp/bad.csv"
-    fails_with 4 'no such place, .gap. 5 0: .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
+    fails_with 4 'no such gage point, .gap. 5 0: .*bad.csv, line 2' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5\ngap,1,0,33.5\n' >"$tmp/bad.csv"
     fails_with 4 'appears twice: .*line 3' $matrig --quiet survey "$tmp/b.db" --from "$tmp/bad.csv" || return 1
     printf 'kind,line,place,reading_in\ngap,1,0,33.5x\n' >"$tmp/bad.csv"
@@ -183,6 +183,6 @@ check "a partial one ends" bash -c "$matrig survey $tmp/d.db --edges none --end 
 check "of a landing in which the board lost its power, it stays" outlives_a_power_cut
 check "the report shows them, and runs nothing" report_has_them
 check "one that nothing was read of does not end; one begun by mistake is withdrawn" by_mistake
-check "no such survey" fails_with 2 'no survey 9: .*a.db; it has 1 to 3' $matrig survey "$tmp/a.db" --show --survey 9
-check "silly words" fails_with 2 'one at a time' $matrig survey "$tmp/a.db" --show --end
+check "no such survey" fails_with 2 'no survey 9: .*a.db; the campaign has surveys 1 to 3' $matrig survey "$tmp/a.db" --show --survey 9
+check "silly words" fails_with 2 'give only one' $matrig survey "$tmp/a.db" --show --end
 finish

@@ -40,7 +40,7 @@ gathered() { table whole "$tmp"/part*.jsonl -o "$tmp/whole.csv" >"$tmp/o" && cat
 check "the table, as CSV" gathered
 missing() { table whole "$tmp/part1.jsonl" "$tmp/part701.jsonl" "$tmp/part1.jsonl" -o "$tmp/some.csv" >"$tmp/o"; [ $? -eq 1 ] && cat "$tmp/o" && grep -q '^missing *350$' "$tmp/o" && grep -q '^repeated *350$' "$tmp/o"; }
 check "what is missing, or there twice, is counted: exit 1" missing
-foreign() { sed 's/"count": 25/"count": 24/' "$tmp/whole.json" >"$tmp/other.json"; fails_with 4 'results of another sweep: .*part1.jsonl line 1' $m sweep "$tmp/other.json" --table "$tmp/part1.jsonl"; }
+foreign() { sed 's/"count": 25/"count": 24/' "$tmp/whole.json" >"$tmp/other.json"; fails_with 4 'results of a different sweep: .*part1.jsonl line 1' $m sweep "$tmp/other.json" --table "$tmp/part1.jsonl"; }
 check "results of another sweep are refused" foreign
 torn() { head -c -20 "$tmp/part1.jsonl" >"$tmp/torn.jsonl"; fails_with 4 'not a result: .*torn.jsonl line 350' $m sweep "$tmp/whole.json" --table "$tmp/torn.jsonl"; }
 check "so is a line that is none" torn
@@ -149,7 +149,7 @@ unplayable() { # an aircraft that rolls for longer than it is followed
  "vary": {"landings.0.deceleration_ft_s2": [4, 0.0001]}, "outputs": ["buckled_share"]}
 J
     run rolls && cat "$tmp/rolls.jsonl" && grep -q ':4}.*"status":"ok","result":{"buckled_share":0.0}' "$tmp/rolls.jsonl" &&
-        grep -q '"status":"incomplete","reason":"2 of 2 runways could not be played; seed 1: no stop: ' "$tmp/rolls.jsonl"
+        grep -q '"status":"incomplete","reason":"2 of 2 runways could not be simulated; seed 1: no stop: ' "$tmp/rolls.jsonl"
 }
 check "a case with runways that cannot be played says so, and has no result" unplayable
 # --- failures are kept ---
@@ -198,10 +198,10 @@ bad "a list has no index" 4 'sobol F is a list' "{$b, \"sobol\": {\"n\": 8, \"se
 bad "two samples of one sweep" 4 'lhs and sobol' "{$b, \"sobol\": {}, \"lhs\": {}, $o}"
 bad "whole numbers from a half" 4 'whole ends for whole numbers' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
 bad "an unknown key" 4 'unknown key: .*"varies"' "{$b, \"varies\": {}, $o}"
-bad "no base" 4 'something is missing: .*base' "{\"vary\": {\"F\": [1]}, $o}"
+bad "no base" 4 'key missing: .*base' "{\"vary\": {\"F\": [1]}, $o}"
 bad "a base that is not there" 3 'cannot open base: .*nowhere.json' "{\"base\": \"nowhere.json\", \"vary\": {\"F\": [1]}, $o}"
 bad "nothing varied" 4 'varies nothing' "{$b, $o}"
-bad "no outputs" 4 'something is missing: .*outputs' "{$b, \"vary\": {\"F\": [1]}}"
+bad "no outputs" 4 'key missing: .*outputs' "{$b, \"vary\": {\"F\": [1]}}"
 bad "a key that scenes lack" 4 'unknown key: .*vary Thrust: a scene has no "Thrust"' "{$b, \"vary\": {\"Thrust\": [1]}, $o}"
 bad "a first case that is refused" 4 'first case: KL' "{$b, \"vary\": {\"KL\": [-5, 1]}, $o}"
 bad "an empty list" 4 'list of the wrong length: .*vary F' "{$b, \"vary\": {\"F\": []}, $o}"
@@ -224,9 +224,9 @@ unknown_output() { printf '%s' "{$b, \"vary\": {\"F\": [1]}, \"outputs\": [\"lif
 check "an output that no result has" unknown_output
 for cases in 0 5..4 1001 1001..1002; do check "--cases $cases" fails_with 2 'out of range: --cases' $m sweep "$tmp/whole.json" --cases $cases; done
 for cases in x 1.. ..2 1..2x -1; do check "--cases $cases" fails_with 2 'malformed: --cases' $m sweep "$tmp/whole.json" --cases=$cases; done
-check "-o alone" fails_with 2 'alone: -o' $m sweep "$tmp/whole.json" -o "$tmp/r.jsonl"
-check "two things at once" fails_with 2 'do not go together' $m sweep "$tmp/whole.json" --cases 1 --table "$tmp/whole.jsonl"
-check "no results" fails_with 2 'give the files of results' $m sweep "$tmp/whole.json" --table
+check "-o alone" fails_with 2 '-o without --cases' $m sweep "$tmp/whole.json" -o "$tmp/r.jsonl"
+check "two things at once" fails_with 2 'do not work together' $m sweep "$tmp/whole.json" --cases 1 --table "$tmp/whole.jsonl"
+check "no results" fails_with 2 'give the result files' $m sweep "$tmp/whole.json" --table
 check "results that are not there" fails_with 3 'cannot open results: .*gone.jsonl' $m sweep "$tmp/whole.json" --table "$tmp/gone.jsonl"
 check "results over the sweep" fails_with 2 'would overwrite' $m sweep "$tmp/whole.json" --cases 1 -o "$tmp/whole.json"
 check "a folder that is not there" fails_with 3 'cannot write .*nowhere/r.jsonl' $m sweep "$tmp/whole.json" --cases 1 -o "$tmp/nowhere/r.jsonl"

@@ -91,13 +91,13 @@ profile_adds_up() {
 }
 profile_is_sorted() { awk '/^by function/ { on = 1; next } on && $1 ~ /^[0-9]+$/ { if (n++ && $1 > last) exit 1; last = $1 } END { exit !(n > 50) }' "$tmp/a.profile"; }
 refusals() {
-    fails_with 3 "--vcd: cannot write .*; give another file" build/matrig-board --elf $elf --vcd /nowhere/x --for 1 &&
-        fails_with 3 "--profile: cannot write .*; give another file" build/matrig-board --elf $elf --profile /nowhere/x --for 1 &&
+    fails_with 3 "--vcd: cannot write .*; give a different file" build/matrig-board --elf $elf --vcd /nowhere/x --for 1 &&
+        fails_with 3 "--profile: cannot write .*; give a different file" build/matrig-board --elf $elf --profile /nowhere/x --for 1 &&
         fails_with 2 "--vcd and --profile are both" build/matrig-board --elf $elf --profile "$tmp/z" --vcd "$tmp/z" --for 1 || return 1
     build/matrig-board --elf $elf --vcd /dev/full --for 1 2>"$tmp/full.err"
     local status=$?
     cat "$tmp/full.err"
-    [ $status -eq 3 ] && grep -q 'cannot write all of /dev/full.*make room' "$tmp/full.err"
+    [ $status -eq 3 ] && grep -q 'cannot write all of /dev/full.*free disk space' "$tmp/full.err"
 }
 
 check "GTKWave's converter reads the trace" trace

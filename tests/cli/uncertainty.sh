@@ -46,7 +46,7 @@ without_a_landing() { # of a configuration
     $matrig board --serial "unix:$sockets/serial" config get -o "$tmp/rig.cfg"
     kill $!
     wait $!
-    $matrig uncertainty "$tmp/c.db" t2 --config "$tmp/rig.cfg" --hours 2 --at 444.82N --kelvin 0 >"$tmp/out" && cat "$tmp/out" && grep -Eq '^reading +100\.00 lb$' "$tmp/out" && grep -Eq "^ +zero's drift.* 0.5 +2 +1 " "$tmp/out"
+    $matrig uncertainty "$tmp/c.db" t2 --config "$tmp/rig.cfg" --hours 2 --at 444.82N --kelvin 0 >"$tmp/out" && cat "$tmp/out" && grep -Eq '^reading +100\.00 lb$' "$tmp/out" && grep -Eq "^ +zero drift.* 0.5 +2 +1 " "$tmp/out"
 }
 does_not_hold() { build/tests/uncertainty/study 200 --without "$1"; [ $? = 1 ]; }
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
@@ -60,7 +60,7 @@ check "of 500 drawn calibrations and landings the interval holds 93.5 to 97 %" b
 check "without the certificate it does not" does_not_hold certificate
 check "nor without the temperature" does_not_hold temperature
 check "no channel" fails_with 2 "not a channel: 'd0'" $matrig uncertainty "$tmp/c.db" d0
-check "a reading in another unit" fails_with 2 "no reading: '3lb' for --at" $matrig uncertainty "$tmp/c.db" d3 --at 3lb
-check "--at of all" fails_with 2 'goes with a CHANNEL' $matrig uncertainty "$tmp/c.db" --at 1
-check "two places" fails_with 2 'one of them' $matrig uncertainty "$tmp/c.db" --run 1 --config x
+check "a reading in another unit" fails_with 2 "not a reading: '3lb' for --at" $matrig uncertainty "$tmp/c.db" d3 --at 3lb
+check "--at of all" fails_with 2 'needs a CHANNEL' $matrig uncertainty "$tmp/c.db" --at 1
+check "two places" fails_with 2 'give only one' $matrig uncertainty "$tmp/c.db" --run 1 --config x
 finish

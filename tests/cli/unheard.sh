@@ -28,41 +28,41 @@ whole_is_whole() {
     ! grep -i 'not known\|not heard\|were lost\|may have' "$tmp/whole.txt" && ! grep -o 'A warning may have come[^<]*' "$tmp/whole.html"
 }
 breaks_off() { # in the log and the page
-    grep '^  zone  *no warning was heard, one may have come: the record ends 0.[89][0-9]* s after touchdown, before the board said that the landing is over$' "$tmp/early.txt" &&
-        grep -o 'no warning was heard, one may have come: the record ends' "$tmp/early.html" | head -n 1 | grep -q .
+    grep '^  zone  *no warning was received, but one may have been sent: the record ends 0.[89][0-9]* s after touchdown, before the board reported the end of the landing$' "$tmp/early.txt" &&
+        grep -o 'no warning was received, but one may have been sent: the record ends' "$tmp/early.html" | head -n 1 | grep -q .
 }
 # The board named 19; without the last two the gear seemed to stop at 99.27 +- 0.02 ft, and did at 90.8.
 lacks_edges() {
     grep -h '^  switches\|^  stop' "$tmp/edges.txt"
-    grep -q '^  switches  *17 of 24 seen, none heard from 18 on$' "$tmp/edges.txt" &&
-        grep -q '^  stop  *not known: the board named 19 switches, of which the record lacks 2$' "$tmp/edges.txt" &&
-        grep -q 'of which the record lacks 2' "$tmp/edges.html" && fails_with 4 'of which the record lacks 2: RUN 1; complete it from the black box' $matrig compare "$tmp/edges.db" 1
+    grep -q '^  switches  *17 of 24 seen, none received from 18 on$' "$tmp/edges.txt" &&
+        grep -q '^  stop  *not known: the board reported 19 switches, 2 of which are missing in the record$' "$tmp/edges.txt" &&
+        grep -q '2 of which are missing in the record' "$tmp/edges.html" && fails_with 4 '2 of which are missing in the record: RUN 1; complete the landing from the black box' $matrig compare "$tmp/edges.db" 1
 }
 # The board's own result was lost, too: the hole alone must do.
 lacks_edges_and_result() {
     cp "$tmp/edges.db" "$tmp/alone.db" && sqlite3 "$tmp/alone.db" 'delete from results'
     $matrig --quiet report "$tmp/alone.db" -o "$tmp/alone.html" && grep -o '<dt>stop</dt><dd[^>]*>[^<]*' "$tmp/alone.html" | tee "$tmp/alone.stop"
     grep -q 'not known: nothing was recorded when switch 18 was due$' "$tmp/alone.stop" &&
-        fails_with 4 'nothing was recorded when switch 18 was due: RUN 1; complete it from the black box' $matrig compare "$tmp/alone.db" 1
+        fails_with 4 'nothing was recorded when switch 18 was due: RUN 1; complete the landing from the black box' $matrig compare "$tmp/alone.db" 1
 }
 has_a_hole() { # into which the warning falls, or its beginning
     grep -h '^  zone' "$tmp/hole.txt" "$tmp/gone.txt"
-    grep -Eq '^  *an earlier one may have come: nothing was heard of zones from 1\.7[0-9]* to 4\.1[0-9]* s after touchdown$' "$tmp/hole.txt" &&
+    grep -Eq '^  *an earlier warning may have been missed: no zone messages from 1\.7[0-9]* to 4\.1[0-9]* s after touchdown$' "$tmp/hole.txt" &&
         grep -q '^  zone  *warned 4\.1' "$tmp/hole.txt" &&
-        grep -Eq '^  zone  *no warning was heard, one may have come: nothing was heard of zones from 1\.7[0-9]* to 4\.[78][0-9]* s after touchdown$' "$tmp/gone.txt"
+        grep -Eq '^  zone  *no warning was received, but one may have been sent: no zone messages from 1\.7[0-9]* to 4\.[78][0-9]* s after touchdown$' "$tmp/gone.txt"
 }
-# The same in the pages: a first warning is the first that was heard, and where the wheel came is not known without a stop.
+# The same in the pages: a first warning is the first that was received, and where the wheel came is not known without a stop.
 first_that_was_heard() {
-    grep -q '^  first warning that was heard ' "$tmp/hole.txt" && ! grep -q 'that was heard (+-' "$tmp/whole.txt" &&
+    grep -q '^  first warning that was received ' "$tmp/hole.txt" && ! grep -q 'that was received (+-' "$tmp/whole.txt" &&
         grep -q '^    wheel in the zone  *not known: the record does not show where the gear stopped$' "$tmp/hole.txt" &&
-        grep -q 'first warning that was heard (' "$tmp/hole.html"
+        grep -q 'first warning that was received (' "$tmp/hole.html"
 }
 ends_while_it_moves() { # once above each table
-    same "$(tr -s ' \n' '  ' <"$tmp/early.txt" | grep -o 'The record ends 0\.9[0-9]* s after touchdown, while the gear moves: peaks and ends are those until then' | wc -l)" 2 &&
+    same "$(tr -s ' \n' '  ' <"$tmp/early.txt" | grep -o 'The record ends 0\.9[0-9]* s after touchdown, while the gear moves: peaks and end values are those up to that time' | wc -l)" 2 &&
         ! grep 'The record ends' "$tmp/whole.txt"
 }
 peaks_are_told() {
-    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1, 2, 3, 4, 5, 6, 7, 8\): a peak that fell among them is not seen, and no error here knows of it' &&
+    tr -s ' \n' '  ' <"$tmp/late.txt" | grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(transducers 1, 2, 3, 4, 5, 6, 7, 8\): a peak in this interval is not seen, and the errors given do not include this' &&
         grep -Eo 'Readings are missing from 4\.[0-9]* to 5\.[0-9]* s \(gages 1, 2, 3, .*, 13, 14\)' "$tmp/late.html"
 }
 # All switches break at 3.6 s, behind the thirteenth: by the others the gear seemed to stop at 99.27 +- 0.02 ft, and did at 90.7.
@@ -72,14 +72,14 @@ never_opened() {
             --rig tests/runs/landing5.run >/dev/null 2>&1
     log broken --can "file:$tmp/broken.can" --serial "file:$tmp/broken.serial"
     grep -h '^  switches\|^  stop' "$tmp/broken.txt"
-    grep -q '^  stop  *not known: switches from 14 on lie before it by the others, and never opened$' "$tmp/broken.txt" && ! grep '99\.2' "$tmp/broken.txt"
+    grep -q '^  stop  *not known: switch 14 and later ones did not open, though the gear passed them$' "$tmp/broken.txt" && ! grep '99\.2' "$tmp/broken.txt"
 }
 check "a whole record needs no doubt" whole_is_whole
 check "one that breaks off does not know of a later warning" breaks_off
 check "one with a hole does not know of a warning in it" has_a_hole
 check "the last switches in a hole: no stop is made up" lacks_edges
 check "nor without the result that tells how many there were" lacks_edges_and_result
-check "a first warning is the first that was heard, in the log and the page" first_that_was_heard
+check "a first warning is the first that was received, in the log and the page" first_that_was_heard
 check "a record that ends while the gear moves says so above its peaks" ends_while_it_moves
 check "a peak may have fallen into a hole" peaks_are_told
 check "switches that never opened before where it seems to have stopped: no stop" never_opened

@@ -51,7 +51,7 @@ says() {
 }
 its_own_rate() { logged 2000000 '' sent 8000 && grep -q '"unheard":null' "$tmp/out"; }
 garbled() { # SENDER
-    says 3 "[1-9][0-9]* bytes/s received, [0-9]+ frame ends, no whole frame: is 2000000 baud its rate\?" "$1" '' &&
+    says 3 "[1-9][0-9]* bytes/s received, [0-9]+ frame ends, no whole frame: check that the board sends at 2000000 baud" "$1" '' &&
         grep -q '"unheard":"garbled"' "$tmp/out"
 }
 cable_is_off() {
@@ -60,25 +60,25 @@ cable_is_off() {
     timeout 600 $matrig --json log --serial "file:$tmp/silent.fifo" --db "$tmp/silent.db" --for 0.5 >"$tmp/out" 2>"$tmp/err"
     local status=$?
     cat "$tmp/err"
-    [ $status = 3 ] && grep -Eq 'no byte received in [0-9.]+ s: is the board on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
+    [ $status = 3 ] && grep -Eq 'no byte received in [0-9.]+ s: check that the board is on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
 }
 board_and_ready() {
-    heard 1000000 $matrig board --serial serial:PORT; [ $? = 3 ] && grep -q 'is 2000000 baud its rate' "$tmp/err" || return 1
-    heard 1000000 $matrig ready "$tmp/ready.db" --serial serial:PORT; [ $? = 3 ] && grep -q 'is 2000000 baud its rate' "$tmp/err"
+    heard 1000000 $matrig board --serial serial:PORT; [ $? = 3 ] && grep -q 'check that the board sends at 2000000 baud' "$tmp/err" || return 1
+    heard 1000000 $matrig ready "$tmp/ready.db" --serial serial:PORT; [ $? = 3 ] && grep -q 'check that the board sends at 2000000 baud' "$tmp/err"
 }
 # As SocketCAN tells them: bit stuffing errors, and nothing else; and a bus on which nobody speaks.
 bus_errors() {
     for _ in $(seq 200); do echo '(1700000000.000000) can0 20000088#0000040000000000'; done >"$tmp/errors.can"
-    fails_with 3 "error frames only, 200, most of them (protocol error|bus error): is the bit rate 1 Mbit/s, is the bus terminated" \
+    fails_with 3 "only error frames, 200, most of them (protocol error|bus error): check that the bit rate is 1 Mbit/s and both ends of the bus are terminated" \
         $matrig --quiet log --can "file:$tmp/errors.can" --db "$tmp/errors.db"
 }
 no_frames() {
     : >"$tmp/none.can"
-    fails_with 3 "no frame at all in [0-9.]+ s: is the board on, and on this bus" $matrig --quiet log --can "file:$tmp/none.can" --db "$tmp/none.db"
+    fails_with 3 "no frame in [0-9.]+ s: check that the board is on and connected to this bus" $matrig --quiet log --can "file:$tmp/none.can" --db "$tmp/none.db"
 }
 told_while_waiting() { # after 3 s, and the log goes on
-    logged 115200 '' grep -q 'no whole frame: is 2000000 baud its rate' "$tmp/err"
-    [ $? = 3 ] && [ "$(grep -c 'no whole frame: is 2000000 baud its rate' "$tmp/err")" = 2 ]
+    logged 115200 '' grep -q 'no whole frame: check that the board sends at 2000000 baud' "$tmp/err"
+    [ $? = 3 ] && [ "$(grep -c 'no whole frame: check that the board sends at 2000000 baud' "$tmp/err")" = 2 ]
 }
 
 check "a sender at the rate of the link" its_own_rate

@@ -272,7 +272,7 @@ def check_start(mdf, path):
 
 
 def check_undated(mdf):
-    assert begins(mdf) == 0 and "its time of day is not known: " in mdf.text(mdf.blocks[64].links[5])
+    assert begins(mdf) == 0 and "time of day unknown: " in mdf.text(mdf.blocks[64].links[5])
 
 
 globals()["check_" + sys.argv[2]](Mdf(sys.argv[1]), *sys.argv[3:])

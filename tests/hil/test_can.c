@@ -228,7 +228,7 @@ TEST(test_wrong_drivers)
         const char *reason;
     } cases[] = {
         {8, "BTR outside initialisation"},
-        {16, "what was read is written back"},
+        {16, "the value read is written back"},
         {32, "a priority in the lower four bits"},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -87,7 +87,7 @@ TEST(test_full_socket)
             status = hil_link_flush(&link, 50, &go_on, error, sizeof error);
     }
     assert_int_equal(status, MR_TIMEOUT);
-    assert_non_null(strstr(error, "has read nothing"));
+    assert_non_null(strstr(error, "has not read"));
     link.drops = true;
     for (unsigned i = 0; i < 10000; i++)
         hil_link_put_frame(&link, 0, &frame);
@@ -150,14 +150,14 @@ TEST(test_refusals)
         enum mr_status status;
         const char *part;
     } cases[] = {
-        {"can:can0", MR_USAGE, "no link of the emulated board"},
+        {"can:can0", MR_USAGE, "not a link of the emulated board"},
         {"unix:", MR_USAGE, "unix:PATH"},
         {"unix:" BENCH_SCRATCH
          "/aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
          "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
          MR_USAGE, "at most 107"},
         {"unix:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot listen"},
-        {"unix:" BENCH_SCRATCH "/marker", MR_IO, "no socket"},
+        {"unix:" BENCH_SCRATCH "/marker", MR_IO, "not a socket"},
         {"file:" BENCH_SCRATCH "/no/such/folder", MR_IO, "cannot write"},
     };
     bench_scratch("marker", "", 0);

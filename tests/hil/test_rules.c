@@ -264,12 +264,12 @@ TEST(the_old_image_is_stopped)
     uint32_t counted = COUNTED(WAIT_STATES);
     assert_stopped_by(old_board(0, &still), "WAIT_STATES", "clock_start", "FLASH_ACR");
     assert_stopped_by(old_board(counted, &still), "SELECT_TO_CLOCK", "nor_start",
-                      "100 ns of slew taken off");
+                      "100 ns of slew subtracted");
     counted |= COUNTED(SELECT_TO_CLOCK);
     assert_stopped_by(old_board(counted, &still), "SELECT_HIGH", "from nor_start",
-                      "7.1 ns (100 ns of slew taken off), wanted 50.0");
+                      "7.1 ns (100 ns of slew subtracted), required 50.0");
     counted |= COUNTED(SELECT_HIGH);
-    assert_stopped_by(old_board(counted, &still), "RELEASE", "from nor_start", "wanted 3000.0");
+    assert_stopped_by(old_board(counted, &still), "RELEASE", "from nor_start", "required 3000.0");
     counted |= COUNTED(RELEASE);
     struct hil_board *dead = old_board(counted, &still);
     dead->state.nor_orders.dead = true;
@@ -322,29 +322,29 @@ TEST(each_rule_stops_who_breaks_it)
         const char *measured;
     } cases[] = {
         {0, 0, NULL, NULL},
-        {1, 0, "SELECT_HIGH", ": 2.0 ns (4 ns of slew taken off), wanted 50.0"},
-        {2, 0, "SELECT_HIGH_READS", ": 2.0 ns (4 ns of slew taken off), wanted 10.0"},
-        {3, 0, "SELECT_TO_CLOCK", "wanted 5.0"},
-        {5, 0, "CLOCK_SLEW", "125.0 ns, wanted 250.0"},
-        {6, 1, "RELEASE", "wanted 3000.0"},
+        {1, 0, "SELECT_HIGH", ": 2.0 ns (4 ns of slew subtracted), required 50.0"},
+        {2, 0, "SELECT_HIGH_READS", ": 2.0 ns (4 ns of slew subtracted), required 10.0"},
+        {3, 0, "SELECT_TO_CLOCK", "required 5.0"},
+        {5, 0, "CLOCK_SLEW", "125.0 ns, required 250.0"},
+        {6, 1, "RELEASE", "required 3000.0"},
         {6, 4, NULL, NULL},
-        {7, 1, "POWER_DOWN", "wanted 3000.0"},
+        {7, 1, "POWER_DOWN", "required 3000.0"},
         {7, 4, NULL, NULL},
-        {8, 10, "RESTART", "wanted 30000.0"},
+        {8, 10, "RESTART", "required 30000.0"},
         {8, 31, NULL, NULL},
-        {9, 0, "POWER_TO_SELECT", "wanted 20000.0"},
-        {10, 0, "POWER_TO_WRITE", "wanted 5000000.0"},
+        {9, 0, "POWER_TO_SELECT", "required 20000.0"},
+        {10, 0, "POWER_TO_WRITE", "required 5000000.0"},
         {20, 0, NULL, NULL},
-        {21, 0, "SCL_LOW", "wanted 1300.0"},
-        {22, 0, "SCL_HIGH", "(1000 ns of slew taken off), wanted 600.0"},
-        {23, 0, "BUS_FREE", "(1000 ns of slew taken off), wanted 600.0"},
+        {21, 0, "SCL_LOW", "required 1300.0"},
+        {22, 0, "SCL_HIGH", "(1000 ns of slew subtracted), required 600.0"},
+        {23, 0, "BUS_FREE", "(1000 ns of slew subtracted), required 600.0"},
         {30, 0, "CLOCK_ENABLE", "0 instructions after the store"},
-        {31, 0, "CLOCK_ENABLE", "wanted 2 cycles"},
+        {31, 0, "CLOCK_ENABLE", "required: 2 cycles"},
         {32, 0, NULL, NULL},
         {33, 0, NULL, NULL},
         {34, 0, "WAIT_STATES", "from 16000000 to 168000000 Hz"},
         {40, 0, NULL, NULL},
-        {41, 0, "FLOATING", "PE15 is an input, and nothing drives or pulls it"},
+        {41, 0, "FLOATING", "PE15 is an input, but nothing drives or pulls it"},
         {42, 0, "FLOATING", "P"},
         {43, 0, NULL, NULL},
         {44, 0, "FLOATING", "PE15"},
@@ -353,7 +353,7 @@ TEST(each_rule_stops_who_breaks_it)
         /* at 8 MHz: 2.5 / (8e6 * 4e-12 * 14 ln 2) - 6000 = 2051 Ohm; at 3 clocks and 8 MHz it is
          * enough for 1 k */
         {50, 0, NULL, NULL},
-        {UNPLUGGED, 0, "FLOATING", "TIM2 captures edges of PB3, and nothing drives or pulls it"},
+        {UNPLUGGED, 0, "FLOATING", "TIM2 captures edges of PB3, but nothing drives or pulls it"},
         {UNPLUGGED, 1, NULL, NULL}, /* pulled inside */
         {UNPLUGGED, 2, NULL, NULL},
         {52, 0, NULL, NULL},
@@ -450,7 +450,7 @@ TEST(a_converter_samples_long_enough_for_its_source)
     assert_non_null(
         strstr(hil_board_reason(board),
                "rule SAMPLING: a converter samples for too short a time for its source: "
-               "input 0 of ADC1 has 10000 Ohm, and 3 clocks of 8.0 MHz take 2051"));
+               "input 0 of ADC1 has 10000 Ohm, but 3 clocks of 8.0 MHz allow only 2051"));
     hil_board_destroy(board);
 
     board = bench_board("rules", NULL);
@@ -477,7 +477,7 @@ TEST(a_faster_clock_is_another_window)
         board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
         hil_adc_trigger(&board->mcu.adc, 0, true, hil_now(&board->core));
         assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
-        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz take 2051"));
+        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz allow only 2051"));
         assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].judged, 2);
         hil_board_destroy(board);
     }

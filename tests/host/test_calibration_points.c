@@ -79,7 +79,7 @@ TEST(what_is_not_understood_is_refused)
     for (size_t i = 0; i < COUNT_OF(odd); i++) {
         char text[120];
         snprintf(text, sizeof text, "%s,codes\n40,700\n", odd[i]);
-        is_refused(text, UNIT_TENSION, MR_MALFORMED, "not the names of the columns");
+        is_refused(text, UNIT_TENSION, MR_MALFORMED, "not a line of column names");
         assert_non_null(strstr(error.text, ", line 1; name the columns: N,codes"));
     }
     is_refused("codes,raw\n1,2\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 1");
@@ -88,8 +88,8 @@ TEST(what_is_not_understood_is_refused)
     is_refused("mm,codes,noise\n1,2\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 1");
     is_refused("12.7,372.4\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 1");
     is_refused("lb,codes\n12.7,372.4\n", UNIT_DISPLACEMENT, MR_MALFORMED,
-               "a transducer is calibrated in");
-    is_refused("mm,codes\n12.7,372.4\n", UNIT_TENSION, MR_MALFORMED, "a gage is calibrated in");
+               "m or ft for a transducer");
+    is_refused("mm,codes\n12.7,372.4\n", UNIT_TENSION, MR_MALFORMED, "kN or kg for a gage");
     is_refused("value,codes\n12.7,372.4\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 2");
     is_refused("in,codes\n5 lb,372.4\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 2");
     is_refused("in,codes\n5 furlong,372.4\n", UNIT_DISPLACEMENT, MR_MALFORMED, "line 2");
@@ -107,12 +107,12 @@ TEST(a_mistake_is_named)
         uint8_t kind;
         double gain;
         const char *text;
-    } mistake[] = {{MR_KIND_DISPLACEMENT, 0.0409, "were the values mm?"},
-                   {MR_KIND_DISPLACEMENT, 620.0, "columns swapped"},
-                   {MR_KIND_DISPLACEMENT, 0.000134, "were the values ft?"},
-                   {MR_KIND_TENSION, 0.7168, "were the values N?"},
-                   {MR_KIND_TENSION, 0.000717, "were the values kN?"},
-                   {MR_KIND_TENSION, 6.2, "columns swapped"},
+    } mistake[] = {{MR_KIND_DISPLACEMENT, 0.0409, "the values may have been in mm"},
+                   {MR_KIND_DISPLACEMENT, 620.0, "columns may be swapped"},
+                   {MR_KIND_DISPLACEMENT, 0.000134, "the values may have been in ft"},
+                   {MR_KIND_TENSION, 0.7168, "the values may have been in N"},
+                   {MR_KIND_TENSION, 0.000717, "the values may have been in kN"},
+                   {MR_KIND_TENSION, 6.2, "columns may be swapped"},
                    {MR_KIND_DISPLACEMENT, 0.0016, ""},
                    {MR_KIND_TENSION, 1e-9, ""}};
     for (size_t i = 0; i < sizeof mistake / sizeof mistake[0]; i++) {

@@ -185,13 +185,13 @@ TEST(what_is_overdue_stops_ready)
     f.config.channel[9].kind = MR_KIND_TENSION;
     judge(1772409599);
     assert_int_equal(report.count, 1); /* campaigns without certificates go on */
-    says(0, READY_NOT_DONE, "certificates", "none is entered of any sensor");
+    says(0, READY_NOT_DONE, "certificates", "no certificate for any sensor");
     f.certificates.known[2] = true;
     f.certificates.of[2] = sound();
     judge(1772409599);
     assert_int_equal(report.count, 2);
     says(0, READY_GO, "certificate d3", "valid until 2026-03-01: No. C-1, Lab");
-    says(1, READY_NOT_DONE, "certificates", "none is entered of t2");
+    says(1, READY_NOT_DONE, "certificates", "no certificate for t2");
     assert_int_equal(ready_verdict(&report), READY_GO);
     judge(1772409600);
     says(0, READY_NO_GO, "certificate d3", "overdue since 2026-03-02: No. C-1, Lab");

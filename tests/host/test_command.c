@@ -120,8 +120,8 @@ TEST(nonsense_is_refused_in_a_line)
     REFUSED("option without its value: --db of try", "a.db", "--db");
     REFUSED("option without its value: --db of try", "a.db", "--db", "--db");
     REFUSED("option takes no value: '--loud=1' of try", "a.db", "--loud=1");
-    REFUSED("something is missing: matrig try needs DB [RUN]", "--loud");
-    REFUSED("one word too many: 'c' of try", "a", "b", "c");
+    REFUSED("argument missing: matrig try needs DB [RUN]", "--loud");
+    REFUSED("unexpected argument: 'c' of try", "a", "b", "c");
     REFUSED("not a number: 'x' for --for", "a.db", "--for", "x");
     REFUSED("not a number: 'inf' for --for", "a.db", "--for", "inf");
     REFUSED("not a number: 'nan' for --gap", "a.db", "--gap", "nan");

@@ -165,7 +165,7 @@ TEST(differences_of_a_known_series)
     FILE *out = open_memstream(&text, &length);
     assert_true(answer_text(answer, out));
     fclose(out);
-    assert_non_null(strstr(text, "transducer 6: not compared: 0 % of its readings are valid"));
+    assert_non_null(strstr(text, "transducer 6: not compared: only 0 % of its readings are valid"));
     free(text);
     answer_free(answer);
     compare_landing_free(&landing);
@@ -431,9 +431,9 @@ TEST(limits_decide)
     v = verdict_of("{\"channels.*.chi\": 0.1}", &f);
     assert_true(v.failed == 2 && strstr(v.text, "chi of RUN 7 is not known"));
     v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "channels.5.rms_in is not in the answer of RUN 7"));
+    assert_true(v.failed == 1 && strstr(v.text, "channels.5.rms_in is not in the result of RUN 7"));
     v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "channels.*.rsm_in is not in the answer"));
+    assert_true(v.failed == 1 && strstr(v.text, "channels.*.rsm_in is not in the result"));
     /* ends that are not there are the overlap's */
     v = verdict_of("{\"zones.*.overlap_simulated.share\": 0.5, "
                    "\"zones.*.overlap_simulated.start_difference_ft\": 3}",
@@ -460,11 +460,11 @@ TEST(limits_that_are_wrong)
     } wrong[] = {
         {"{\"channels.*.rms_in\": \"x\"}", "not a number: "},
         {"{\"channels.*.rms_in\": \"3 lb\"}", "a force instead of a length: "},
-        {"{\"channels.*.rms_in\": -1}", "no limit: "},
-        {"{\"channels\": {\"all\": {\"rms_in\": 1}}}", "no limit: "}, /* as it was once */
-        {"{\"_\": 1}", "nothing could fail"},
-        {"{\n \"missing_channels\": 1,}", "no JSON: "},
-        {"{\"missing_channels\": 1, \"missing_channels\": 2}", "no JSON: "},
+        {"{\"channels.*.rms_in\": -1}", "not a limit: "},
+        {"{\"channels\": {\"all\": {\"rms_in\": 1}}}", "not a limit: "}, /* as it was once */
+        {"{\"_\": 1}", "give at least one"},
+        {"{\n \"missing_channels\": 1,}", "not valid JSON: "},
+        {"{\"missing_channels\": 1, \"missing_channels\": 2}", "not valid JSON: "},
     };
     for (size_t i = 0; i < COUNT_OF(wrong); i++) {
         struct error error = {0};

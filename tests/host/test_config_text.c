@@ -144,7 +144,7 @@ TEST(a_reason_is_said_in_words)
                                       .index = 7,
                                       .field = MR_FIELD_gate_station_ft,
                                       .rule = MR_RULE_NOT_RISING},
-            "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: it must be more");
+            "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: the first must be larger");
     is_said((struct mr_config_reason){.group = MR_GROUP_site,
                                       .field = MR_FIELD_site_revision,
                                       .rule = MR_RULE_REVISION},

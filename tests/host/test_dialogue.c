@@ -167,7 +167,7 @@ TEST_IN(a_silent_board_is_given_up_in_time, begin, end)
     assert_took(begun_s, DIALOGUE_HELLO_S);
     error = (struct error){0};
     assert_int_equal(dialogue_lost(&dialogue, MR_COMMAND_STATE, &error), MR_TIMEOUT);
-    assert_error(&error, MR_TIMEOUT, "the board does not answer `state`: scripted;");
+    assert_error(&error, MR_TIMEOUT, "the board did not answer `state`: scripted;");
 }
 
 TEST_IN(a_refusal_says_why, begin, end)
@@ -175,11 +175,11 @@ TEST_IN(a_refusal_says_why, begin, end)
     struct mr_ack answer = {.code = MR_COMMAND_BOX_FREE, .status = MR_NOT_NOW};
     struct error error = {0};
     assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_NOT_NOW);
-    assert_error(&error, MR_NOT_NOW, "the board refuses `box-free` now: scripted; it is armed");
+    assert_error(&error, MR_NOT_NOW, "the board refused `box-free` now: scripted; it is armed");
     error = (struct error){0};
     answer.status = MR_IO;
     assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_IO);
-    assert_error(&error, MR_IO, "the board refuses `box-free`: scripted; ");
+    assert_error(&error, MR_IO, "the board refused `box-free`: scripted; ");
 }
 
 /* ---- whom it speaks with ---- */

@@ -130,22 +130,22 @@ static void bad_elf(void **state)
     memcpy(bad, elf, n);
     ((Elf32_Ehdr *)(void *)bad)->e_machine = EM_386;
     scratch_write("c.elf", bad, n);
-    refused("c.elf", MR_MALFORMED, "another machine (ELF class 1, machine 3;");
+    refused("c.elf", MR_MALFORMED, "different machine (ELF class 1, machine 3;");
     bad[EI_CLASS] = ELFCLASS64;
     ((Elf32_Ehdr *)(void *)bad)->e_machine = EM_ARM;
     scratch_write("c.elf", bad, n);
-    refused("c.elf", MR_MALFORMED, "another machine");
+    refused("c.elf", MR_MALFORMED, "different machine");
     memcpy(bad, elf, n);
     ((Elf32_Ehdr *)(void *)bad)->e_type = ET_REL;
     scratch_write("c.elf", bad, n);
-    refused("c.elf", MR_MALFORMED, "not linked yet");
+    refused("c.elf", MR_MALFORMED, "not a linked program");
     static const size_t cuts[] = {4, 51, 60, 147, 200};
     for (unsigned i = 0; i < 5; i++) {
         scratch_write("c.elf", elf, cuts[i]);
-        refused("c.elf", MR_TRUNCATED, "it ends inside");
+        refused("c.elf", MR_TRUNCATED, "the file ends inside");
     }
     scratch_write("c.elf", elf, n - 1);
-    refused("c.elf", MR_TRUNCATED, "it ends inside segment 1");
+    refused("c.elf", MR_TRUNCATED, "the file ends inside segment 1");
 }
 
 static void bad_bin(void **state)
@@ -155,22 +155,22 @@ static void bad_bin(void **state)
     content[0x9000] = 'c';
     scratch_write("d.bin", content, sizeof content);
     refused("d.bin", MR_MALFORMED,
-            "it holds something at 0x08009000, where the configuration is kept");
+            "the image has data at 0x08009000, in the area of the configuration");
     make_content();
     /* cut off: the header knows how long it was */
     scratch_write("d.bin", content, sizeof content - 1);
-    refused("d.bin", MR_CRC, "its header states");
+    refused("d.bin", MR_CRC, "the header states");
     content[PROGRAM + 50] ^= 1;
     scratch_write("d.bin", content, sizeof content);
-    refused("d.bin", MR_CRC, "its header states");
+    refused("d.bin", MR_CRC, "the header states");
     make_content();
     content[0x20]++;
     scratch_write("d.bin", content, sizeof content);
-    refused("d.bin", MR_CRC, "vectors or header are damaged");
+    refused("d.bin", MR_CRC, "vectors or the header are damaged");
     make_content();
     put_word(content, 0x40001000);
     scratch_write("d.bin", content, sizeof content);
-    refused("d.bin", MR_MALFORMED, "no vectors of an STM32F407 (stack 0x40001000");
+    refused("d.bin", MR_MALFORMED, "no valid vectors of an STM32F407 (stack 0x40001000");
     make_content();
     put_word(content + 4, 0x08010004); /* without its Thumb bit */
     scratch_write("d.bin", content, sizeof content);
@@ -178,7 +178,7 @@ static void bad_bin(void **state)
     uint8_t *large = calloc(1, IMAGEFILE_BYTES + 1);
     scratch_write("d.bin", large, IMAGEFILE_BYTES + 1);
     free(large);
-    refused("d.bin", MR_TOO_LONG, "more than the flash has");
+    refused("d.bin", MR_TOO_LONG, "more than the flash holds");
 }
 
 static void no_image_at_all(void **state)
@@ -189,10 +189,10 @@ static void no_image_at_all(void **state)
     scratch_write("e.bin", "", 0);
     refused("e.bin", MR_TRUNCATED, "an empty file");
     scratch_write("e.txt", "hello", 5);
-    refused("e.txt", MR_MALFORMED, "neither ELF nor named .bin");
+    refused("e.txt", MR_MALFORMED, "neither an ELF file nor named .bin");
     refused("nowhere.elf", MR_IO, "no firmware image");
     scratch_write("short.bin", "\0\20\0\40\5\0\1\10", 8);
-    refused("short.bin", MR_MALFORMED, "no vectors");
+    refused("short.bin", MR_MALFORMED, "no valid vectors");
 }
 
 static void an_image_without_header_is_known_for_it(void **state)
@@ -209,7 +209,7 @@ static void an_image_without_header_is_known_for_it(void **state)
     make_content();
     content[MR_IMAGE_PLACE + 4] = 2;
     scratch_write("f.bin", content, sizeof content);
-    refused("f.bin", MR_VERSION, "of another format");
+    refused("f.bin", MR_VERSION, "of a different format");
 }
 
 int main(void)

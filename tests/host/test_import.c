@@ -88,8 +88,7 @@ TEST(damage_in_a_log)
     assert_int_equal(log.elsewhere, 1);
     verdict_text(&log.verdict, verdict, sizeof verdict);
     assert_string_equal(
-        verdict,
-        "malformed at line 4, column 5: no line of `candump -L`; 2 lines were passed over");
+        verdict, "malformed at line 4, column 5: not a line of `candump -L`; 2 lines were skipped");
 }
 
 /* Frames wait for others; who reads, in the same transaction, sees all of them in order, and a

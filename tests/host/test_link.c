@@ -29,7 +29,7 @@ TEST(refused_specs)
         {"can:an_interface_name_too_long", MR_USAGE, "interface name of 26 characters"},
         {"can:no_such_can", MR_IO, "can:no_such_can"}, /* whether the kernel has CAN or not */
         {"serial:/dev/ttyUSB0", MR_USAGE,
-         "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
+         "cannot carry CAN frames: serial:/dev/ttyUSB0; give the link with --serial"},
         {"slcan:/dev/ttyACM0", MR_USAGE, "not a link: 'slcan:/dev/ttyACM0'"},
         {"file:build/test-tmp/no/such/file", MR_IO, "no/such/file"},
         {"file:build", MR_IO, "directory"},
@@ -73,8 +73,9 @@ TEST(bytes_are_no_frames)
     struct link *link = NULL;
     struct error error = {0};
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
-    assert_error(&error, MR_USAGE,
-                 "can:IFACE[,base=N] carries no serial bytes: can:can0; give it as --can");
+    assert_error(
+        &error, MR_USAGE,
+        "can:IFACE[,base=N] cannot carry serial bytes: can:can0; give the link with --can");
 }
 
 TEST(socket_path_too_long)
@@ -250,7 +251,7 @@ TEST(another_file_is_no_log)
     scratch_write(path, text, length);
     snprintf(spec, sizeof spec, "file:%s", path);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_MALFORMED);
-    assert_error(&error, MR_MALFORMED, "no frame in it");
+    assert_error(&error, MR_MALFORMED, "no frames: ");
 
     /* of a pipe that is known when it has said much */
     assert_int_equal(pipe(ends), 0);
@@ -258,7 +259,7 @@ TEST(another_file_is_no_log)
     snprintf(spec, sizeof spec, "file:/dev/fd/%d", ends[0]);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
     assert_int_equal(link_receive_frame(link, &frame, &piped), MR_MALFORMED);
-    assert_error(&piped, MR_MALFORMED, "no candump line among the first 1001");
+    assert_error(&piped, MR_MALFORMED, "no candump line in the first 1001");
     link_close(link);
     close(ends[0]);
     close(ends[1]);
@@ -374,7 +375,7 @@ TEST(full_socket)
     assert_int_equal(connect(first, (struct sockaddr *)&address, sizeof address), 0);
     snprintf(spec, sizeof spec, "unix:%s", address.sun_path);
     assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_IO);
-    assert_error(&error, MR_IO, "others wait there");
+    assert_error(&error, MR_IO, "other programs are waiting");
     close(first);
     close(listener);
     unlink(address.sun_path);
@@ -438,7 +439,7 @@ TEST(a_terminal_is_for_one_alone)
     snprintf(spec, sizeof spec, "pty:%s", ptsname(board));
     assert_int_equal(link_open(spec, LINK_SERIAL, &first, &error), MR_OK);
     assert_int_equal(link_open(spec, LINK_SERIAL, &second, &error), MR_IO);
-    assert_non_null(strstr(error.text, "another matrig has the terminal"));
+    assert_non_null(strstr(error.text, "another matrig uses the terminal"));
     link_close(first);
     assert_int_equal(link_open(spec, LINK_SERIAL, &second, &error), MR_OK);
     link_close(second);

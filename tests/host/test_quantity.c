@@ -173,15 +173,15 @@ TEST(never_another_unit)
     refused("3 ft 2 in", "ft", NULL, "unknown unit", "ft");
     refused("3 m/s/s", "m/s2", NULL, "unknown unit", "m/s2");
     refused("3 mm2x", "in2", NULL, "unknown unit", "in2");
-    refused("3 lb", "", NULL, "a unit behind a plain number", "digits alone");
-    refused("3", "in", "", "a number without its unit", "mm");
-    refused("3 kB", "MB", NULL, "unknown unit", "digits alone, in MB");
+    refused("3 lb", "", NULL, "a unit after a plain number", "number without a unit");
+    refused("3", "in", "", "a number without a unit", "mm");
+    refused("3 kB", "MB", NULL, "unknown unit", "number without a unit, in MB");
 }
 
 TEST(a_comma_is_refused_with_a_word)
 {
     refused("5,2 mm", "in", NULL, "a comma", "write a point: 5.2 mm");
-    refused("1,000 lb", "lb", NULL, "a comma", "nothing between thousands");
+    refused("1,000 lb", "lb", NULL, "a comma", "no separator between thousands");
     refused("5,", "in", NULL, "a comma", "point");
     refused("", "in", NULL, "no number", "4 in");
     refused("mm", "in", NULL, "not a number", "4 in");

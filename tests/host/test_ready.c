@@ -180,7 +180,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.channel[22].mean = 62.0f + 184.0f;
     only_no_go("switches", "switches are open");
     f.channel[22].mean = 20.0f;
-    only_no_go("switches", "cannot be so low");
+    only_no_go("switches", "lower than possible");
     f.shunts.result[1].verdict = 3;
     f.shunts.result[1].span_lb = 41.2f;
     only_no_go("shunt calibration", "gage 2 wrong (41.20 lb of 40.00 lb)");
@@ -194,7 +194,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     only_no_go("black box", "12.5 s until");
     f.box.wait_s = NAN;
     f.box.records = 26;
-    only_no_go("black box", "26 records not freed");
+    only_no_go("black box", "26 records to free");
     f.test.failed = 1u << MR_SELF_TEST_NOR;
     only_no_go("self-test", "memory of the black box");
     f.test.done = 0x7d;
@@ -219,12 +219,12 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.identity.uid[0] = 0x00310042;
     only_no_go(
         "CAN",
-        "others, and not the board, at base 0x190: board unknown, on serial 0031004200000000");
+        "not this board, but others at base 0x190: UID on CAN unknown, on serial 0031004200000000");
     f.can_frames = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;
     f.on_can.uid[0] = 0x00310043;
-    only_no_go("CAN", "another board at base 0x190: board 0031004300000000");
+    only_no_go("CAN", "another board at base 0x190: UID on CAN 0031004300000000");
     f.serial_dropped = 1;
     only_no_go("serial", "1 dropped");
     snprintf(f.database, sizeof f.database, "read-only");
@@ -297,7 +297,7 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
 {
     walked(6, "abcdef");
     assert_int_equal(ready_verdict(&report), READY_GO);
-    assert_string_equal(check_named("switch walk")->value, "all 6 answered, in order");
+    assert_string_equal(check_named("switch walk")->value, "all 6 responded, in order");
     assert_true(walk_is_over(&walk));
     walked(6, "fedcba"); /* from the other end */
     assert_int_equal(ready_verdict(&report), READY_GO);
@@ -305,18 +305,18 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     assert_int_equal(ready_verdict(&report), READY_GO);
     walked(6, "abdcef");
     assert_int_equal(report.count, 2);
-    assert_string_equal(check_named("switch 3")->value, "answered when 4 was next");
-    assert_string_equal(check_named("switch 4")->value, "answered when 3 was next");
+    assert_string_equal(check_named("switch 3")->value, "responded when 4 was next");
+    assert_string_equal(check_named("switch 4")->value, "responded when 3 was next");
     walked(6, "fecdba");
     assert_int_equal(report.count, 2);
-    assert_string_equal(check_named("switch 4")->value, "answered when 3 was next");
+    assert_string_equal(check_named("switch 4")->value, "responded when 3 was next");
     walked(6, "abdef");
     assert_int_equal(report.count, 1);
-    assert_string_equal(check_named("switch 3")->value, "did not answer");
+    assert_string_equal(check_named("switch 3")->value, "did not respond");
     assert_false(walk_is_over(&walk));
     walked(6, "abdfe"); /* one dead, two swapped */
     assert_int_equal(report.count, 3);
-    assert_string_equal(check_named("switch 5")->value, "answered when 6 was next");
+    assert_string_equal(check_named("switch 5")->value, "responded when 6 was next");
     walked(6, ""); /* nobody walked along them */
     assert_int_equal(report.count, 1);
     assert_int_equal(report.check[0].verdict, READY_NOT_DONE);
@@ -409,5 +409,6 @@ TEST_IN(numbers_are_for_people, all_well, NULL)
 TEST_IN(an_impossible_gain_is_no_go, all_well, NULL)
 {
     f.config.channel[0].unit_per_code = 25.4f * 0.0016f;
-    only_no_go("calibration d1", "no sensor of the rig has such a gain; were the values mm?");
+    only_no_go("calibration d1",
+               "no sensor of the rig has such a gain; the values may have been in mm");
 }

@@ -373,7 +373,7 @@ TEST(test_files_that_are_refused)
          "landings.0..touchdown_ft.2 ft"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4},{\"deceleration_ft_s2\":4,"
          "\"apply\":{\"N\":10}}]}",
-         "another runway"},
+         "runways differ"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":[\"bands\"]}]}",
          "apply"},
         {"{\"scene\":{\"N\":9},\"runway\":{\"gap_in\":[1,0]},\"landings\":[{\"deceleration_ft_s2\":"
@@ -470,7 +470,7 @@ TEST(test_ground_is_chosen)
     assert_true(series.landings[0].scene.weight_lb == 2.0);
     series_ground_text(&series, ground, sizeof ground);
     assert_string_equal(ground, "elastic under a gear with weight: 5000 lb/ft per mat and axle, "
-                                "100 lb an axle, 1 axles in 1 line");
+                                "100 lb per axle, 1 axles in 1 line");
     series_free(&series);
     json_object_set_new(root, "ground", json_string("weightless"));
     assert_int_equal(series_from_json(&series, "test", root, &error), MR_OK);

@@ -485,7 +485,7 @@ TEST(what_makes_no_sense_is_refused)
     struct sim_scene scene = runway();
     scene.mods.band[0].count = 1.0;
     scene.mods.band[0].first = 121;
-    refused(&scene, "bands riveted nowhere");
+    refused(&scene, "bands without rivets");
     scene.mods.band[0].first = 10;
     tension(&scene, two, 2);
     refused(&scene, "band_T0 has 2 values; give one number or 7");
@@ -506,7 +506,7 @@ TEST(what_makes_no_sense_is_refused)
     scene.mods.band[0].count = 1.0;
     scene.model = SIM_REPORT;
     sim_scene_set_list(&scene.grit_lb, NULL, 0);
-    refused(&scene, "cleats and the like) in model report; leave it out");
+    refused(&scene, "cleats and others) in model report; leave it out");
     sim_scene_free(&scene);
 }
 

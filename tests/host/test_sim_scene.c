@@ -116,7 +116,7 @@ TEST(wrong_types_are_named)
     refused("{\"path\": 5}", MR_MALFORMED, "path is a number; give a list of rows");
     refused("{\"path\": [[0, 1, 2], [1, 2]]}", MR_MALFORMED, "path row 1");
     refused("{\"path\": [[0, 1, 2], 7]}", MR_MALFORMED, "path row 1");
-    refused("[1, 2]", MR_MALFORMED, "no JSON object");
+    refused("[1, 2]", MR_MALFORMED, "not a JSON object");
 }
 
 TEST(wrong_lengths_and_ranges_are_named)

@@ -160,7 +160,7 @@ TEST(foreign_files_are_refused_and_left_alone)
     scratch_path(path, sizeof path, "foreign.db");
     sql(path, "CREATE TABLE recipes(name TEXT)");
     refuse(path, STORE_OPEN, MR_MALFORMED, "foreign.db");
-    refuse(path, STORE_CREATE, MR_MALFORMED, "no campaign database");
+    refuse(path, STORE_CREATE, MR_MALFORMED, "not a campaign database");
     assert_int_equal(sql_number(path, "SELECT count(*) FROM sqlite_schema"), 1);
 
     char text[3000];

@@ -29,13 +29,13 @@ cards_up
 check "a port that is not there: those that are, are named" \
     fails_with 3 "serial:/dev/ttyUSB9; there are /dev/tty.*ttyUSB0" matrig log --serial serial:/dev/ttyUSB9 --db x.db
 check "a rate that the port does not do" \
-    fails_with 3 "does not do 2000000 baud, it took [0-9]+: serial:/dev/ttyS1;" matrig log --serial serial:/dev/ttyS1 --db x.db
+    fails_with 3 "does not support 2000000 baud, it set [0-9]+: serial:/dev/ttyS1;" matrig log --serial serial:/dev/ttyS1 --db x.db
 
 # --- a landing over two SJA1000 cards, and 2 Mbaud of USB ---
 links="--can can:can0 --serial serial:$board"
 start_log cards
 check "a second matrig on the port is refused" \
-    fails_with 3 "another program has the serial port: serial:$board" matrig log --serial serial:$board --db x.db
+    fails_with 3 "another program uses the serial port: serial:$board" matrig log --serial serial:$board --db x.db
 candump -L can0 >cards.dump &
 dumper=$!
 wait_for 20 listeners can0 2
@@ -140,7 +140,7 @@ flashed() { # 8E1: the board outside hears nothing else
     matrig flash serial:/dev/ttyS1:115200 /data/small.bin --force >flash.txt 2>&1
     local status=$?
     cat flash.txt
-    [ $status -eq 0 ] && says " [1-9][0-9]* bytes, all as in the file" flash.txt
+    [ $status -eq 0 ] && says " [1-9][0-9]* bytes, identical to the file" flash.txt
 }
 check "matrig flash programs and verifies a board through the 16550, 8E1" flashed
 echo "# host: stop board 4"
@@ -260,7 +260,7 @@ gone() {
     wait $logger
     status=$?
     cat usb.err
-    [ $status -eq 3 ] && says "the device is gone: serial:$plugged; plug it in again \(waited 10 s for it; now: .*\)" usb.err
+    [ $status -eq 3 ] && says "the device was disconnected: serial:$plugged; plug it in again \(waited 10 s for it; now: .*\)" usb.err
 }
 check "one that stays away ends the log with one clear error" gone
 

@@ -59,7 +59,7 @@ class Board {
     this.landing = null;
     this.faults.clear();
     for (const link of this.links) link.newest = -1;
-    this.notice('alarm', us, 'the board started again');
+    this.notice('alarm', us, 'the board restarted');
   }
   configure(object, key, value) {
     if (JSON.stringify(object[key]) !== JSON.stringify(value)) this.configured++;
@@ -183,7 +183,7 @@ class Board {
     if (this.alarm && m.outages < this.alarm.outages) return; /* had waited in the controller */
     const before = this.alarm ? this.alarm.state : 0;
     this.alarm = m;
-    if (m.state !== before) this.notice(m.state ? 'alarm' : 'say', m.t, 'the board says of CAN: ' + this.fixed.can_states[m.state]);
+    if (m.state !== before) this.notice(m.state ? 'alarm' : 'say', m.t, 'CAN state reported by the board: ' + this.fixed.can_states[m.state]);
   }
   take_box_state(m) { this.box = m; }
   take_upkeep(m) { this.upkeep = m; }
@@ -192,7 +192,7 @@ class Board {
   takeHost(host) {
     host.links.forEach((link, i) => {
       const before = this.host.links[i];
-      if (before && link.lost > before.lost) this.notice('alarm', host.now_us, link.name + ': ' + (link.lost - before.lost) + ' frames lost on the way');
+      if (before && link.lost > before.lost) this.notice('alarm', host.now_us, link.name + ': ' + (link.lost - before.lost) + ' frames lost in transit');
       if (before && link.dropped > before.dropped) this.notice('alarm', host.now_us, link.name + ': the board could not send ' + (link.dropped - before.dropped) + ' frames');
     });
     this.host = host;

@@ -120,7 +120,7 @@
     const where = channel.station_ft === null ? '' : '  ' + shown(channel.station_ft, 'station', 1) + (channel.band ? ', band ' + channel.band : '');
     head.append(element('span', 'name', channel.name + where), strip.range, strip.value);
     box.id = 'strip-' + (kind === 'displacement' ? 'd' : 't') + (kind === 'displacement' ? index + 1 : index - TRANSDUCERS + 1);
-    strip.range.title = 'least and most since arming';
+    strip.range.title = 'minimum and maximum since arming';
     box.append(head, plot);
     parent.append(box);
     return strip;
@@ -132,7 +132,7 @@
     strips = configuration.channels.map((channel, i) => (channel.fitted ? makeStrip(i, channel, $(i < TRANSDUCERS ? 'displacements' : 'tensions')) : null)).filter((s) => s);
     strips.forEach(makePlot);
     for (const kind of ['displacement', 'tension']) {
-      say(kind + '-says', strips.filter((s) => s.kind === kind).length + ' channels, ' + unit(kind).text + ' against board time, s; range: least and most since arming');
+      say(kind + '-says', strips.filter((s) => s.kind === kind).length + ' channels, ' + unit(kind).text + ' against board time, s; range: minimum and maximum since arming');
     }
     $('tensions').style.gridTemplateRows = 'repeat(' + Math.max(1, Math.ceil(strips.filter((s) => s.kind === 'tension').length / 2)) + ',auto)';
   };
@@ -381,8 +381,8 @@
       const value = h[q.key], error = h[q.error_key];
       fact(q.words, value === null ? '–' : fixed(value, q.decimals) + (error === null ? ' ' : ' ± ' + fixed(error, q.decimals) + ' ') + q.unit, false);
     }
-    for (const b of state.bands) fact('band ' + b.band + ', least / mean / most', [b.least_lb, b.mean_lb, b.most_lb].map((v) => fixed(v === null ? null : v * unit('tension').factor, 1)).join(' / ') + ' ' + unit('tension').text, false);
-    fact('readings from', state.source + (state.late ? '; ' + state.late + ' arrived too late to be drawn' : ''), state.late > 0);
+    for (const b of state.bands) fact('band ' + b.band + ', minimum / mean / maximum', [b.least_lb, b.mean_lb, b.most_lb].map((v) => fixed(v === null ? null : v * unit('tension').factor, 1)).join(' / ') + ' ' + unit('tension').text, false);
+    fact('readings from', state.source + (state.late ? '; ' + state.late + ' arrived too late for the plot' : ''), state.late > 0);
   };
   let notices = 0;
   const showNotices = () => {
@@ -466,7 +466,7 @@
       body.landing = number;
     }
     $('confirm').close();
-    say('command-said', pending + ': asked …');
+    say('command-said', pending + ': sent …');
     try {
       const answer = await fetch('/command', { method: 'POST', headers: { 'Content-Type': 'application/json', 'X-Matrig-Token': token }, body: JSON.stringify(body), signal: AbortSignal.timeout(ANSWER_MS) });
       const text = await answer.text();
@@ -474,7 +474,7 @@
       try { told = JSON.parse(text); } catch (e) { /* plain words */ }
       say('command-said', body.command + (told.done ? ': done, ' + new Date().toLocaleTimeString('en-GB') : ': ' + (told.error || 'failed')));
     } catch (e) {
-      say('command-said', body.command + ': no answer from matrig, which now refuses this order; repeat it');
+      say('command-said', body.command + ': no answer from matrig, which now refuses this command; repeat it');
     }
   };
 

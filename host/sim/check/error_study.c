@@ -141,8 +141,8 @@ static enum mr_status measure(struct error_study *study, const struct reference 
         run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
         run->max_lift_ft = outcome.max_lift_ft;
     } else if (outcome.steps > request->most_steps / 2) {
-        note(study, "%s at rtol %g was given up after %llu steps, at %.4g s", run->solver,
-             run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
+        note(study, "%s at rtol %g was stopped after %llu steps, at %.4g s", run->solver, run->rtol,
+             (unsigned long long)outcome.steps, outcome.t_s);
     }
     pass_free(&outcome);
     for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
@@ -212,8 +212,7 @@ static enum mr_status refuse_failed(const struct sim_scene *scene, const char *n
 {
     return error_set(error, MR_NUMERICS,
                      "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an "
-                     "earlier tend or "
-                     "another scene",
+                     "earlier tend or a different scene",
                      sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat,
                      failed->t_s);
 }
@@ -244,8 +243,7 @@ static enum mr_status planar_reference(struct reference *reference, struct error
     if (reference->u_ft > ERROR_LIMIT_U_FT || reference->lift_ft > ERROR_LIMIT_LIFT_FT)
         return error_set(error, MR_NUMERICS,
                          "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft "
-                         "(lift) at rtol %g; give "
-                         "an earlier tend or another scene",
+                         "(lift) at rtol %g; give an earlier tend or a different scene",
                          sim_scene_name(scene), pair[0]->name, pair[1]->name, reference->u_ft,
                          reference->lift_ft, reference->rtol);
     snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
@@ -268,7 +266,7 @@ static enum mr_status over_tolerances(struct error_study *study, const struct re
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
             run->steps > request.most_steps / 2 && e < TIGHTEST_EXPONENT) {
-            note(study, "%s: tolerances below %g left out: they need more steps still", kind->name,
+            note(study, "%s: tolerances below %g left out: they need even more steps", kind->name,
                  run->rtol);
             break;
         }
@@ -290,7 +288,7 @@ static enum mr_status over_steps(struct error_study *study, const struct referen
     double least_s = end_s * scene->mats / MAT_STEPS;
     double first_s = FIRST * fmin(limit_s, end_s / LEAST_STEPS);
     if (first_s < least_s) {
-        note(study, "rk4 left out: its stability limit of %.3g s asks for %.3g steps", limit_s,
+        note(study, "rk4 left out: its stability limit of %.3g s requires %.3g steps", limit_s,
              end_s / limit_s);
         return MR_OK;
     }
@@ -379,7 +377,7 @@ static enum mr_status chain_study(struct error_study *study, const struct sim_sc
                                    study->agreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_LOOSER))
         error_set(error, MR_NUMERICS,
                   "no reference: %s: two runs of event differ by %.2g ft (u); give an earlier tend "
-                  "or another scene",
+                  "or a different scene",
                   sim_scene_name(scene), study->agreement_u_ft);
     for (int i = 0; i < CHAIN_RUNS + CHAIN_RUNGS && error->status == MR_OK; i++) {
         options =

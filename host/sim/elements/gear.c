@@ -218,7 +218,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
 
 static void describe(double k, struct sim_result *result)
 {
-    sim_result_note(result, "gear on elastic ground: %g lb/ft under a mat with one axle", k);
+    sim_result_note(result, "gear on elastic ground: %g lb/ft per mat with one axle", k);
 }
 
 extern const struct element element_gear_ground;

@@ -536,15 +536,16 @@ void mods_describe(const struct mods *m, struct sim_result *result)
                             b->made->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
     }
     if (m->cleated)
-        sim_result_note(result, "cleats: %d, each worth %g lb when fresh (a mat's friction: %g lb)",
+        sim_result_note(result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
                         m->cleats, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
     if (m->stiffened)
         sim_result_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
                         s->stiff_lines, s->stiff_span,
-                        m->scene->model == SIM_CHAIN ? "chain has their stretch, not their bending"
-                                                     : "consistent");
+                        m->scene->model == SIM_CHAIN
+                            ? "chain includes their stretch, but not their bending"
+                            : "consistent");
     if (m->laid)
-        sim_result_note(result, "joints at %g degrees slide at %g lb + %g of their load",
+        sim_result_note(result, "joints at %g degrees slide at %g lb + %g times their load",
                         s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }
 

@@ -35,7 +35,7 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
         const char *what, *models;
     } fixed_only[] = {
         {has_grit(scene), "grit", "chain or consistent"},
-        {mods_any(scene), "a modified runway (bands, cleats and the like)", "chain or consistent"},
+        {mods_any(scene), "a modified runway (bands, cleats and others)", "chain or consistent"},
         {scene->element[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
         {scene->ground_ft.count > 0, "ground", "consistent"},
     };
@@ -331,7 +331,7 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_leave_out(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
         sim_result_note(result,
-                        "grit: an opened joint opens freely and needs its grit again to close");
+                        "grit: a joint opens freely, and must overcome its grit again to close");
     if (m->slack_ft <= 0.0)
         sim_result_leave_out(result, "slack (0)");
     if (!m->full)
@@ -342,7 +342,7 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_leave_out(result, "wheel load (0)");
     if (m->consistent && m->scene->shear_lb != 0.0)
         sim_result_note(result,
-                        "V has no part in model consistent: mats lift by their own inertia");
+                        "V has no effect in model consistent: mats lift because of their inertia");
     if (m->scene->path_count > 0)
         sim_result_note(result, "path replaces Vac, s0 and F");
     element_describe(m->scene, result);

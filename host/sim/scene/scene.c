@@ -581,7 +581,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     json_t *value;
     if (!json_is_object(root))
         return error_set(error, MR_MALFORMED,
-                         "not a scene: %s: the file holds no JSON object; begin with {", path);
+                         "not a scene: %s: the file is not a JSON object; begin with {", path);
     json_object_foreach(root, name, value)
     {
         if (name[0] == '_')
@@ -605,7 +605,7 @@ static enum mr_status take(struct sim_scene *scene, const char *path, json_t *ro
             return error->status;
         bool cut = json_error_code(where) == json_error_premature_end_of_input;
         return error_set(error, cut ? MR_TRUNCATED : MR_MALFORMED,
-                         "%s: %s line %d column %d: %s; correct it there",
+                         "%s: %s line %d column %d: %s; correct that line",
                          cut ? "scene ends too early" : "malformed JSON", path, where->line,
                          where->column, where->text);
     }
@@ -741,9 +741,8 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
         return MR_OK;
     if (connections == 0)
         return error_set(error, MR_MALFORMED,
-                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (%s_first, "
-                         "%s_every); give a "
-                         "smaller one",
+                         "bands without rivets: %s: the first riveted mat is %d of %d (%s_first, "
+                         "%s_every); give a smaller number",
                          where, first, scene->mats, prefixes[group], prefixes[group]);
     if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
                      where, error) != MR_OK ||
@@ -775,12 +774,11 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
     if (m->stiff_span > 1 && m->lay_deg > 0.0)
         return error_set(
             error, MR_MALFORMED,
-            "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give one of them",
-            where);
+            "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give only one", where);
     if (m->lay_deg > 0.0 && !(scene->slack_ft > 0.0) && m->lay_slide_lb == 0.0 && m->lay_mu == 0.0)
         return error_set(
             error, MR_MALFORMED,
-            "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give one of them",
+            "nothing to slide: %s: lay_deg without lay_slide, lay_mu or slack; give at least one",
             where);
     for (size_t i = 0; i < m->torn.count; i++) {
         if (m->torn.values[i] > scene->mats + 1 || m->torn.values[i] != floor(m->torn.values[i]))
@@ -911,8 +909,8 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
                 where, i, row->t_s);
         if (i > 0 && row->t_s == row[-1].t_s && row->x_ft != row[-1].x_ft)
             return error_set(error, MR_MALFORMED,
-                             "aircraft jumps: %s: path row %zu has the time of the row before and "
-                             "another x; give it a later time",
+                             "aircraft jumps: %s: path row %zu has the time of the previous row "
+                             "but a different x; give it a later time",
                              where, i);
     }
     if (scene->path_count == 1)

@@ -402,7 +402,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
                                          : "grit (slack 0: no joint can be open)");
     else
         sim_result_note(result,
-                        "grit: an opened joint opens freely and needs its grit again to close");
+                        "grit: a joint opens freely, and must overcome its grit again to close");
     if (chain->mods)
         mods_describe(chain->mods, result);
     if (scene->path_count > 0)
@@ -879,9 +879,9 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     bool fixed = options->solver && strcmp(options->solver, "staggered") == 0;
     if (given && event) {
         chain_free(&chain);
-        return error_set(error, MR_USAGE,
-                         "no fixed step: solver event chooses its own; give --rtol, or --solver "
-                         "staggered");
+        return error_set(
+            error, MR_USAGE,
+            "no fixed step: solver event chooses its step; give --rtol, or --solver staggered");
     }
     if (!given && !fixed && (event || !options->single) && chain_event_can(scene)) {
         chain_event_run(scene, options, result, error);

@@ -362,8 +362,9 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
         result->solver = "staggered";
         result->mats = scene->mats;
         result->t_end_s = sim_scene_end_s(scene);
-        sim_result_note(result, "error estimate: the largest difference between runs at 1, 1.9, "
-                                "2.6 and 3.6 times the step, twice that of the first two");
+        sim_result_note(result,
+                        "error estimate: the largest difference between runs at 1, 1.9, 2.6 and "
+                        "3.6 times the step, twice the difference of the first two");
         if (l.mods)
             mods_describe(l.mods, result);
         run_with(&l, options, result, error);

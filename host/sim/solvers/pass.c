@@ -48,8 +48,8 @@ struct pass {
 
 /* No progress. */
 #define TOO_SMALL "its step became too small"
-#define PILE_UP   "switches pile up"
-#define USED_UP   "its steps were used up"
+#define PILE_UP   "switches follow each other too closely"
+#define USED_UP   "it reached its limit of steps"
 
 static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
 {

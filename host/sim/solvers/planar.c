@@ -297,8 +297,9 @@ static bool cross(struct model *m, const struct sim_options *options, struct err
     again(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
-        sim_result_note(result, "a run of solver event, which locates its switches, is in the "
-                                "error estimate");
+        sim_result_note(
+            result,
+            "the error estimate includes a run of solver event, which locates its switches");
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
         widen(result, pass_difference(answer, &pass), OTHERS_CAUTION);
     }
@@ -337,8 +338,8 @@ static void linger(struct model *m, const struct sim_options *options,
     struct pass_request request = runs->request;
     if (!samples(request.kind))
         return;
-    sim_result_note(result, "switches are sampled, and no run of another method locates them: two "
-                            "more runs are in the error estimate");
+    sim_result_note(result, "switches are sampled, and no run of another method locates them: the "
+                            "error estimate includes two more runs");
     for (int i = 0; i < MORE_RUNS; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= MORE_GRID;
@@ -373,9 +374,9 @@ static void feel(struct model *m, const struct sim_options *options, const struc
     if (!sensitive(m, runs, result))
         return;
     sim_result_note(result,
-                    "sensitive: errors grow %s; a finer run and %d with stiffnesses that differ by "
-                    "%g are in the error estimate",
-                    fixed ? "to more than a twentieth of what moves" : "more than 1000-fold",
+                    "sensitive: errors grow %s; the error estimate includes a finer run and %d "
+                    "runs with stiffnesses that differ by %g",
+                    fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
                     DIVERGENCE_RUNS, DIVERGENCE_PART);
     const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
     struct pass_request finer = runs->request;
@@ -523,7 +524,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                                    ESTIMATE_SPAN_PART};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
-        sim_result_note(result, "friction sign is taken as stick, its exact form");
+        sim_result_note(result, "friction sign is replaced by stick, its exact form");
     }
     sim_result_note(result, "error estimate: three times the largest difference to runs with 1.9 "
                             "and 3.6 times the step");
@@ -588,18 +589,16 @@ static const struct stepper_kind *choose(const struct sim_scene *scene,
     if (!solver_is_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        sim_result_note(
-            result, "auto: friction sign leaves open what holds a mat at rest; taken as stick, its "
-                    "exact form");
+        sim_result_note(result, "auto: friction sign does not define the force on a mat at rest; "
+                                "replaced by stick, its exact form");
     if (steps <= ESTIMATE_EXPLICIT_STEPS) {
         sim_result_note(
-            result,
-            "auto: event; the fastest rate, %.4g /s, asks for no more than %.0f explicit steps",
+            result, "auto: event; the fastest rate, %.4g /s, requires at most %.0f explicit steps",
             rate, ceil(steps));
         return &stepper_event;
     }
     sim_result_note(result,
-                    "auto: implicit; the fastest rate, %.4g /s, would ask for %.3g explicit steps",
+                    "auto: implicit; the fastest rate, %.4g /s, would require %.3g explicit steps",
                     rate, steps);
     return &stepper_implicit;
 }
@@ -706,7 +705,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
 /* Auto leaves a solver that has ended step_underflow. */
 static void note_left(struct sim_result *result, const char *left, const char *next)
 {
-    sim_result_note(result, "auto: %s reached %.*g s only, as %s; %s instead", left,
+    sim_result_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
                     sim_time_digits(result->start_s, 9), result->start_s + result->t_s,
                     result->why ? result->why : "it makes no progress", next);
     result->why = NULL;
@@ -760,7 +759,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.rhs = result->rhs;
         refused.passes = result->passes;
-        sim_result_note(&refused, "auto: others had %g s; %s reached %.*g s in that time",
+        sim_result_note(&refused, "auto: the other solvers had a limit of %g s; %s reached %.*g s",
                         PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
                         result->start_s + result->t_s);
         sim_result_free(result);
@@ -796,7 +795,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     model_describe(&model, result);
     if (options->dt_s > 0.0 && !kind->fixed)
         error_set(error, MR_USAGE,
-                  "no fixed step: solver %s chooses its own; give --rtol, or --solver rk4",
+                  "no fixed step: solver %s chooses its step; give --rtol, or --solver rk4",
                   kind->name);
     else if (options->rtol > 0.0 && kind->fixed)
         error_set(error, MR_USAGE,
@@ -833,7 +832,8 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
     if (run_planar(scene, &deadline.options, &other, &not_theirs) != MR_OK ||
         other.status != SIM_OK) {
         if (deadline.late)
-            sim_result_note(result, "auto: others had %g s", PLANAR_OTHERS_S);
+            sim_result_note(result, "auto: the other solvers reached their limit of %g s",
+                            PLANAR_OTHERS_S);
         sim_result_free(&other);
         return MR_OK;
     }

@@ -584,9 +584,9 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
         }
     }
     if (gsl_linalg_cholesky_decomp1(fitting->metric) != 0)
-        return error_set(error, MR_NUMERICS,
-                         "the statistics' covariance is singular: %zu statistics; use more draws",
-                         p);
+        return error_set(
+            error, MR_NUMERICS,
+            "the covariance of the statistics is singular: %zu statistics; use more draws", p);
     return MR_OK;
 }
 
@@ -646,8 +646,8 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
         return error->status;
     if (!solve_begin(solve, scores, &fitting->place))
         return error_set(error, MR_NUMERICS,
-                         "a parameter changes nothing that was measured: scores are singular; fit "
-                         "fewer parameters");
+                         "a parameter has no effect on the measurements: the scores are singular; "
+                         "fit fewer parameters");
     set_score(fitting, fitting->measured, solve->score);
     memset(w, 0, fitting->model->parameters * sizeof *w);
     if (isnan(solve_least(solve, w)))
@@ -762,7 +762,7 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
     size_t count = refit(fitting, solve, w, error_z);
     if (count < FIT_DRAWS_LEAST)
         error_set(error, MR_NUMERICS,
-                  "no intervals: %zu of the bootstrap's refits converged; narrow the priors, or "
+                  "no intervals: only %zu refits of the bootstrap converged; narrow the priors, or "
                   "fit fewer parameters",
                   count);
     for (size_t i = 0; i < q && error->status == MR_OK; i++) {
@@ -876,15 +876,15 @@ static enum mr_status check(const struct fit_model *model, const struct fit_opti
 {
     size_t least = 2 * surface_terms(model->parameters) + 1;
     if (model->parameters == 0 || model->parameters > FIT_PARAMETERS_MAX)
-        return error_set(error, MR_USAGE, "%zu parameters: fit; give 1 to %u", model->parameters,
-                         FIT_PARAMETERS_MAX);
+        return error_set(error, MR_USAGE, "wrong number of parameters: %zu; give 1 to %u",
+                         model->parameters, FIT_PARAMETERS_MAX);
     if (model->statistics < model->parameters || model->statistics > FIT_STATISTICS_MAX)
         return error_set(
             error, MR_TOO_FEW, "%zu measured statistics for %zu parameters: fit; give %zu to %u",
             model->statistics, model->parameters, model->parameters, FIT_STATISTICS_MAX);
     if (options->draws < FIT_DRAWS_LEAST || options->draws < least)
         return error_set(error, MR_USAGE,
-                         "too few draws: %zu for %zu parameters; give %zu at least", options->draws,
+                         "too few draws: %zu for %zu parameters; give at least %zu", options->draws,
                          model->parameters,
                          least > FIT_DRAWS_LEAST ? least : (size_t)FIT_DRAWS_LEAST);
     return MR_OK;

@@ -675,7 +675,7 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
         add_channel(landing, &series[c], measured);
     if (landing->windows == 0)
         return error_set(error, MR_TOO_FEW,
-                         "no transducer has enough valid samples: RUN %lld; fit other landings",
+                         "no transducer has enough valid samples: RUN %lld; fit different landings",
                          (long long)landing->run);
     add_segments(landing, measured);
     list->measured = xrealloc(list->measured,
