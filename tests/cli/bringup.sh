@@ -69,7 +69,7 @@ oscillators_as_given() {
 stack_is_caught() { says zg stack_overflow bus_fault && says zg stack_address 0x1fffffe0 && grep -q 'resets 2, faults 1' "$tmp/zg.err"; }
 wrong_is_exit_1() {
     judge strange >"$tmp/out"
-    [ $? = 1 ] && grep -Eq '^wrong: clock: no crystal' "$tmp/out" && grep -Eq '^look: can_frames: ' "$tmp/out"
+    [ $? = 1 ] && grep -Eq '^wrong: clock: no 8 MHz crystal' "$tmp/out" && grep -Eq '^look: can_frames: ' "$tmp/out"
 }
 each_limit_is_looked_at() { # a line, what it says now, what is said of it
     local what to verdict
@@ -150,7 +150,7 @@ brown_out_of_a_wrong_supply() { # more than 5 % off the board's own: nothing is 
     stop
     cat "$tmp/out"
     [ $status = 1 ] && grep -Eq 'brown_out_set +supply_not_the_boards' "$tmp/out" && grep -Eq 'brown_out +0 level' "$tmp/out" &&
-        grep -q '^wrong: brown_out_set: not set, for' "$tmp/out"
+        grep -q '^wrong: brown_out_set: the level was not set, for' "$tmp/out"
 }
 memory_is_spared() { # nothing but an empty sector is touched; with none it says so and leaves all alone
     says zg memory_sector 4091 && says zg memory_wrong 0 && cmp "$tmp/nor.part" "$tmp/nor.part.was" &&
