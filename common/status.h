@@ -11,7 +11,7 @@
 /* clang-format off */
 #define MR_STATUS_TABLE(X)                                                                       \
     X(MR_OK,                 0,   0,   "ok")                                                     \
-    X(MR_LIMIT,             -1,   1,   "a comparison or a limit failed")                         \
+    X(MR_LIMIT,             -1,   1,   "a comparison failed or a limit was not met")             \
     X(MR_USAGE,             -2,   2,   "wrong usage")                                            \
     X(MR_IO,                -3,   3,   "input or output failed")                                 \
     X(MR_TIMEOUT,           -4,   3,   "nothing received within the time allowed")               \
@@ -21,7 +21,7 @@
     X(MR_CRC,               -8,   4,   "checksum does not match")                                \
     X(MR_VERSION,           -9,   4,   "made by a different version")                            \
     X(MR_TOO_LONG,         -10,   4,   "longer than the format allows")                          \
-    X(MR_NUMERICS,         -11,   5,   "numerics refused or failed")                             \
+    X(MR_NUMERICS,         -11,   5,   "a calculation was refused or failed")                    \
     X(MR_TOO_FEW,          -12,   5,   "too few values for a result")                            \
     X(MR_NOT_NOW,          -13,   2,   "not allowed in the present state")                       \
     X(MR_UNKNOWN,          -14,   2,   "unknown name or number")                                 \

@@ -23,7 +23,7 @@ void reference_exit_codes(FILE *out)
 #undef ROW
     };
     static const char *const meanings[] = {"success",
-                                           "a comparison or a limit failed",
+                                           "a comparison failed or a limit was not met",
                                            "wrong usage",
                                            "input, output or a device failed",
                                            "malformed or truncated input",

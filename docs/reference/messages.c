@@ -107,15 +107,14 @@ void reference_messages(FILE *out)
     reference_head(out, "Messages", "`common/catalogue*.def` and `common/fault.h`");
     fprintf(
         out,
-        "Layout version %u. A bold row begins a message: CAN identifier and serial type, name, "
-        "length if not 8 bytes, period, meaning. The rows below it are the fields of the "
-        "message.\n\n"
-        "- The board sends on CAN and serial unless stated otherwise. A board with a CAN base "
-        "adds the base to every CAN identifier ([base](../howto/configure.md#can-base)"
-        ").\n"
+        "Layout version %u. A bold row begins a message. It contains the CAN identifier (also the "
+        "type of the serial frame), the name, the length if it is not 8 bytes, the period and the "
+        "meaning. The rows below it are the fields of the message.\n\n"
+        "- The board sends a message on CAN and serial unless stated otherwise. A board with a CAN "
+        "base adds the base to every CAN identifier ([base](../howto/configure.md#can-base)).\n"
         "- Integers are little-endian. A unit that begins with a number is the resolution of a "
-        "scaled integer. A scaled integer has one code for \"missing\". Reserved bytes are 0 and "
-        "not listed.\n"
+        "scaled integer. In a scaled integer, 65535 (u16) or -32768 (i16) means \"missing\". "
+        "Reserved bytes are 0 and not listed.\n"
         "- `tick` is a count of timer TIM2 (84 MHz). Status codes are the negative numbers in "
         "`common/status.h`; an unsigned field holds the code without its sign.\n"
         "- A block is one millisecond of acquisition; `block16` is the low 16 bits of the block "
