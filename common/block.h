@@ -1,22 +1,23 @@
-/* The block record: one millisecond of acquisition as integers, the basis of replay.
+/* The block record holds one millisecond of acquisition as integers. It is the basis of replay.
  *
  * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8
  * transducers while the excitation reverses from scan to scan, so each transducer has one sum per
  * polarity (4 codes each); converter 1 scans 16 channels (14 gages, staircase, reference; 8 codes
- * each). All output of the board is a function of these records, the edges and the commands: any
- * codes with equal sums and counts replay bit for bit. A landing's record begins four blocks before
- * the one in which it was armed, as far back as the first means reach.
+ * each). All output of the board is a function of these records, the edges and the commands, so any
+ * codes with equal sums and counts replay bit for bit. The record of a landing begins four blocks
+ * before the block in which it was armed, because the first means reach back that far.
  *
- * A channel that is not fitted is neither converted nor stored: its sums and counts are 0 here and
- * left out there. Staircase and reference are always there.
+ * A channel that is not fitted is neither converted nor stored: its sums and counts are 0 in the
+ * struct and left out on the wire. Staircase and reference are always present.
  *
- * On the wire and on disk (little-endian, 78 bytes when all is fitted and nothing saturated, at
- * most 102; 18 of switches alone):
+ * On the wire and on disk (little-endian; 78 bytes with all channels fitted and none saturated, at
+ * most 102; 18 bytes with switches only):
  *     index u32 | tick u32 | absent u24 | plus[8] u16 | minus[8] u16 | sum[16] u16 | mask u24 | one
  *     byte per set bit of mask
- * Bit c of `absent`: channel c is not fitted, its sums are left out. Bit c of the mask: channel c
- * has saturated codes; its byte is low count << 4 | high count, from bit 0 on. Channels 0..7 are
- * the transducers, 8..23 the channels of converter 1 in scan order. Layout version: MR_LAYOUT. */
+ * Bit c of `absent`: channel c is not fitted and its sums are left out. Bit c of `mask`: channel c
+ * has saturated codes. The bytes after the mask follow in order of its bits; each is low count << 4
+ * | high count. Channels 0..7 are the transducers, 8..23 the channels of converter 1 in scan order.
+ * Layout version: MR_LAYOUT. */
 #ifndef MATRIG_COMMON_BLOCK_H
 #define MATRIG_COMMON_BLOCK_H
 
@@ -29,24 +30,24 @@
 #define MR_TRANSDUCERS      8u
 #define MR_GAGES            14u
 #define MR_ADC1_CHANNELS    16u
-#define MR_ADC1_STAIRCASE   14u /* place in converter 1's scan */
+#define MR_ADC1_STAIRCASE   14u /* index in the scan of converter 1 */
 #define MR_ADC1_REFERENCE   15u
 #define MR_REFERENCE        (MR_TRANSDUCERS + MR_ADC1_REFERENCE) /* channel */
 #define MR_CHANNELS         (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
 #define MR_BLOCK_SUMS       (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
 #define MR_BLOCK_BYTES_MIN  (8u + 3u + 2u * 2u + 3u)
 #define MR_BLOCK_BYTES_MAX  (8u + 3u + 2u * MR_BLOCK_SUMS + 3u + MR_CHANNELS)
-/* Bits of the channels that can be absent. */
+/* Bits of the channels that may be absent. */
 #define MR_BITS_TRANSDUCERS ((1u << MR_TRANSDUCERS) - 1u)
 #define MR_BITS_GAGES       (((1u << MR_GAGES) - 1u) << MR_TRANSDUCERS)
 #define MR_BITS_OPTIONAL    (MR_BITS_TRANSDUCERS | MR_BITS_GAGES)
 
 #define MR_TICKS_PER_BLOCK 84000u /* TIM2 at 84 MHz */
-#define MR_CODE_LOW        8u     /* a code at or below is counted as saturated low */
-#define MR_CODE_HIGH       4087u  /* a code at or above is counted as saturated high */
+#define MR_CODE_LOW        8u     /* codes up to this one count as saturated low */
+#define MR_CODE_HIGH       4087u  /* codes from this one up count as saturated high */
 
 struct mr_block {
-    uint32_t index; /* blocks since the scans began; a jump is a loss */
+    uint32_t index; /* blocks since the scans began; a jump means lost blocks */
     uint32_t tick;  /* TIM2 at the first trigger of the block, 1/84 us */
     union {
         struct {
@@ -54,14 +55,14 @@ struct mr_block {
             uint16_t minus[MR_TRANSDUCERS]; /* sum of 4 codes, excitation reversed */
             uint16_t sum[MR_ADC1_CHANNELS]; /* sum of 8 codes */
         };
-        uint16_t sums[MR_BLOCK_SUMS]; /* the same one after the other */
+        uint16_t sums[MR_BLOCK_SUMS]; /* all sums as one array */
     };
     uint32_t absent;          /* bit c: channel c is not fitted */
     uint8_t low[MR_CHANNELS]; /* saturated codes, 0..8 */
     uint8_t high[MR_CHANNELS];
 };
 
-/* Bit i: sums[i] is that of a channel that is absent. */
+/* Bit i is set when sums[i] belongs to an absent channel. */
 static inline uint32_t mr_block_absent_sums(uint32_t absent)
 {
     uint32_t transducers = absent & MR_BITS_TRANSDUCERS;
@@ -69,48 +70,50 @@ static inline uint32_t mr_block_absent_sums(uint32_t absent)
            absent >> MR_TRANSDUCERS << 2 * MR_TRANSDUCERS;
 }
 
-/* What the converters scan: the channels that are fitted, in order, transducers (converter 3)
- * before the others (converter 1). */
+/* The channels that the converters scan: those that are fitted, in order, first the transducers
+ * (converter 3), then the others (converter 1). */
 struct mr_scan {
     uint32_t absent;
-    uint8_t transducers, others; /* conversions of a scan */
+    uint8_t transducers, others; /* conversions per scan */
     uint8_t channel[MR_CHANNELS];
 };
-/* `absent`: bits of MR_BITS_OPTIONAL; others have no effect. */
+/* `absent`: bits of MR_BITS_OPTIONAL; other bits are ignored. */
 void mr_scan_plan(struct mr_scan *scan, uint32_t absent);
 
-/* Sum 8 scans of all channels. `transducers` and `adc1` are the converters' results in scan order,
- * of 12 bits; even scans of the block were taken with the excitation forward. */
+/* Sums 8 scans of all channels. `transducers` and `adc1` hold the 12-bit results of the converters
+ * in scan order. Even scans of the block were taken with the excitation forward. */
 void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS]);
 
-/* The same of those in `scan`: rows of scan->transducers and of scan->others codes. */
+/* As mr_block_from_scans, for the channels in `scan` only: the rows have scan->transducers and
+ * scan->others codes. */
 void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
                         uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 
 /* Returns the length written, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
 size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);
 
-/* MR_OK; MR_TRUNCATED, MR_TOO_LONG: not the length its masks ask for; MR_MALFORMED: impossible
+/* MR_OK; MR_TRUNCATED or MR_TOO_LONG: `length` does not match the masks; MR_MALFORMED: impossible
  * masks or counts. */
 enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t length);
 
 /* ---- time ---- */
 
-/* Board time in 64 bits: every time in the board's messages is in ticks of its one clock (TIM2, 84
- * MHz) since the scans began.
+/* Board time in 64 bits: all times in the board's messages are ticks of TIM2 (84 MHz), the only
+ * clock of the board, since the scans began.
  *
- * Samples: block b begins, with its first trigger, at 84000 b ticks, which is 1000 b microseconds.
- * Edges, film frames, camera pulses and sync frames are sent as TIM2 captured them, modulo 2^32,
- * which wraps every 51.1 s. The block that a capture is sent with identifies the wrap: block
- * indices count milliseconds for 49 days, and the tick at which block 0 began, the origin, is the
- * same for all of them. So no gap of blocks, however long, makes a capture ambiguous, as long as
- * the block it is sent with is less than 25.5 s from it. Exact integers; pure. */
+ * Block b begins with its first trigger, at 84000 b ticks, which is 1000 b microseconds. Edges,
+ * film frames, camera pulses and sync frames are sent as captured by TIM2, modulo 2^32 ticks, which
+ * wrap every 51.1 s. The block that is sent with a capture identifies the wrap: block indices count
+ * milliseconds for 49 days, and the origin (the tick at which block 0 began) is the same for all
+ * blocks. A gap of blocks of any length therefore leaves no capture ambiguous, provided that the
+ * block sent with the capture is less than 25.5 s from it. Exact integers; pure functions. */
 
 #define MR_TICKS_PER_US 84
 
-/* TIM2, modulo 2^32, at the beginning of block 0, from any block's index and first tick. */
+/* TIM2, modulo 2^32, at the beginning of block 0, computed from the index and first tick of any
+ * block. */
 static inline uint32_t mr_boardtime_origin(uint32_t block, uint32_t tick)
 {
     return tick - block * MR_TICKS_PER_BLOCK;
@@ -120,8 +123,8 @@ static inline uint32_t mr_boardtime_tick(uint32_t origin, uint32_t block)
 {
     return origin + block * MR_TICKS_PER_BLOCK;
 }
-/* Ticks since the scans began of a capture less than 25.5 s from the beginning of `block`;
- * negative: before them. */
+/* Ticks from the beginning of the scans to a capture, which is less than 25.5 s from the beginning
+ * of `block`. Negative: the capture was before the scans began. */
 static inline int64_t mr_boardtime_ticks(uint32_t origin, uint32_t block, uint32_t tick)
 {
     int32_t since = (int32_t)(tick - mr_boardtime_tick(origin, block));

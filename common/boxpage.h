@@ -1,19 +1,19 @@
-/* Pages of the black box, as they stand in the memory and travel over serial. Little-endian:
+/* Pages of the black box, as stored in the memory and sent over serial. Little-endian:
  *
  *     seq u32 | record u16 | kind u8 | first u8 | payload 244 bytes | CRC-32 u32
  *
- *     seq     counts the pages ever written; consecutive within a record
- *     record  the recording it belongs to, counts on from 1
- *     kind    0x80 | enum mr_boxpage_kind. The uppermost bit is programmed to 0 when the record is
- *             freed; the CRC is that of the page with the bit set
- *     first   stream: byte of the payload at which a reader may begin (a key, or the first
+ *     seq     counts all pages ever written; consecutive within a record
+ *     record  number of the recording, from 1
+ *     kind    0x80 | enum mr_boxpage_kind. The top bit is programmed to 0 when the record is
+ *             freed; the CRC is computed with the bit set
+ *     first   stream page: payload byte at which a reader may begin (a key, or the first
  *             message); 0xff: none
  *     CRC     of everything before it
  *
- * A record is a start page, stream pages (common/blockpack.h; their payloads follow each other
- * without a gap, so records of the stream may cross from page to page) and an end page, which is
- * missing when the power went. After an end tag, or a page that is missing, the stream goes on at
- * the next `first`. */
+ * A record consists of a start page, stream pages and an end page, which is missing after a power
+ * failure. The payloads of the stream pages form one continuous stream (common/blockpack.h), so a
+ * record of the stream may cross a page boundary. After an end tag or a missing page, the stream
+ * continues at the next `first`. */
 #ifndef MATRIG_COMMON_BOXPAGE_H
 #define MATRIG_COMMON_BOXPAGE_H
 
@@ -41,9 +41,9 @@ struct mr_boxpage_header {
     uint8_t freed; /* 1: the bit was programmed to 0 */
 };
 
-/* Write seq, record and CRC into a page whose kind, first and payload stand. */
+/* Completes a page that already holds kind, first and payload: writes seq, record and CRC. */
 void mr_boxpage_seal(uint8_t page[MR_BOXPAGE], uint32_t seq, uint16_t record);
-/* MR_OK; MR_TOO_FEW: erased, all ones; MR_CRC: neither erased nor a whole page. */
+/* MR_OK; MR_TOO_FEW: erased (all ones); MR_CRC: neither erased nor a valid page. */
 enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_header *header);
 
 /* Payload of a start page. */
@@ -62,26 +62,26 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_star
 struct mr_boxpage_end {
     uint32_t first_block; /* of the stream */
     uint32_t blocks;      /* stored */
-    /* blocks since the first that found no room, or that the board had lost before */
+    /* blocks not stored since first_block: no room, or lost earlier by the board */
     uint32_t lost;
-    uint32_t notes_lost; /* messages likewise */
+    uint32_t notes_lost; /* messages not stored */
 };
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end);
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end);
 
 /* ---- boxread ---- */
 
-/* Reads a record of the black box: pages in, blocks and messages out, in order.
+/* Reads a record of the black box: takes its pages and returns its blocks and messages in order.
  *
- * `pages` holds `count` pages by their number in the record; `present[i]` is 0 for one that is
- * missing. What stands between a page that is missing and the next place where a reader may begin
- * is left out: the blocks' indices show what is not there. */
+ * `pages` holds `count` pages by their number in the record; `present[i]` is 0 if page i is
+ * missing. Data between a missing page and the next byte at which a reader may begin are skipped;
+ * the block indices show the gap. */
 
 struct mr_boxread {
     const uint8_t *pages;
     const uint8_t *present;
     size_t count;
-    size_t page; /* where the next record of the stream begins */
+    size_t page; /* page at which the next record of the stream begins */
     size_t bit;
     bool in_step;
     struct mr_pack pack;

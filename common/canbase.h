@@ -1,9 +1,9 @@
-/* Several boards on one CAN bus: each has a base that is added to the identifiers of all its
- * messages, those to it too. Base 0: identifiers are those of the catalogue. Serial has one board
- * at its end, and no base.
+/* Several boards on one CAN bus: each board has a base, which is added to the identifiers of all
+ * messages from and to the board. With base 0 the identifiers are those of the catalogue. A serial
+ * link connects a single board and uses no base.
  *
- * Identifiers are of 11 bits, and both ways are one to one: what is not the board's comes out
- * beyond the catalogue, and goes back to what it was. */
+ * Identifiers have 11 bits, and the mapping is one to one in both directions: a message that is not
+ * the board's is mapped beyond the catalogue, and back to its original identifier. */
 #ifndef MATRIG_COMMON_CANBASE_H
 #define MATRIG_COMMON_CANBASE_H
 
@@ -11,10 +11,11 @@
 
 #include "common/catalogue.h"
 
-#define MR_CAN_ID_MOST   0x7ffu                               /* of 11 bits */
-#define MR_CAN_BASE_MOST (MR_CAN_ID_MOST - MR_ID_CONFIG_WORD) /* the last of the catalogue */
+#define MR_CAN_ID_MOST   0x7ffu /* largest 11-bit identifier */
+/* the catalogue ends with config_word */
+#define MR_CAN_BASE_MOST (MR_CAN_ID_MOST - MR_ID_CONFIG_WORD)
 
-/* The identifier on the bus of a message of the catalogue, and back. */
+/* Convert between the identifier in the catalogue and the identifier on the bus. */
 static inline uint16_t mr_can_to_bus(uint16_t id, uint16_t base)
 {
     return (uint16_t)((id + base) & MR_CAN_ID_MOST);

@@ -1,10 +1,11 @@
-/* The message catalogue in C: a struct, a put and a get for each message of catalogue.def, and
- * tables that describe them.
+/* The message catalogue in C: a struct, a put function and a get function for each message of
+ * catalogue.def, and tables that describe the messages.
  *
- * Real fields are floats in the field's unit, NaN where the wire has the code for missing. A put
- * writes exactly the message's length (at most MR_MESSAGE_MAX bytes) and returns it. A get returns
- * MR_OK, or MR_TRUNCATED / MR_TOO_LONG when `length` is not the message's own; it never reads
- * beyond `length`. Pure functions, no state. */
+ * Real fields are floats in the unit of the field; they are NaN where the wire carries the code for
+ * a missing value. A put function writes exactly the message's length (at most MR_MESSAGE_MAX
+ * bytes) and returns that length. A get function returns MR_OK, or MR_TRUNCATED or MR_TOO_LONG when
+ * `length` differs from the message's length; it never reads beyond `length`. Pure functions, no
+ * state. */
 #ifndef MATRIG_COMMON_CATALOGUE_H
 #define MATRIG_COMMON_CATALOGUE_H
 
@@ -13,8 +14,9 @@
 
 #include "common/status.h"
 
-/* Layout version of catalogue.def, of the block record, the stored configuration and serial
- * framing: that of what changed last, so the size of the largest of these. Travels in `hello`. */
+/* Layout version of catalogue.def, the block record, the stored configuration and serial framing.
+ * It is the version of the latest change to any of these, hence the size of the largest member. The
+ * message `hello` carries it. */
 union mr_layouts {
     uint8_t all_others[3];
 #define SINCE(name, NAME, layout) uint8_t name[layout];
@@ -30,8 +32,9 @@ typedef int16_t mr_i16;
 typedef uint32_t mr_u32;
 typedef int32_t mr_i32;
 
-/* What the numbers of the catalogue mean: enum mr_landing_state and its like, and
- * mr_landing_state_text(): the text of a value, static, "unknown" beyond the table. */
+/* Meaning of the numbers in the catalogue: for each list of values an enum (enum mr_landing_state)
+ * and a function (mr_landing_state_text) that returns the text of a value. Texts are static; a
+ * value beyond the table gives "unknown". */
 /* clang-format off */
 #define ENUM(values) enum mr_##values {
 #define VALUE(values, NAME, number, word) NAME = (number),
@@ -57,13 +60,13 @@ enum mr_message_id {
 #define MESSAGE(name, NAME, id, direction, text) MR_ID_##NAME = (id),
 #include "common/catalogue.def"
     MR_ID_BLOCK = 0x300, /* serial only: a block record (common/block.h), longer than a CAN frame */
-    /* serial only: half a page of the black box (common/boxpage.h): record u16 | page u16 | half u8
+    /* serial only: half a page of the black box (common/boxpage.h), record u16 | page u16 | half u8
      * | reserved u8 | 128 bytes */
     MR_ID_BOX_PART = 0x301,
 };
 
-/* Each message, block records and black-box parts included, has a place from 0 on, for tables of
- * counts. */
+/* Index of each message, from 0, for tables of counts. Block records and black-box parts have an
+ * index too. */
 enum mr_message_place {
 #define MESSAGE(name, NAME, id, direction, text) MR_PLACE_##NAME,
 #include "common/catalogue.def"
@@ -88,23 +91,23 @@ enum mr_wire_type {
     MR_WIRE_f32
 };
 
-/* What a number of ENUM means. `word` NULL: behind the last one. */
+/* Meaning of one number of an ENUM. `word` is NULL after the last entry. */
 struct mr_value {
     long number;
-    const char *word; /* "": no message carries it */
+    const char *word; /* "": no message carries this number */
 };
 enum mr_coding { MR_CODING_NONE, MR_CODING_CODE, MR_CODING_BITS, MR_CODING_PAIRS };
 
 struct mr_field_info {
     const char *name;
     const char *unit;
-    const char *text;              /* as it stands in the table: mr_field_text has it in full */
-    const struct mr_value *values; /* NULL: none have names */
+    const char *text;              /* text in the table; mr_field_text returns it in full */
+    const struct mr_value *values; /* NULL: the numbers have no names */
     enum mr_coding coding;
     enum mr_wire_type type;
     uint8_t offset; /* first byte in the payload */
     uint8_t size;   /* bytes */
-    float per_unit; /* counts to one unit; 0: not a scaled real */
+    float per_unit; /* counts per unit; 0: not a scaled real */
 };
 
 struct mr_message_info {
@@ -114,56 +117,56 @@ struct mr_message_info {
     enum mr_direction direction;
     uint8_t length; /* bytes of payload */
     uint8_t field_count;
-    uint16_t every_ms; /* 0: it does not come by the clock */
+    uint16_t every_ms; /* period, ms; 0: not periodic */
     const struct mr_field_info *fields;
 };
 
-/* The whole table, ascending by identifier; `*count` messages. Static storage. */
+/* The whole table of `*count` messages, in ascending order of identifier. Static storage. */
 const struct mr_message_info *mr_catalogue(size_t *count);
 /* The message with this identifier, or NULL. */
 const struct mr_message_info *mr_message_find(uint16_t id);
-/* Place of an identifier, below MR_PLACES; MR_PLACES: there is no such message. And back. */
+/* Conversions between identifier and index. mr_message_place returns MR_PLACES when the catalogue
+ * has no such message. */
 unsigned mr_message_place(uint16_t id);
 uint16_t mr_message_at(unsigned place);
-/* Name of the message at a place. Static storage. */
+/* Name of the message with this index. Static storage. */
 const char *mr_message_text(unsigned place);
-/* Text of a field, its list of values written out; cut off at `size`. */
+/* Text of a field including its list of values, truncated to `size`. */
 void mr_field_text(const struct mr_field_info *field, char *out, size_t size);
-/* Value of a field of a payload that has the message's length, in the field's unit; NaN when
- * missing. */
+/* Value of a field, in the unit of the field; NaN when missing. `payload` has the message's
+ * length. */
 double mr_field_value(const struct mr_field_info *field, const uint8_t *payload);
 
 /* ---- message ---- */
 
-/* A message of the catalogue, read once: who gets it need not know how it stood on the wire.
- * Pure. */
+/* A decoded message of the catalogue: its users do not need to know the wire format. Pure. */
 
 struct mr_message {
     const struct mr_message_info *info;
-    unsigned place; /* enum mr_message_place: which member of `as` it is */
-    /* low 16 bits of the block that it belongs to; -1: it has no such field */
+    unsigned place; /* enum mr_message_place: selects the member of `as` */
+    /* low 16 bits of the block that the message belongs to; -1: no such field */
     int32_t block16;
-    int64_t block;                   /* all of it; -1: it has no such field */
-    uint8_t payload[MR_MESSAGE_MAX]; /* as it came, info->length bytes */
+    int64_t block;                   /* full block index; -1: no such field */
+    uint8_t payload[MR_MESSAGE_MAX]; /* as received, info->length bytes */
     union {
 #define MESSAGE(name, NAME, id, direction, text) struct mr_##name name;
 #include "common/catalogue.def"
     } as;
 };
 
-/* MR_OK; MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED, MR_TOO_LONG: its length is
- * another one. Then `message` says nothing. */
+/* MR_OK; MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED or MR_TOO_LONG: wrong length.
+ * On failure the content of `message` is undefined. */
 enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload,
                                size_t length);
 
 /* ---- series ---- */
 
-/* Readings packed over several messages: displacements and tensions on CAN, as the SERIES and PACK
- * rows of common/catalogue_series.def have them.
+/* Readings packed over several messages: displacements and tensions on CAN, as defined by the
+ * SERIES and PACK rows of common/catalogue_series.def.
  *
- * A pack is one of the messages. It carries up to three readings as i16, `per_unit` counts to an
- * inch or pound; then, the last pack of a series alone, a bit for each reading of the series that
- * is missing; then the low 16 bits of the block measured. Pure. */
+ * A pack is one of the messages. It carries up to three readings as i16 in `per_unit` counts per
+ * inch or pound. The last pack of a series then carries one bit for each missing reading of the
+ * series. Every pack ends with the low 16 bits of the block measured. Pure. */
 
 #define MR_PACK_READINGS 3u
 
@@ -180,11 +183,11 @@ enum mr_series_pack_number {
 };
 
 struct mr_series {
-    enum mr_channel_kind kind; /* of its channels, which are numbered from 1 */
+    enum mr_channel_kind kind; /* kind of its channels, which are numbered from 1 */
     char letter;               /* d1, t14 */
     uint8_t readings;          /* at most 16 */
-    uint8_t blocks;            /* each is the mean of as many, and comes every so many */
-    float per_unit;            /* counts to an inch or pound */
+    uint8_t blocks;            /* blocks averaged per reading, and blocks between two packs */
+    float per_unit;            /* counts per inch or pound */
 };
 
 struct mr_series_pack {
@@ -197,13 +200,13 @@ struct mr_series_pack {
 /* `number` below MR_SERIES_COUNT or MR_SERIES_PACKS. Static storage. */
 const struct mr_series *mr_series_at(unsigned number);
 const struct mr_series_pack *mr_series_pack_at(unsigned number);
-/* Number of the pack with an identifier; MR_SERIES_PACKS: the message is none. */
+/* Number of the pack with an identifier; MR_SERIES_PACKS: the message is not a pack. */
 unsigned mr_series_pack_find(uint16_t id);
-/* Writes a pack of all readings of its series, NaN what is missing; `index`: the block measured.
- * Returns its length. */
+/* Writes one pack. `readings` holds all readings of the series, NaN if missing; `index` is the
+ * block measured. Returns the length. */
 size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readings, uint32_t index,
                           uint8_t out[MR_MESSAGE_MAX]);
-/* Readings of a pack's payload, which has the message's length; returns how many. */
+/* Reads the readings of a pack and returns their number. `payload` has the message's length. */
 unsigned mr_series_pack_get(const struct mr_series_pack *pack, const uint8_t *payload,
                             float readings[MR_PACK_READINGS]);
 

@@ -1,11 +1,13 @@
-/* Law of a chain of mats over one step: the tension of a joint, and the speed of a mat that Coulomb
- * friction holds. Written once, for every kind of number: include it once for each, with LAW(name)
- * (what a function `name` is called there), LAW_REAL, LAW_SIZE(x) (fabs) and LAW_SIGNED(size, sign)
- * (copysign).
+/* Law of a chain of mats over one step: the tension of a joint, and the speed of a mat under
+ * Coulomb friction. The code is generic over the number type. Include this file once per type,
+ * after defining LAW(name) (the name of function `name` for this type), LAW_REAL, LAW_SIZE(x)
+ * (fabs) and LAW_SIGNED(size, sign) (copysign).
  *
- * One number computes the case that holds. A vector (LAW_VECTOR and the macros below are defined
- * before: host/sim/elements/lanes.h) computes every case and picks. Operations, their order and so
- * the bits are the same. Feet, pounds, seconds; host/sim/README.md, "Chain and landings". */
+ * For a scalar type only the case that applies is computed. For a vector type, every case is
+ * computed and the result is selected; LAW_VECTOR and the macros below are then defined before the
+ * inclusion (host/sim/elements/lanes.h). Operations and their order are the same, so the results
+ * are identical in every bit. Units: feet, pounds, seconds. See host/sim/README.md, "Chain and
+ * landings". */
 
 #ifndef LAW_VECTOR
 #define LAW_MASK                bool
@@ -18,24 +20,25 @@
 #define LAW_BOTH(a, b)          ((a) && (b))
 #define LAW_EITHER(a, b)        ((a) || (b))
 #define LAW_NOT(a)              (!(a))
-#define LAW_LATE(stops, pushes) ((stops) && (pushes)) /* what happens after a stop matters */
-#define LAW_ONE(mask)           (mask)                /* a vector is not looked at by itself */
+/* true if the time after a stop must be computed */
+#define LAW_LATE(stops, pushes) ((stops) && (pushes))
+#define LAW_ONE(mask)           (mask) /* false for a vector, whose lanes may differ */
 #define LAW_LESSER(a, b)        ((a) < (b) ? (a) : (b))
 #define LAW_GREATER(a, b)       ((a) > (b) ? (a) : (b))
 #define LAW_VALUE(x)            ((LAW_REAL)(x))
 #endif
 #define LAW_FUNCTION static inline __attribute__((always_inline))
 
-/* What all joints share. */
+/* Constants of all joints. */
 struct LAW(joint) {
     LAW_REAL kl_lb_ft, cl_lb_s_ft, slack_ft;
 };
 
-/* Of a joint, from now on. */
+/* State of a joint after the step. */
 struct LAW(pull) {
     LAW_REAL lb;       /* tension; compression is negative */
-    LAW_REAL reach_ft; /* opening at which its grit holds; 0: none is left in it */
-    bool kept;         /* reach_ft is as before; one number only */
+    LAW_REAL reach_ft; /* opening at which grit blocks the joint; 0: no grit is left */
+    bool kept;         /* reach_ft is unchanged; set for scalars only */
 };
 
 LAW_FUNCTION struct LAW(pull) LAW(pulled)(LAW_REAL lb, LAW_REAL reach_ft)
@@ -53,8 +56,9 @@ LAW_FUNCTION struct LAW(pull) LAW(pick)(LAW_MASK mask, struct LAW(pull) yes, str
 }
 #endif
 
-/* A joint that is open by g and opens at a rate. Beyond its reach it is open, or hooked; short of
- * it grit holds it, yields, or is not there. give_ft: grit_lb / kl_lb_ft. */
+/* Tension of a joint with opening g_ft, which changes at rate_ft_s. Beyond reach_ft the joint is
+ * open or hooked. Below reach_ft the grit blocks the joint, yields, or is absent. give_ft: grit_lb
+ * / kl_lb_ft. */
 LAW_FUNCTION struct LAW(pull)
     LAW(joint_pull)(struct LAW(joint) joint, LAW_REAL grit_lb, LAW_REAL give_ft, LAW_REAL reach_ft,
                     LAW_REAL g_ft, LAW_REAL rate_ft_s)
@@ -76,16 +80,16 @@ LAW_FUNCTION struct LAW(pull)
                 LAW(pulled)(LAW_ONLY(LAW_ABOVE(none, g_ft), kl * g_ft + cl * rate_ft_s), none))));
 }
 
-/* Of a mat, after a step. */
+/* Motion of a mat after a step. */
 struct LAW(slip) {
     LAW_REAL v_ft_s;
-    LAW_MASK stops; /* it moved before, and came to rest */
-    LAW_REAL left;  /* in a vector: share of the step after that; 0 of one that does not stop */
+    LAW_MASK stops; /* the mat moved before the step and came to rest in it */
+    LAW_REAL left;  /* vectors: share of the step that remains after the stop; 0 without a stop */
 };
 
-/* A mat over a step under a constant force x, friction apart; per_lb: step over mass. At rest it
- * stays while |x| <= friction. One that comes to rest within the step stays there, or is thrown
- * back for what is left of the step. */
+/* Motion of a mat over a step under friction and a constant other force x; per_lb: step over mass.
+ * A mat at rest stays at rest while |x| <= friction. A mat that comes to rest within the step stays
+ * at rest if |x| <= friction; otherwise x accelerates it for the remainder of the step. */
 LAW_FUNCTION struct LAW(slip)
     LAW(mat_slip)(LAW_REAL v_ft_s, LAW_REAL x_lb, LAW_REAL friction_lb, LAW_REAL per_lb)
 {

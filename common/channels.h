@@ -1,36 +1,37 @@
-/* Channels: from block records to inches and pounds, each with its validity.
+/* Channels: conversion of block records to inches and pounds, each reading with its validity.
  *
  *     straight     = (code * ratio - zero_code) * unit_per_code
- *     code         = (plus - minus) / 8            of a transducer; plus, minus: sums of 4 codes
- *     code         = sum / 8                       of a gage; sum: of 8 codes
+ *     code         = (plus - minus) / 8            transducer; plus, minus: sums of 4 codes
+ *     code         = sum / 8                       gage; sum: of 8 codes
  *     ratio        = MR_REFERENCE_CODE / (reference sum / 8)     while the reference is in range
- *     value        = straight through the table of points: straight lines between them, the first
- *                  and last one carried on
+ *     value        = straight, corrected by the table of points: linear between points, the first
+ *                    and last segments extended
  *
  * The transducers are excited with alternating polarity, so half the difference of the two
  * polarities is the synchronous demodulation: offsets of amplifier and converter cancel. The
- * reference channel takes the converter's scale out of both, zero included: zero_code is what a
- * converter of the nominal scale, 3.3 V, reads. That holds on a board with another supply too; what
- * the reference itself reads there stands in its own zero_code. A reading that is not valid has
- * value NaN.
+ * reference channel removes the converter's scale from both kinds, zero included: zero_code is the
+ * reading of a converter with the nominal scale of 3.3 V. This applies to a board with a different
+ * supply too; there the zero_code of the reference channel is the reading of the reference itself.
+ * A reading that is not valid has the value NaN.
  *
- * What a reading is relative to, three rules (the circuits are built so, and the
- * emulated rig, hil/rig/rig.h, is so by itself):
+ * Each reading is relative to one of three quantities. The circuits are built this way, and the
+ * emulated rig (hil/rig/rig.h) behaves the same:
  *
- *     the 2.5 V reference  transducers: their drive is supplied from it. Bridges: excited by it.
- *                          Their volts do not follow VDDA, so codes are multiplied by the
- *                          ratio; the reference's own error drops out. VDDA may be off by
- *                          MR_REFERENCE_SPAN, 3.235 to 3.367 V where it is 3.3: beyond it the
+ *     the 2.5 V reference  transducers, which are driven from it, and bridges, excited by it.
+ *                          Their voltages do not follow VDDA, so codes are multiplied by the
+ *                          ratio; the error of the reference cancels. VDDA may be off by
+ *                          MR_REFERENCE_SPAN (3.235 to 3.367 V at 3.3 V nominal): beyond it, the
  *                          reading is missing (REFERENCE), never wrong.
- *     VDDA                 the staircase: its gates are supplied by VDDA, so its steps are codes,
- *                          taken raw, whatever VDDA is (mr_staircase_code). So is the reference.
- *     nothing              times: ticks of the crystal. No voltage enters them.
+ *     VDDA                 the staircase: its gates are supplied by VDDA, so its raw codes are
+ *                          used at any VDDA (mr_staircase_code). The reference is read raw too.
+ *     nothing              times: they are ticks of the crystal, independent of any voltage.
  *
- * What a fault of the wiring looks like to the two polarities: docs/explanation/errors.md.
+ * docs/explanation/errors.md describes how wiring faults affect the two polarities.
  *
- * A bridge has one polarity: a whole block at the lower end is OPEN (the amplifier's output when
- * the bridge is off), at the upper end SHORT (which an arm that is open can do too). What needs
- * more than one block (RATE, STUCK): common/watch.h.
+ * A bridge has only one polarity. A whole block at the lower end of the range is OPEN (the
+ * amplifier's output with the bridge disconnected); a whole block at the upper end is SHORT (an
+ * open arm of the bridge can cause that too). Faults that need more than one block (RATE, STUCK)
+ * are in common/watch.h.
  *
  * Single precision, no library calls: host and board agree bit for bit. */
 #ifndef MATRIG_COMMON_CHANNELS_H
@@ -41,26 +42,28 @@
 #include "common/block.h"
 #include "common/config.h"
 
-#define MR_REFERENCE_CODE   3103.0f /* 2.500 V of 3.300 V, 4096 codes */
-#define MR_REFERENCE_SPAN   0.02f   /* relative; beyond it nothing measured against it is valid */
-/* mean of both polarities, codes: a driven transducer sits at mid-scale, 2048; */
+#define MR_REFERENCE_CODE   3103.0f /* 2.500 V at a scale of 3.300 V, 4096 codes */
+/* relative; beyond it no channel relative to the reference is valid */
+#define MR_REFERENCE_SPAN   0.02f
+/* Mean of both polarities, codes: a driven transducer is at mid-scale, 2048. Beyond these limits, a
+ * fifth off, it is open or shorted. */
 #define MR_COMMON_MODE_LOW  1638.0f
-#define MR_COMMON_MODE_HIGH 2458.0f /* beyond these (a fifth off) it is open or shorted */
-/* half difference of the polarities: less is no signal, but pick-up */
+#define MR_COMMON_MODE_HIGH 2458.0f
+/* half difference of the polarities; a smaller one is pick-up, not a signal */
 #define MR_FLOATING_CODES   20.0f
-/* An amplitude below this counts as none; reported only for a transducer whose zero is at least
- * MR_ZERO_OFF_CODES off mid-scale. Six standard deviations of a block's mean at 2 LSB of noise (2 /
- * sqrt(8) = 0.71). */
+/* An amplitude below this counts as missing excitation. It is reported only for a transducer whose
+ * zero is at least MR_ZERO_OFF_CODES off mid-scale. The limit is six standard deviations of a
+ * block's mean at 2 LSB of noise (2 / sqrt(8) = 0.71). */
 #define MR_UNEXCITED_CODES  4.0f
 #define MR_ZERO_OFF_CODES   20.0f
 
-/* Kinds of channels and validities of readings: enum mr_channel_kind and enum mr_validity
- * (common/catalogue_values.def). */
+/* common/catalogue_values.def has the kinds of channels (enum mr_channel_kind) and the validities
+ * of readings (enum mr_validity). */
 #define MR_VALIDITIES (MR_INVALID_EXCITATION + 1u)
 
 struct mr_reading {
     float value; /* in or lb; NaN unless valid */
-    float code;  /* as converted: before reference, zero and calibration */
+    float code;  /* raw code, before reference, zero and calibration */
     uint8_t validity;
 };
 
@@ -70,19 +73,20 @@ static inline float mr_staircase_code(const struct mr_block *block)
     return (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
 }
 
-/* Scale correction of a block, MR_REFERENCE_CODE over its reference; NaN when the reference is more
- * than MR_REFERENCE_SPAN off what it should read: the zero_code of `reference`, its channel, or
- * MR_REFERENCE_CODE where that is 0 or missing. */
+/* Scale correction of a block: MR_REFERENCE_CODE over the code of the reference. NaN when the
+ * reference is off its nominal code by more than MR_REFERENCE_SPAN. The nominal code is the
+ * zero_code of the reference channel `reference`, or MR_REFERENCE_CODE where zero_code is 0 or
+ * missing. */
 float mr_channels_ratio(const struct mr_channel_config *reference, const struct mr_block *block);
 
-/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` from mr_channels_ratio of the same block.
- * Staircase and reference read as mean codes, without ratio. low and high are checked where low is
- * less than high. */
+/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` is from mr_channels_ratio for this block.
+ * Staircase and reference are returned as mean codes, without the ratio. The range low to high is
+ * checked if low is less than high. */
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,
                                   const struct mr_block *block, unsigned channel, float ratio);
 
-/* The true value, in or lb, for `straight`, the value by the straight line. Fewer than two points:
- * `straight` itself. */
+/* Corrects `straight`, the value by the straight line, with the table of points; in or lb. With
+ * fewer than two points, returns `straight`. */
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
 /* The channel measures inches or pounds. */
@@ -91,51 +95,54 @@ static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
     return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
 }
 
-/* Values of a channel's calibration as the message `calibration` numbers them: enum
- * mr_calibration_item, then point_reading and point_value in turn. */
+/* Values of a channel's calibration, numbered as in the message `calibration`: enum
+ * mr_calibration_item, then point_reading and point_value alternately. */
 enum {
     MR_CALIBRATION_TABLE = MR_CALIBRATION_POINTS + 1,
     MR_CALIBRATION_ITEMS = MR_CALIBRATION_TABLE + 2 * MR_CONFIG_POINTS
 };
 float mr_channel_item(const struct mr_channel_config *config, unsigned item);
-/* Items beyond the last, and more points than there is room for, are left alone. */
+/* Ignores items beyond the last, and points beyond the capacity of the table. */
 void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float value);
 
 /* ---- errors ---- */
 
-/* Standard error of a reading: what the sensor, its calibration and the converter leave uncertain.
+/* Standard error of a reading: the uncertainty from the sensor, its calibration and the converter.
  *
- *     error^2 = noise^2 / averaged                       of the mean of so many blocks; noise: of
- *                                                        one, as running now (watch.h)
+ *     error^2 = noise^2 / averaged                       mean of that many blocks; noise: of
+ *                                                        one block, current (watch.h)
  *             + (MR_QUANTISATION_CODES * unit_per_code)^2  rounding to whole codes, where the noise
  *                                                          is too small to average it away
- *             + (linearity_error * near)^2               what the table of points leaves, relative
- *                                                        to the zero
- *             + (gain_error * value)^2                   of unit_per_code: calibration, excitation
- *             + (reference_error * (value + zero))^2     the reference's own tolerance scales every
- *                                                        code, the zero's too
+ *             + (linearity_error * near)^2               error left by the table of points,
+ *                                                        relative to the zero
+ *             + (gain_error * value)^2                   error of unit_per_code: calibration,
+ *                                                        excitation
+ *             + (reference_error * (value + zero))^2     the reference's tolerance scales every
+ *                                                        code, also that of the zero
  *             + (drift_error_per_h * hours)^2            since the zero was taken
  *             + zero_error^2
  *
- * near = min(1, sqrt(3/2) |value| / ((high - low) / MR_CONFIG_POINTS)): points of a table that are
- * off by s, the zero's not, leave s sqrt(2/3) in the mean between them, and s |value| over their
- * distance between the zero and the next. 1 where low and high are not set.
+ * near = min(1, sqrt(3/2) |value| / ((high - low) / MR_CONFIG_POINTS)), or 1 where low and high are
+ * not set. If the points of the table are off by s, except the point at zero, the mean error
+ * between points is s sqrt(2/3); between the zero and the next point it is s |value| divided by
+ * their distance.
  *
- * A movement is the difference of a reading and the baseline, the mean at rest before it began: the
- * zero drops out, both its error and the part of it that the reference scales, hours count from the
- * baseline, and the baseline brings noise^2 / baseline blocks.
+ * A movement is a reading minus the baseline, the mean at rest before the movement began. In this
+ * difference the zero cancels: both its error and the part of it that the reference scales. Hours
+ * count from the baseline, and the baseline adds noise^2 / baseline blocks.
  *
  * The terms are independent of each other (Guide to the expression of uncertainty in measurement,
- * 5.1.2); gain, zero, linearity, drift and reference are one draw for a sensor and a landing, so
- * that no averaging makes them smaller. Noise of a block is taken as independent of that of the
- * next, as converter noise is. Where the numbers come from: the calibration sheet, by way of the
- * configuration (config.def); built-in ones are a data sheet's (firmware/config.c).
+ * 5.1.2). The errors of gain, zero, linearity, drift and reference are constant for one sensor
+ * during one landing, so averaging does not reduce them. The noise is independent from block to
+ * block, as converter noise is. The numbers are from the calibration sheet, through the
+ * configuration (config.def); the built-in ones are from a data sheet (firmware/config.c).
  *
  * Single precision, one square root: host and board agree bit for bit. */
 
-/* A rounding error is uniform in half a code: 1 / sqrt(12) codes. Noise of s codes a conversion
- * leaves exp(-2 pi^2 s^2) of it (Widrow and Kollar, Quantization Noise, 2008): less than a
- * hundredth above half a code, 0.18 codes of a block's mean. */
+/* A rounding error is uniform within +-half a code: standard deviation 1 / sqrt(12) codes. Noise of
+ * s codes per conversion reduces it by the factor exp(-2 pi^2 s^2) (Widrow and Kollar, Quantization
+ * Noise, 2008). The factor is below 0.01 for noise above half a code, which is 0.18 codes in the
+ * mean of a block. */
 #define MR_QUANTISATION_CODES       0.289f
 #define MR_QUANTISATION_NOISE_CODES 0.18f
 
@@ -143,12 +150,12 @@ struct mr_error_case {
     float value;           /* in or lb: the reading, or the movement */
     float noise;           /* in or lb, standard deviation of one block */
     float averaged;        /* blocks in the mean */
-    float baseline_blocks; /* of a movement; 0: an absolute reading */
-    float hours;           /* since the zero, of a movement since the baseline */
-    float reference_error; /* relative: gain_error of the reference channel */
+    float baseline_blocks; /* blocks in the baseline of a movement; 0: an absolute reading */
+    float hours;           /* hours since the zero was taken; for a movement, since the baseline */
+    float reference_error; /* gain_error of the reference channel, relative */
 };
 
-/* In or lb; NaN when the noise is. */
+/* Standard error, in or lb; NaN when `noise` is NaN. */
 float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_case *c);
 
 #endif

@@ -1,16 +1,17 @@
-/* Closure: how far the joints between stations have closed against the slack that was available,
- * and the compression zone: the longest run of mats ahead of the wheel whose joints are closed.
+/* Closure: how far the joints between stations have closed, compared with the available slack, and
+ * the compression zone: the longest run of mats with closed joints ahead of the wheel.
  *
- * Slack: sum of joint openings per survey segment (10 mats), measured between gage points before
- * the landing (report 2.7.2). Movement: the transducers, so that between neighbouring stations a
- * and b (upfield, downfield) the joints have closed by u_a - u_b. A braking gear closes joints like
- * a plough, starting at the wheel: the closure of an interval is therefore given to its segments
- * from the upfield end on (from the wheel, when the wheel is inside), each up to its slack. Outside
- * the transducers only the survey is known.
+ * Slack is the sum of the joint openings of a survey segment (10 mats), measured between gage
+ * points before the landing (report 2.7.2). Movement is measured by the transducers: between
+ * neighbouring stations a (upfield) and b (downfield), the joints have closed by u_a - u_b. A
+ * braking gear closes joints like a plough, starting at the wheel. The closure of an interval is
+ * therefore assigned to its segments in order, from the upfield end, or from the wheel when the
+ * wheel is inside the interval. Each segment takes up to its slack. Outside the transducers only
+ * the survey is known.
  *
- * Buckling starts inside a zone of 50 to 60 compressed mats (report 6.1.4): a run of
- * MR_CLOSURE_WARNING_MATS is warned of. Single precision, no library calls but a square root: host
- * and board agree bit for bit. */
+ * Buckling starts inside a zone of 50 to 60 compressed mats (report 6.1.4); a run of
+ * MR_CLOSURE_WARNING_MATS causes a warning. Single precision and no library calls except a square
+ * root: host and board agree bit for bit. */
 #ifndef MATRIG_COMMON_CLOSURE_H
 #define MATRIG_COMMON_CLOSURE_H
 
@@ -22,16 +23,16 @@
 #define MR_MATS_PER_SEGMENT  10u
 #define MR_MAT_LENGTH_FT     (2.0f / 7.0f)
 #define MR_SEGMENT_LENGTH_FT (10.0f * MR_MAT_LENGTH_FT)
-/* A segment counts as closed when less than this is left of its slack: one joint in ten may still
- * be open (0.036 in designed, report 2.6), the nine others closed to 0.001 in, and a survey reading
- * is good to 0.005 in (three of them). */
+/* A segment counts as closed when its remaining slack is below this limit: one joint in ten may
+ * still be open (0.036 in by design, report 2.6), the nine other joints are closed to 0.001 in
+ * each, and three times the survey error of 0.005 in is added. */
 #define MR_CLOSURE_OPEN_IN   (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
 
 struct mr_closure_input {
-    const float *station_ft;      /* MR_TRANSDUCERS, rising */
-    const float *displacement_in; /* MR_TRANSDUCERS, since arming; NaN: not valid */
-    const float *slack_in;        /* MR_SEGMENTS; NaN: not surveyed (never closed) */
-    float wheel_ft;               /* NaN: not known, every station is ahead */
+    const float *station_ft;      /* MR_TRANSDUCERS stations, rising */
+    const float *displacement_in; /* MR_TRANSDUCERS movements since arming; NaN: not valid */
+    const float *slack_in; /* MR_SEGMENTS values; NaN: not surveyed, never counts as closed */
+    float wheel_ft;        /* NaN: unknown; every station counts as ahead */
 };
 
 struct mr_closure_zone {
@@ -40,14 +41,14 @@ struct mr_closure_zone {
     float end_ft;
 };
 
-/* Longest run of closed segments whose end is ahead of the wheel; a run the wheel is inside starts
- * at the wheel. On equal lengths the nearest. `remaining_in` (MR_SEGMENTS) receives what is left of
- * each segment's slack. */
+/* Finds the longest run of closed segments that ends ahead of the wheel; of equally long runs, the
+ * nearest. A run that contains the wheel starts at the wheel. `remaining_in` (MR_SEGMENTS values)
+ * receives the remaining slack of each segment. */
 void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone,
                      float *remaining_in);
 
-/* Time to travel `distance_ft` (up to 0: 0 s) at constant deceleration (NaN: none). NaN when the
- * gear stops before, or has no speed. */
+/* Time to travel `distance_ft` at constant deceleration (NaN: none); 0 s if the distance is 0 or
+ * negative. NaN when the gear stops earlier or has no speed. */
 float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2);
 
 #endif

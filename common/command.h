@@ -1,8 +1,8 @@
-/* Commands to the board, by name: what the host sends, what a run file scripts, what the firmware
- * obeys.
+/* Commands to the board, by name: sent by the host, scripted in run files, executed by the
+ * firmware.
  *
- * A command is one `command` message. Its code, its name, the meaning of its argument and who may
- * give it, when and by which link stand in the rows of common/catalogue_commands.def. */
+ * A command is one `command` message. The rows of common/catalogue_commands.def define its code,
+ * name and argument, who may send it, when, and on which link. */
 #ifndef MATRIG_COMMON_COMMAND_H
 #define MATRIG_COMMON_COMMAND_H
 
@@ -11,13 +11,13 @@
 #include "common/catalogue.h"
 
 enum mr_command_code {
-    MR_COMMAND_NONE, /* which no board knows */
+    MR_COMMAND_NONE, /* code 0: unknown to every board */
 #define COMMAND(NAME, code, ...) MR_COMMAND_##NAME = (code),
 #include "common/catalogue.def"
 };
 
-/* Who may give it: anybody on the links (READ: it changes nothing), who runs the test, or who looks
- * after the board. */
+/* Who may send the command: anybody on the links (READ and OPEN; READ changes nothing), the
+ * operator of the test, or the maintainer of the board. */
 enum mr_privilege {
     MR_PRIVILEGE_READ,
     MR_PRIVILEGE_OPEN,
@@ -25,10 +25,10 @@ enum mr_privilege {
     MR_PRIVILEGE_MAINTENANCE
 };
 
-/* By what it may come, as the rows say. */
+/* Links by which the command may be received. */
 enum mr_command_links { MR_LINKS_BOTH, MR_LINKS_CABLE, MR_LINKS_JUMPER, MR_LINKS_REPLAY };
 
-/* Bits of enum mr_landing_state: when it is obeyed. */
+/* States in which the command is executed, as bits of enum mr_landing_state. */
 enum mr_command_when {
     MR_WHEN_IDLE = 1u << MR_LANDING_IDLE,
     MR_WHEN_AT_REST = MR_WHEN_IDLE | 1u << MR_LANDING_DONE,
@@ -37,20 +37,20 @@ enum mr_command_when {
     MR_WHEN_ANY = MR_WHEN_AT_REST | MR_WHEN_RECORDING,
 };
 
-/* Parse one command as people write it: `arm 5`, `survey 12 0.305` (segment, inches), `mark 1`,
- * `state`. Numbers are in the units a person uses; a missing argument is 0. `tag` goes into the
- * message. MR_OK; MR_UNKNOWN: no such command; MR_USAGE: words missing, left over, not a number or
- * out of range. */
+/* Parses one typed command: `arm 5`, `survey 12 0.305` (segment, inches), `mark 1`, `state`. A
+ * missing argument is 0. `tag` is copied into the message. MR_OK; MR_UNKNOWN: no such command;
+ * MR_USAGE: words are missing, left over, not a number or out of range. */
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
 
-/* A status that refuses who gave a command, or its link, whatever it would do: a replay, which has
- * all rights, gives MR_COMMAND_NONE in its place, so that as many answers go out. */
+/* True for statuses that refuse a command because of its sender or link, whatever the command is. A
+ * replay has all rights, so it sends MR_COMMAND_NONE instead of such a command; the number of
+ * answers is then the same. */
 static inline bool mr_command_giver_refused(int status)
 {
     return status <= MR_CABLE && status >= MR_LOCKOUT;
 }
 
-/* Of a command code; MR_PRIVILEGE_OPEN where there is no such code. */
+/* Privilege of a command code; MR_PRIVILEGE_OPEN for an unknown code. */
 enum mr_privilege mr_command_privilege(unsigned code);
 /* Name of a command code, or "unknown". Static storage. */
 const char *mr_command_name(unsigned code);
