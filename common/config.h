@@ -1,17 +1,17 @@
 /* Configuration of the instrument: site, channels with their calibration, switches, bands,
- * predictor. Fields, units and limits: config.def.
+ * predictor. config.def has the fields, units and limits.
  *
- * Stored form, of MR_CONFIG_IMAGE bytes, little-endian, the same in flash, on the links and in the
+ * Stored form: MR_CONFIG_IMAGE bytes, little-endian, identical in flash, on the links and in the
  * database:
  *
  *      0  "MRCF"
  *      4  format u16 (MR_CONFIG_FORMAT) | 0 u16
- *      8  length u32, of all of it
+ *      8  length u32 of the whole stored form
  *     12  layout u32: CRC-32 of the names, types and counts of all fields (mr_config_layout)
- *     16  revision u32, that of site
- *     20  every field, in the order of the table; TEXT as it is
- *      .  0 to 3 bytes of 0: the length is a multiple of 4
- *     -4  CRC-32 of everything before it: by this number a configuration is known everywhere
+ *     16  revision u32, copied from the group site
+ *     20  every field, in the order of the table; TEXT unchanged
+ *      .  0 to 3 bytes of 0 that make the length a multiple of 4
+ *     -4  CRC-32 of everything before it; this number identifies the configuration everywhere
  *
  * A configuration has exactly one stored form. Pure functions, no state. */
 #ifndef MATRIG_COMMON_CONFIG_H
@@ -47,7 +47,8 @@ struct mr_config {
 #include "common/config.def"
 };
 
-/* Numbers of groups (MR_GROUP_site) and of the fields of each (MR_FIELD_site_name), from 0. */
+/* Numbers of the groups (MR_GROUP_site) and of the fields of each group (MR_FIELD_site_name), from
+ * 0. */
 enum mr_config_group_number {
 #define GROUP(name, count) MR_GROUP_##name,
 #include "common/config.def"
@@ -63,7 +64,7 @@ enum mr_config_group_number {
 /* clang-format on */
 #include "common/config.def"
 
-/* Bytes of the fields: the sum over the table. */
+/* Total bytes of all fields in the table. */
 enum {
     MR_CONFIG_FIELD_BYTES = 0
 #define SIZE_u8  1u
@@ -98,8 +99,8 @@ enum mr_config_type {
 struct mr_config_field {
     const char *name;
     uint8_t type;         /* enum mr_config_type */
-    uint8_t count;        /* elements; of a text: bytes */
-    uint16_t offset;      /* in the struct of its group */
+    uint8_t count;        /* elements; for a text: bytes */
+    uint16_t offset;      /* offset in the struct of its group */
     uint32_t least, most; /* of integers */
     float low, high;      /* of reals */
 };
@@ -108,34 +109,36 @@ struct mr_config_group {
     const char *name;
     uint8_t count; /* members */
     uint8_t field_count;
-    uint16_t offset, size; /* of the first in struct mr_config; of one */
+    /* offset: of the first member in struct mr_config; size: of one member */
+    uint16_t offset, size;
     const struct mr_config_field *fields;
 };
 
-/* MR_CONFIG_GROUPS of them. Static storage. */
+/* All MR_CONFIG_GROUPS groups. Static storage. */
 extern const struct mr_config_group mr_config_groups[];
 
-/* Station of the main bogie's lead wheel when switch `i` (from 0) opens: what every station of the
- * gear means. */
+/* Station of the main bogie's lead wheel when switch `i` (from 0) opens. All stations of the gear
+ * refer to this wheel. */
 static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i)
 {
     return config->gate[i].station_ft - config->site[0].wheel_ahead_ft;
 }
 
 uint32_t mr_config_layout(void);
-/* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which stands in the last four. */
+/* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which is also in the last four bytes. */
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);
-/* Is it a whole configuration of this table? MR_OK; MR_MALFORMED: none; MR_TRUNCATED: `length`
- * bytes are not all of it; MR_CRC; MR_VERSION: intact, but of another format or table. Says nothing
- * of what is in it: mr_config_check does. */
+/* Checks that `image` is a complete configuration of this table. MR_OK; MR_MALFORMED: not a
+ * configuration; MR_TRUNCATED: longer than `length`; MR_CRC; MR_VERSION: intact, but of a different
+ * format or table. The values are not checked; use mr_config_check for them. */
 enum mr_status mr_config_examine(const uint8_t *image, size_t length);
-/* mr_config_examine, and when it is MR_OK the configuration; else `config` stays as it is. */
+/* Calls mr_config_examine and, if it returns MR_OK, reads the configuration; else `config` is
+ * unchanged. */
 enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_config *config);
-/* Swap the fields of a whole image and of `config`: what the image says is in `config` and the
- * other way round; doing it twice changes nothing. The image's revision and CRC are not kept up. */
+/* Swaps the field values of a complete image and of `config`; a second call restores both. The
+ * revision and CRC of the image are not updated. */
 void mr_config_exchange(uint8_t *image, struct mr_config *config);
 
-/* What makes a configuration unusable. `other`: see the rule. */
+/* Rules that a configuration must meet. The brackets give the meaning of `other`. */
 /* clang-format off */
 #define MR_CONFIG_RULE_TABLE(X)                                                                  \
     X(TOO_SMALL,    1, "below its least value")                                                  \
@@ -173,19 +176,19 @@ struct mr_config_reason {
     uint8_t rule, other;
 };
 
-/* Steps of the staircase must be so far from 0: twice the tolerance of naming one, for less than it
- * is no step. And so far from each other: the nearest is named, and the steps of a board that was
- * measured (matrig ready --walk) repeat to 2 codes. Steps that are built to a value are
- * better 8 apart. */
+/* Minimum distances of staircase steps, codes. From 0: twice the tolerance for identifying a step,
+ * because a smaller change is not a step. From each other: an edge is assigned to the switch with
+ * the nearest step, and measured steps (matrig ready --walk) repeat to 2 codes. Steps that are set
+ * by design values should be 8 apart. */
 #define MR_CONFIG_STEP_CODES       8u
 #define MR_CONFIG_STEP_APART_CODES 6u
 
-/* MR_OK, or MR_LIMIT: `reason` says where the first thing that is wrong is, and what. Limits of all
- * fields first, then what fields must be to each other. */
+/* MR_OK, or MR_LIMIT with the first violation in `reason`. The limits of all fields are checked
+ * first, then the relations between fields. */
 enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason);
 
-/* What the predictor (common/predictor.h) is started with: groups site and predict, and where
- * transducers stand. */
+/* Start parameters of the predictor (common/predictor.h), from the groups site and predict and the
+ * stations of the transducers. */
 struct mr_predictor_config;
 void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor);
 

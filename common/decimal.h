@@ -1,13 +1,14 @@
-/* Numbers as people write them: the one reader for options, files and what is typed.
+/* Decimal numbers as text: the only number parser for options, files and typed input.
  *
  *     [blanks] [+|-] digits [. digits] [(e|E) [+|-] digits]        also ".5" and "5."
  *
- * Decimal only: no hexadecimal, inf or nan. What stands behind is the caller's: a unit, an end. */
+ * Hexadecimal, inf and nan are not accepted. The caller checks the text after the number (a unit,
+ * the end of the line). */
 #ifndef MATRIG_COMMON_DECIMAL_H
 #define MATRIG_COMMON_DECIMAL_H
 
-/* `*end`: behind the number; `text` itself when there is none, and the value is 0. Too large:
- * infinite. */
+/* Returns the number, and in `*end` the position after it. Without a number, `*end` is `text` and
+ * the value is 0. A number too large for a double is returned as infinity. */
 double mr_decimal_read(const char *text, const char **end);
 
 #endif

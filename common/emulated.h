@@ -1,6 +1,6 @@
-/* How a record tells an emulated board from hardware: by the unique identifier of its chip. Bytes 1
- * to 7 of words 1 and 2 are the lot in ASCII (RM0090 39.1); that of an emulated chip begins with
- * "EMU". */
+/* The unique identifier of the chip shows whether a record is from an emulated board or from
+ * hardware. Bytes 1 to 7 of words 1 and 2 are the lot in ASCII (RM0090 39.1); the lot of an
+ * emulated chip begins with "EMU". */
 #ifndef MATRIG_COMMON_EMULATED_H
 #define MATRIG_COMMON_EMULATED_H
 

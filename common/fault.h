@@ -1,6 +1,6 @@
-/* Faults the board counts. A fault is never an error return: the board goes on as well as it can,
- * counts it, and tells (`fault` and `health` of the catalogue). The number of a fault is its bit in
- * health.faults; one that is not in the table is no fault. */
+/* Faults that the board counts. A fault is never an error return: the board continues as far as
+ * possible, counts the fault and reports it (messages `fault` and `health`). The number of a fault
+ * is its bit in health.faults; numbers that are not in the table are unused. */
 #ifndef MATRIG_COMMON_FAULT_H
 #define MATRIG_COMMON_FAULT_H
 
@@ -60,11 +60,11 @@ const char *mr_fault_text(unsigned fault);
 
 /* ---- crash ---- */
 
-/* Names and numbers of what the board tells of itself when something went wrong: the words that a
- * processor fault leaves behind, the parts of the firmware that the watchdog watches, the
- * self-tests. Shared by board and host. */
+/* Names and numbers of the diagnostics that the board reports after a failure: the words recorded
+ * by a processor fault, the parts of the firmware supervised by the watchdog, and the self-tests.
+ * Shared by board and host. */
 
-#define MR_CRASH_STACK 16u /* words of the stack from the faulting stack pointer on */
+#define MR_CRASH_STACK 16u /* words of the stack, beginning at the stack pointer of the fault */
 
 /* Words of the message `crash`, in this order; then MR_CRASH_STACK words of the stack. */
 /* clang-format off */
@@ -83,7 +83,7 @@ enum mr_crash_item {
 };
 #undef MR_CRASH_ENUM
 
-/* The word MR_CRASH_KIND and the detail of the fault HARD_FAULT. */
+/* Values of the word MR_CRASH_KIND, also the detail of the fault HARD_FAULT. */
 /* clang-format off */
 #define MR_CRASH_KIND_TABLE(X)             \
     X(MEMORY,  1, "memory fault")          \
@@ -100,7 +100,7 @@ enum mr_crash_kind {
 };
 #undef MR_CRASH_KIND_ENUM
 
-/*        NAME         number  limit, 10 ms  what it is */
+/*       NAME         number  limit, 10 ms  part */
 /* clang-format off */
 #define MR_TASK_TABLE(X)                         \
     X(LOOP,        1,   20,  "the main loop")    \
@@ -120,7 +120,7 @@ enum mr_task {
 };
 #undef MR_TASK_ENUM
 
-/*        NAME         number  what it is */
+/*       NAME         number  test */
 /* clang-format off */
 #define MR_SELF_TEST_TABLE(X)                          \
     X(RAM,         0, "RAM in use")                    \

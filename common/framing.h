@@ -1,13 +1,13 @@
-/* Serial framing: a frame is  COBS( seq u16 | type u16 | payload | CRC-32 u32 )  0x00.
+/* Serial framing. A frame is  COBS( seq u16 | type u16 | payload | CRC-32 u32 )  0x00.
  *
- *     seq      counts frames of one sender, wraps; a jump says how many were lost
- *     type     MR_ID_... of the catalogue (its low 11 bits), or MR_ID_BLOCK, MR_ID_BOX_PART
+ *     seq      number of the frame, per sender, wraps; a jump is the number of lost frames
+ *     type     MR_ID_... of the catalogue (low 11 bits), or MR_ID_BLOCK, MR_ID_BOX_PART
  *     payload  0 to MR_FRAME_PAYLOAD_MAX bytes
  *     CRC-32   of everything before it (common/crc32.h)
  *
  * COBS (Cheshire and Baker, 1999): every run of up to 254 non-zero bytes is preceded by its length
  * plus one, and each zero is replaced by the next run's length, so 0x00 occurs only at the end of a
- * frame. A receiver that joins late or loses bytes is in step again after the next 0x00. */
+ * frame. A receiver that joins late or loses bytes is synchronised again after the next 0x00. */
 #ifndef MATRIG_COMMON_FRAMING_H
 #define MATRIG_COMMON_FRAMING_H
 
@@ -22,7 +22,7 @@
 #define MR_FRAME_MAX         (MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD + 2u)
 _Static_assert(MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD < 254u, "a frame must fit one COBS run");
 
-/* Encode one frame, final zero included. Returns its length; 0 when `length` exceeds
+/* Encodes one frame, including the final zero. Returns its length, or 0 when `length` exceeds
  * MR_FRAME_PAYLOAD_MAX. */
 size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size_t length,
                        uint8_t out[MR_FRAME_MAX]);
@@ -37,15 +37,15 @@ struct mr_frame {
 struct mr_deframer {
     uint8_t bytes[MR_FRAME_MAX];
     size_t length;
-    uint8_t overflow; /* bytes thrown away since the last zero */
+    uint8_t overflow; /* bytes discarded since the last zero */
 };
 
 /* Start (or restart) a deframer. */
 void mr_deframer_init(struct mr_deframer *deframer);
 
-/* Give one received byte. MR_OK: `*frame` holds a complete frame. MR_TOO_FEW: more bytes needed
- * (empty frames count as that too). MR_MALFORMED, MR_CRC, MR_TOO_LONG, MR_TRUNCATED: what ended
- * here was no frame; the next one starts clean. */
+/* Processes one received byte. MR_OK: `*frame` holds a complete frame. MR_TOO_FEW: more bytes are
+ * needed (also returned for an empty frame). MR_MALFORMED, MR_CRC, MR_TOO_LONG or MR_TRUNCATED: the
+ * bytes up to here were not a valid frame and are discarded; the next frame is not affected. */
 enum mr_status mr_deframer_push(struct mr_deframer *deframer, uint8_t byte, struct mr_frame *frame);
 
 #endif

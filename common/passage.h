@@ -1,15 +1,15 @@
-/* Passage: what rolls over the switches - a landing, or the model pushed back - and which of the
- * named edges are its gates.
+/* Passage: distinguishes a landing from a push-back of the model over the switches, and selects the
+ * named edges that are gates of the landing.
  *
- * A landing is under way once two edges have followed each other along the runway at 2 ft/s or
- * more. The model pushed back by hand passes backward or slower than 2 ft/s (report 2.7.1 pushes it
- * back over the same switches): that is counted as one push-back until MR_PASSAGE_QUIET_BLOCKS go
- * by without an edge, and never becomes a gate. In a landing an edge that no gear could have made -
- * faster than it came in, or behind - is refused, or the edge before it is taken back when without
- * it the new one fits: then that one was late.
+ * A landing is recognised when two edges follow each other along the runway at 2 ft/s or more. A
+ * model that is pushed back by hand moves backward or slower than 2 ft/s (report 2.7.1 pushes it
+ * back over the same switches). Its edges are counted as one push-back until
+ * MR_PASSAGE_QUIET_BLOCKS pass without an edge, and never become gates. During a landing an
+ * impossible edge (faster than the gear came in, or behind it) is refused. If the new edge fits
+ * without the edge before it, the earlier edge was late and is withdrawn instead.
  *
- * Times are differences of ticks of edges at most 30 s apart, so that TIM2 may wrap (51.13 s).
- * Pure, no heap. */
+ * Times are tick differences between edges at most 30 s apart, so TIM2 may wrap (51.13 s). Pure, no
+ * heap. */
 #ifndef MATRIG_COMMON_PASSAGE_H
 #define MATRIG_COMMON_PASSAGE_H
 
@@ -19,12 +19,13 @@
 #include "common/gates.h"
 #include "common/switches.h"
 
-#define MR_PASSAGE_LEAST_FT_S   2.0 /* slower is pushed */
-/* faster was no gear: 46 ft/s at most is reached (report 2.4) */
+#define MR_PASSAGE_LEAST_FT_S   2.0 /* slower motion is a push-back */
+/* limit for a gear, whose maximum is 46 ft/s (report 2.4) */
 #define MR_PASSAGE_MOST_FT_S    80.0
 #define MR_PASSAGE_HELD         4u
 #define MR_PASSAGE_QUIET_BLOCKS 30000u
-#define MR_PASSAGE_NOTES        40u /* of one edge: it, those held, and each switch of the table */
+/* notes of one edge: the edge, the held edges, and each switch of the table */
+#define MR_PASSAGE_NOTES        40u
 #define MR_S_PER_TICK           (1.0 / 84.0e6)
 
 enum mr_passage_state {
@@ -39,59 +40,59 @@ struct mr_passage_edge {
     uint32_t block;
     double station_ft;
     uint8_t position;
-    uint8_t number; /* of the edge, as in its message */
+    uint8_t number; /* number of the edge, as in its message */
 };
 
 /* An event of a switch, to be reported. */
 struct mr_passage_note {
-    uint8_t number; /* of the edge; 0: none */
+    uint8_t number; /* number of the edge; 0: none */
     uint8_t position;
     uint8_t reason; /* enum mr_switch_reason */
 };
 
 struct mr_passage {
     enum mr_passage_state state;
-    struct mr_passage_edge held[MR_PASSAGE_HELD]; /* newest last; not yet known of what */
+    struct mr_passage_edge held[MR_PASSAGE_HELD]; /* source not yet identified; newest last */
     unsigned held_count;
     uint32_t quiet_since_block;
 
-    struct mr_gate gate[MR_GATES_MAX]; /* seconds since the first of them */
+    struct mr_gate gate[MR_GATES_MAX]; /* times in seconds since the first gate */
     struct mr_passage_edge source[MR_GATES_MAX];
     unsigned gates;
-    double entry_ft_s; /* over the first two, then the first three */
+    double entry_ft_s; /* speed over the first two, then the first three gates */
 
-    bool pushing;       /* the newest push-back is not over */
-    uint16_t pushbacks; /* since the start */
-    double pushed_ft_s; /* speed of the newest edge of one; negative: backward */
+    bool pushing;       /* a push-back is in progress */
+    uint16_t pushbacks; /* number of push-backs since the start */
+    double pushed_ft_s; /* speed at the newest edge of a push-back; negative: backward */
     uint8_t pushed_position;
 
-    struct mr_passage_note note[MR_PASSAGE_NOTES]; /* of the last call */
+    struct mr_passage_note note[MR_PASSAGE_NOTES]; /* notes of the last call */
     unsigned notes;
 };
 
-/* What the last edge did. */
+/* Result of the last edge. */
 struct mr_passage_news {
-    bool started; /* a landing: there are two gates */
-    bool gate;    /* one more gate, or another one */
-    bool pushed;  /* one more push-back */
+    bool started; /* a landing has started: there are two gates */
+    bool gate;    /* the landing has one more gate, or a different last gate */
+    bool pushed;  /* a new push-back has begun */
 };
 
 void mr_passage_start(struct mr_passage *passage);
-/* Forget gates and held edges, for the next landing; the count of push-backs stays. */
+/* Resets gates and held edges for the next landing; the count of push-backs is kept. */
 void mr_passage_clear(struct mr_passage *passage);
 
-/* The next named edge. `speed_ft_s`: what the gear should have by the last estimate, NaN when not
- * known. `switches`: how many the table has, `stations_ft` where they are. */
+/* Processes the next named edge. `speed_ft_s`: expected speed of the gear from the last estimate,
+ * NaN if unknown. `switches`: number of switches in the table; `stations_ft`: their stations. */
 struct mr_passage_news mr_passage_edge(struct mr_passage *passage,
                                        const struct mr_passage_edge *edge, double speed_ft_s,
                                        const float *stations_ft, unsigned switches);
 
-/* Each block: gives up the edges held when nothing has followed for long. True: this happened; the
- * notes report it. */
+/* Call in each block: discards the held edges if no edge has followed for too long. True: edges
+ * were discarded; the notes report them. */
 bool mr_passage_block(struct mr_passage *passage, uint32_t block);
 
-/* Something may be coming that is not known yet, or is being pushed: no time for warnings or
- * zeros. */
+/* True while held edges may be the beginning of a landing, or the model is being pushed. Warnings
+ * and zeros must wait. */
 bool mr_passage_unclear(const struct mr_passage *passage, uint32_t block);
 
 #endif

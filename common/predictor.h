@@ -1,27 +1,28 @@
-/* The onboard predictor: the chain of mats (common/matchain.h) driven by the gear's motion from the
- * switches and corrected by the transducers. Its results for the wheel: where joints are closed,
- * how well that is known, and how close the compression ahead of the wheel is to the critical
- * compression of an irregularity.
+/* The onboard predictor: the chain of mats (common/matchain.h), driven by the gear's motion from
+ * the switches and corrected by the transducers. Its results are the zone of closed joints ahead of
+ * the wheel, the uncertainty of that zone, and the compression ahead of the wheel relative to the
+ * critical compression of an irregularity.
  *
- * Correction. At each transducer's mat a spring of limited force draws the model's mat to the
- * reading, so that the joints on either side answer by their own laws; and the resistance against
- * closing, whose size on a runway is unknown, is scaled down while the springs draw forward, up
- * while they hold back. Joints have closing resistances and gaps of their own that are not known
- * either: the model gives them evenly spread ones (by the golden ratio), so that any ten in a row
- * are a fair sample.
+ * Correction: at the mat of each transducer a spring of limited force pulls the model's mat towards
+ * the reading, and the joints on either side respond according to their laws. The closing
+ * resistance of a runway is unknown; the model scales it down while the springs pull forward and up
+ * while they hold back. The closing resistances and gaps of the individual joints are unknown too.
+ * The model assigns them uniformly spread values (by the golden ratio), so that any ten joints in a
+ * row are a representative sample.
  *
- * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the
- * level is chosen by counting mat updates, never by time, so a replay gives the same results. No
- * heap, single precision, square root the only library call.
+ * The predictor is called once per block (1 ms). Inputs are a function of block records, edges and
+ * commands only. The level is selected by counting mat updates, never by time, so a replay gives
+ * the same results. No heap, single precision; square root is the only library call.
  *
- * Levels of groups: two or four mats move as one; of the joints in a group the weakest closes first
- * (its resistance is that of the weakest still open, followed every 4 blocks), and the openings of
- * each go on by the same rule when the level changes.
+ * At the levels with groups, two or four mats move as one. The weakest joint of a group closes
+ * first: the resistance of the group is that of its weakest open joint, updated every 4 blocks. The
+ * same rule distributes the openings when the level changes.
  *
- * Cost of a block, and how the search for zones is spread over blocks: docs/measured/predictor.md.
+ * docs/measured/predictor.md has the cost of a block and how the search for zones is spread over
+ * blocks.
  *
- * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they
- * are read. */
+ * Units: feet, pounds, seconds. Displacements of transducers and gaps of surveys are in inches, as
+ * measured. */
 #ifndef MATRIG_COMMON_PREDICTOR_H
 #define MATRIG_COMMON_PREDICTOR_H
 
@@ -34,40 +35,41 @@
 #include "common/matchain.h"
 #include "common/zonescan.h"
 
-#define MR_PREDICTOR_LOOK_BLOCKS       50u /* between statements: 20 Hz */
+#define MR_PREDICTOR_LOOK_BLOCKS       50u /* interval between reports: 20 Hz */
 #define MR_PREDICTOR_LOOKS_PER_S       20u
 /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_WARNING_MATS      50u
 #define MR_PREDICTOR_ADVISORY_MATS     30u
-/* joints looked at in a block, of the search for zones (common/zonescan.h) */
+/* joints examined per block in the search for zones (common/zonescan.h) */
 #define MR_PREDICTOR_VISITS_PER_BLOCK  128u
-/* so many of them cost one mat update on the board (tests/error_report/predictor_cost.h) */
+/* joints examined at the cost of one mat update on the board
+ * (tests/error_report/predictor_cost.h) */
 #define MR_PREDICTOR_VISITS_PER_UPDATE 2u
-/* budget: 60 % of 168 MHz, the rest of a block's work taken off (the same) */
+/* budget: 60 % of 168 MHz minus the other work of a block (same source) */
 #define MR_PREDICTOR_UPDATES_PER_BLOCK 900u
 
 struct mr_predictor_config {
     struct mr_chain_params chain;
-    float grit_lb; /* mean closing resistance of a joint; to begin with */
+    float grit_lb; /* initial mean closing resistance of a joint */
     /* thrust of the lead axle on the strip at 1 g of deceleration: weight / axles */
     float thrust_lb_per_g;
-    float deceleration_ft_s2; /* assumed until the switches give one */
-    float bump_ft;            /* irregularity assumed: h0 in P_c = w L / (2 h0) */
+    float deceleration_ft_s2; /* assumed until the switches determine the deceleration */
+    float bump_ft;            /* assumed irregularity: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
-    /* budget: mean over any second; over a look up to half as much again */
+    /* budget: mean over any second; the mean over one look may be 1.5 times this */
     uint32_t updates_per_block;
-    enum mr_predictor_level level;    /* the best one asked for */
+    enum mr_predictor_level level;    /* best level to be used */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
 
-/* One block. NaN: not known, not valid. */
+/* Input of one block. NaN: unknown or not valid. */
 struct mr_predictor_input {
     float wheel_ft; /* station of the lead wheel; NaN before the first switch */
     float speed_ft_s;
     float deceleration_ft_s2;
-    bool braking_known;                    /* deceleration rests on switches beyond touchdown */
-    bool on_runway;                        /* touched down, or so it is taken */
-    float displacement_in[MR_TRANSDUCERS]; /* since arming */
+    bool braking_known;                    /* deceleration is from switches beyond touchdown */
+    bool on_runway;                        /* the gear has touched down, or is assumed to have */
+    float displacement_in[MR_TRANSDUCERS]; /* movement since arming */
 };
 
 struct mr_predictor_zone {
@@ -75,22 +77,22 @@ struct mr_predictor_zone {
     float start_ft, end_ft;
     /* standard errors, calibrated by `make score`; NaN: kinematic */
     float start_error_ft, end_error_ft;
-    /* what they are chosen by; `make score` calibrates with it */
+    /* classes that select the errors; `make score` calibrates each class */
     uint8_t start_class, end_class;
     unsigned closed_joints;
-    float mean_gap_in; /* of the joints inside */
-    /* of the wheel to the start; NaN: it stops before, or not known; 0: there */
+    float mean_gap_in; /* mean over the joints inside */
+    /* from the wheel to the start; NaN: unknown, or the wheel stops earlier; 0: reached */
     float distance_ft, lead_s;
-    /* longest zone that the wheel will have before it before it stops, deceleration kept */
+    /* longest zone that will form ahead of the wheel before it stops, at constant deceleration */
     unsigned coming_mats;
-    float coming_ft;      /* where the wheel is then */
-    float compression_lb; /* largest ahead of the wheel now */
-    float critical_lb;    /* P_c of the irregularity assumed */
+    float coming_ft;      /* position of the wheel when that zone has formed */
+    float compression_lb; /* largest compression ahead of the wheel now */
+    float critical_lb;    /* P_c of the assumed irregularity */
     enum mr_predictor_verdict verdict;
     enum mr_predictor_reason reason;
     enum mr_predictor_level level;
     unsigned basis; /* bits of enum mr_predictor_basis */
-    /* since a transducer last corrected the model; of a blind one since arming */
+    /* time since a transducer last corrected the model; without transducers, since arming */
     uint32_t age_blocks;
 };
 
@@ -100,46 +102,48 @@ struct mr_predictor_zone {
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
-    struct mr_zonescan scan;          /* going on */
-    struct mr_zonescan_found found;   /* by the last complete one */
-    float scanned_ft_s2;              /* deceleration that the scan going on was begun with */
-    bool scan_begun_anew;             /* it took the place of an incomplete one */
-    uint8_t found_group;              /* mats in a group of `found` */
-    float gap_ft[MR_CHAIN_MATS + 1u]; /* when the chain was started, by joint */
-    /* of levels of groups: resistance against closing all of one */
+    struct mr_zonescan scan;          /* search in progress */
+    struct mr_zonescan_found found;   /* result of the last complete search */
+    float scanned_ft_s2;              /* deceleration at the start of the search in progress */
+    bool scan_begun_anew;             /* the search in progress replaced an incomplete one */
+    uint8_t found_group;              /* mats per group in `found` */
+    float gap_ft[MR_CHAIN_MATS + 1u]; /* by joint, at the start of the chain */
+    /* levels with groups: resistance against closing a whole group */
     float shut_lb[MR_CHAIN_MATS / 2u + 2u];
-    float surveyed_in[MR_SEGMENTS]; /* sums; NaN: not surveyed since a landing */
-    float scale;                    /* of the closing resistance */
+    float surveyed_in[MR_SEGMENTS]; /* sums of openings; NaN: not surveyed since the last landing */
+    float scale;                    /* scale factor of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
-    uint32_t landings; /* folded in */
+    uint32_t landings; /* landings included in the runway's state */
     bool armed, braking, degraded, fell_back;
-    uint32_t moved;                /* transducers that are trusted and have, as bits */
-    enum mr_predictor_level level; /* now */
-    uint32_t block;                /* since arming */
+    uint32_t moved;                /* bit mask of trusted transducers that have moved */
+    enum mr_predictor_level level; /* current level */
+    uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;
-    uint32_t updates;      /* of this landing, mats */
-    uint32_t visits;       /* of this landing, joints looked at, and their like */
-    uint32_t most_updates; /* in one block of this landing, visits counted in */
-    uint32_t look_updates; /* since the last look, visits counted in */
-    uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u]; /* look_updates of those before, in turn */
-    uint32_t second_updates;                       /* their sum */
-    uint32_t look_search; /* of these, what the search and its like cost at any level */
-    /* in a row in which the next better level would have fitted into the budget */
+    uint32_t updates;      /* mat updates of this landing */
+    uint32_t visits;       /* joints examined in this landing, and equivalent work */
+    uint32_t most_updates; /* maximum of one block of this landing, including visits */
+    uint32_t look_updates; /* since the last look, including visits */
+    /* ring buffer: look_updates of the previous looks */
+    uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u];
+    uint32_t second_updates; /* sum over one second */
+    /* share of look_updates that does not depend on the level: the search and equivalent work */
+    uint32_t look_search;
+    /* consecutive looks in which the next better level would have been within the budget */
     unsigned calm_looks;
-    unsigned failures;     /* guards that tripped in this landing */
-    unsigned ploughed_mat; /* last mat from which the plough has pushed */
-    float due_s;           /* not yet stepped */
-    /* of the springs on what the transducers have moved, since the last look */
+    unsigned failures;     /* number of guards that tripped in this landing */
+    unsigned ploughed_mat; /* last mat from which the plough pushed */
+    float due_s;           /* time not yet computed */
+    /* work of the springs over the transducers' movements since the last look */
     float work_lb_in;
-    float base_in[MR_TRANSDUCERS]; /* model's displacement when the chain was last started */
-    float slow_in[MR_TRANSDUCERS]; /* readings, 50 ms behind */
-    float last_in[MR_TRANSDUCERS]; /* newest readings that are trusted; NaN: none */
+    float base_in[MR_TRANSDUCERS]; /* displacement in the model at the last start of the chain */
+    float slow_in[MR_TRANSDUCERS]; /* readings, delayed by 50 ms */
+    float last_in[MR_TRANSDUCERS]; /* newest trusted readings; NaN: none */
     uint8_t doubt[MR_TRANSDUCERS]; /* enum mr_predictor_doubt */
     uint16_t doubtful_blocks[MR_TRANSDUCERS];
 };
 
-/* What is kept between landings and over a reset: openings of joints 1..mats+1 in hundredths of a
- * mil, and the resistance found. */
+/* State kept between landings and across a reset: openings of joints 1..mats+1 in hundredths of a
+ * mil, and the estimated resistance. */
 struct mr_predictor_state {
     uint16_t mats;
     uint16_t landings;
@@ -147,39 +151,41 @@ struct mr_predictor_state {
     uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
 };
 
-/* A runway without measurements. MR_OK; MR_USAGE: a parameter that makes no sense, or is in another
- * unit, as far as that shows (inches for feet, a weight in kilograms beside a mass in slugs, lb/in
- * for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
+/* Starts with a runway without measurements. MR_OK; MR_USAGE: a parameter is impossible or in a
+ * wrong unit, where that can be detected (inches for feet, a weight in kilograms with a mass in
+ * slugs, lb/in for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
 enum mr_status mr_predictor_start(struct mr_predictor *predictor,
                                   const struct mr_predictor_config *config);
 void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor_state *state);
-/* After mr_predictor_start. MR_MALFORMED: of another runway, or with openings that no joint can
- * have; nothing is changed then. */
+/* Loads a state; call after mr_predictor_start. MR_OK; MR_MALFORMED: the state is of a different
+ * runway or has impossible openings; then nothing is changed. */
 enum mr_status mr_predictor_load(struct mr_predictor *predictor,
                                  const struct mr_predictor_state *state);
-/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between
- * landings. A sum that ten joints cannot have (negative, or wider than their slack) counts as not
- * read. */
+/* Takes over a survey: MR_SEGMENTS sums of joint openings, each of ten mats; NaN: not surveyed.
+ * Call between landings. A sum that is impossible for ten joints (negative, or more than their
+ * slack) counts as not surveyed. */
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
-/* The same sums again, for a runway that has been loaded: no joint changes, and those count as
- * surveyed of which the joints have the sum. */
+/* Call with the same sums after a runway has been loaded: no joint changes, and a segment counts as
+ * surveyed if its joints have the sum. */
 void mr_predictor_surveyed(struct mr_predictor *predictor, const float *sum_in);
-/* A landing begins: displacements count from here. */
+/* Begins a landing: displacements are relative to this time. */
 void mr_predictor_arm(struct mr_predictor *predictor);
-/* Inputs are not trusted: an impossible wheel position or speed counts as not known, a deceleration
- * as the last one, a reading as missing. A chain that diverges is restarted from the measurements
- * and flagged (MR_PREDICTOR_FELL_BACK). */
+/* Processes one block. Inputs are checked: an impossible wheel position or speed counts as unknown,
+ * an impossible deceleration is replaced by the last one, and an impossible reading counts as
+ * missing. If the chain diverges, it is restarted from the measurements and flagged
+ * (MR_PREDICTOR_FELL_BACK). */
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
-/* Blocks wait for it: on at the next cheaper level from here, as when the budget is exceeded. */
+/* Call when blocks are waiting: continues at the next cheaper level, as when the budget is
+ * exceeded. */
 void mr_predictor_hurry(struct mr_predictor *predictor);
-/* The result of now. Cheap except at the level MR_PREDICTOR_KINEMATIC, where it sums up all joints:
- * may be asked in every block. */
+/* Current result. May be called in every block: it is cheap except at the level
+ * MR_PREDICTOR_KINEMATIC, where it sums over all joints. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
-/* The result by transducers and survey, without the model: the closed zone ahead, and in `left_in`
- * (MR_SEGMENTS) the sums of openings that are left, NaN: not known. */
+/* Result from transducers and survey only, without the model: the closed zone ahead, and in
+ * `left_in` (MR_SEGMENTS values) the remaining sums of openings, NaN if unknown. */
 void mr_predictor_find_kinematic(const struct mr_predictor *predictor, struct mr_closure_zone *zone,
                                  float *left_in);
-/* The landing is over: what the joints have become is the start of the next one. */
+/* Ends the landing: the present openings of the joints are the start of the next landing. */
 void mr_predictor_fold(struct mr_predictor *predictor);
 
 #endif

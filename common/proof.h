@@ -1,9 +1,10 @@
-/* The proof that who gives an order has the board's key: what board and host compute alike.
+/* The proof that the sender of a command has the board's key. Board and host compute it with the
+ * same code.
  *
- * While a key is set the board tells a nonce, another one each second and after each proof that was
- * right. Who orders sends the message `proof` and behind it the message `command`: 8 bytes of keyed
- * BLAKE2s (RFC 7693) over the nonce, the command's bytes and the chip's identity. So a proof is for
- * one command to one board, once. */
+ * While a key is set, the board sends a nonce; it changes every second and after each correct
+ * proof. The sender sends the message `proof`, followed by the message `command`. The proof is 8
+ * bytes of keyed BLAKE2s (RFC 7693) over the nonce, the bytes of the command and the chip's unique
+ * identifier, so it is valid once, for one command to one board. */
 #ifndef MATRIG_COMMON_PROOF_H
 #define MATRIG_COMMON_PROOF_H
 
@@ -11,16 +12,18 @@
 
 #define MR_KEY_BYTES     32u
 #define MR_KEY_WORDS     (MR_KEY_BYTES / 4u)
-#define MR_PROOF_BYTES   8u /* of a proof, and of a nonce */
+#define MR_PROOF_BYTES   8u /* bytes of a proof and of a nonce */
 #define MR_COMMAND_BYTES 8u
 
-/* `nonce` and `command` are the bytes of the messages, `uid` the words that the board tells. */
+/* `nonce` and `command` are the bytes of the messages; `uid` is the identifier that the board
+ * reports. */
 void mr_proof_make(uint8_t proof[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
                    const uint8_t nonce[MR_PROOF_BYTES], const uint8_t command[MR_COMMAND_BYTES],
                    const uint32_t uid[3]);
 
-/* The board's nonces: never the same numbers twice under one key, and nobody without it knows the
- * next one, or he could have an order to come proven by who takes him for the board. */
+/* Computes a nonce of the board. The same `numbers` must never be used twice with one key. The next
+ * nonce cannot be predicted without the key; otherwise an impostor posing as the board could obtain
+ * the proof of a future command in advance. */
 void mr_proof_nonce(uint8_t nonce[MR_PROOF_BYTES], const uint8_t key[MR_KEY_BYTES],
                     const uint32_t numbers[3]);
 

@@ -1,5 +1,5 @@
-/* Numbers of the board that people watch, as the QUANTITY and MEAN rows of the catalogue have them.
- * Pure. */
+/* Quantities of the board that are shown to users, as defined by the QUANTITY and MEAN rows of the
+ * catalogue. Pure. */
 #ifndef MATRIG_COMMON_QUANTITY_H
 #define MATRIG_COMMON_QUANTITY_H
 
@@ -16,10 +16,10 @@ struct mr_quantity_info {
     const char *name;            /* "temperature" */
     const char *key, *error_key; /* "temperature_c", "temperature_error_c" */
     const char *words, *unit;    /* "mat temperature", in UTF-8 */
-    /* why there may be no reading; NULL: its mean over a landing is not sent */
+    /* reason for a missing reading; NULL: the mean over a landing is not sent */
     const char *why;
     int decimals;
-    uint16_t id; /* of the message that carries it */
+    uint16_t id; /* identifier of the message that carries it */
 };
 
 /* `quantity` below MR_QUANTITIES. Static storage. */
@@ -29,7 +29,7 @@ const struct mr_quantity_info *mr_quantity_at(unsigned quantity);
 struct mr_quantity_value {
     double value, error;
 };
-/* Puts the values of a message in their places among all MR_QUANTITIES. */
+/* Stores the values of a message in `values`, an array of MR_QUANTITIES. */
 void mr_quantity_take(struct mr_quantity_value *values, const struct mr_message *message);
 
 #endif

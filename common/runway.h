@@ -1,16 +1,16 @@
-/* The predictor's runway (struct mr_predictor_state) and its parameters (struct
- * mr_predictor_config), as stored, sent and set: board and host agree on every bit.
+/* The predictor's runway (struct mr_predictor_state) and parameters (struct mr_predictor_config) in
+ * their stored form and in messages and commands. Board and host agree on every bit.
  *
  * Stored form, MR_RUNWAY_IMAGE bytes, little-endian:
  *
  *      0  "MRRW"
- *      4  sequence u32: the higher of two copies is the newer
+ *      4  sequence u32: of two copies, the one with the higher number is newer
  *      8  mats u16 | landings u16 | scale IEEE 754 single | openings of joints 1..513 in 0.01 mil,
  *         u16 each, 0 beyond the last
  *     -4  CRC-32 of everything before it
  *
- * The CRC by which a state is known (message runway_store, command runway-take) is that of the
- * third line alone. Pure functions. */
+ * The CRC that identifies a state (message runway_store, command runway-take) covers the fields at
+ * offset 8 only. Pure functions. */
 #ifndef MATRIG_COMMON_RUNWAY_H
 #define MATRIG_COMMON_RUNWAY_H
 
@@ -24,26 +24,27 @@
 
 /* Writes MR_RUNWAY_IMAGE bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
-/* MR_OK; MR_MALFORMED: no such image; MR_CRC: damaged. mr_predictor_load checks whether the state
- * fits a runway. */
+/* MR_OK; MR_MALFORMED: not a stored runway; MR_CRC: damaged. Whether the state fits the configured
+ * runway is checked by mr_predictor_load. */
 enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
                               const uint8_t image[MR_RUNWAY_IMAGE]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
-/* Messages that carry the joints of a state, and the n-th of them, n from 0. */
+/* Number of messages that carry the joints of a state, and the n-th message, n from 0. */
 unsigned mr_runway_messages(const struct mr_predictor_state *state);
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n);
-/* Joints beyond the last are left out. */
+/* Takes over the joints of a message; joints beyond the last are ignored. */
 void mr_runway_take(struct mr_predictor_state *state, const struct mr_runway_joints *message);
 
-/* What a state is given by: commands runway-joints (index 0..255) and runway-word. False: no such
- * word. */
+/* Arguments of the commands that set a state: runway-joints (index 0..255) and runway-word. False:
+ * no such word. */
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index);
 void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
 #define MR_RUNWAY_WORDS 3u
 int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index);
 bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument);
 
-/* Parameters as in the message predict_item, then a station for each transducer. */
+/* Parameters in the order of the message predict_item; a station for each transducer follows
+ * them. */
 /* clang-format off */
 #define MR_PREDICT_ITEM_TABLE(X)                           \
     X(chain.mats, "mats", "mats")                          \
@@ -72,7 +73,7 @@ enum {
 #undef MR_PREDICT_COUNT
 
 float mr_predict_item(const struct mr_predictor_config *config, unsigned item);
-/* Items beyond the table are left out; counts that are none become 0, which mr_predictor_start
+/* Items beyond the table are ignored. An invalid count becomes 0, which mr_predictor_start
  * refuses. */
 void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value);
 

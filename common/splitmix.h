@@ -1,10 +1,11 @@
-/* Random numbers of a seed, the same everywhere: splitmix64 (Steele, Lea and Flood 2014). */
+/* Pseudorandom numbers from a seed, identical on every machine: splitmix64 (Steele, Lea and Flood
+ * 2014). */
 #ifndef MATRIG_COMMON_SPLITMIX_H
 #define MATRIG_COMMON_SPLITMIX_H
 
 #include <stdint.h>
 
-/* The next number; moves the state, which begins as any seed. */
+/* Returns the next number and advances the state. The initial state is the seed, any value. */
 static inline uint64_t mr_splitmix64(uint64_t *state)
 {
     uint64_t z = *state += 0x9e3779b97f4a7c15u;
@@ -13,7 +14,7 @@ static inline uint64_t mr_splitmix64(uint64_t *state)
     return z ^ z >> 31;
 }
 
-/* In [0, 1). */
+/* Uniform in [0, 1). */
 static inline double mr_splitmix64_uniform(uint64_t *state)
 {
     return (double)(mr_splitmix64(state) >> 11) * 0x1p-53;

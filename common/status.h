@@ -1,9 +1,9 @@
-/* Status codes of every matrig part: board, emulated board and host.
+/* Status codes shared by board, emulated board and host.
  *
- * 0 is success; errors are negative, so a count or a length can share the return value. Each has
- * one text (mr_status_text) and one process exit code (mr_status_exit_code), so that the same
- * failure reads and ends the same wherever it happens. Run-time faults of the board are counters
- * (wire catalogue, `health`), not statuses. */
+ * 0 is success; errors are negative, so a count or a length can share the return value. Each status
+ * has one text (mr_status_text) and one process exit code (mr_status_exit_code), so a failure has
+ * the same text and exit code in every program. Run-time faults of the board are counters (message
+ * `health`), not statuses. */
 #ifndef MATRIG_COMMON_STATUS_H
 #define MATRIG_COMMON_STATUS_H
 

@@ -1,11 +1,12 @@
-/* Switches: the edges of the one switch circuit become named switches, whatever the contacts do
+/* Switches: assigns the edges of the common switch circuit to switches, also when contacts bounce
  * (report 2.7.1).
  *
- * An edge is a capture of TIM2; the level of the staircase before and after it names the switch.
- * Several edges of one bouncing contact leave one step between the level before the first and after
- * the last: the first edge has the name, the others are bounces. Edges are answered in the order in
- * which they came, 5 ms after them, or 10 ms after the last of a bouncing contact's. Ticks are
- * compared by their difference, so that TIM2 may wrap (51.13 s) at any time.
+ * An edge is a capture of TIM2; the levels of the staircase before and after the edge identify the
+ * switch. The edges of a bouncing contact produce a single step between the level before the first
+ * edge and the level after the last. The first edge is assigned to the switch, the others are
+ * bounces. Edges are decided in order of time, 5 ms after each edge, or 10 ms after the last edge
+ * of a bouncing contact. Ticks are compared by their difference, so TIM2 may wrap (51.13 s) at any
+ * time.
  *
  * Pure, no heap. */
 #ifndef MATRIG_COMMON_SWITCHES_H
@@ -17,45 +18,46 @@
 #include "common/catalogue.h"
 #include "common/staircase.h"
 
-#define MR_SWITCHES_WAITING    32u /* edges not yet answered */
-/* 10 ms: edges nearer than that can be one contact's; 5 ft take 109 ms at 46 ft/s */
+#define MR_SWITCHES_WAITING    32u /* edges not yet decided */
+/* 10 ms: closer edges may be from one contact; 5 ft take 109 ms at 46 ft/s */
 #define MR_SWITCH_BOUNCE_TICKS 840000u
-/* 50 ms: the same switch once more within it is still its bounce */
+/* 50 ms: another edge of the same switch within this time is a bounce */
 #define MR_SWITCH_REOPEN_TICKS 4200000u
 
 struct mr_switch_edge {
     uint32_t tick;
-    float step_codes; /* NaN: not known */
-    uint8_t position; /* from 1; 0: not named */
+    float step_codes; /* NaN: unknown */
+    uint8_t position; /* from 1; 0: not identified */
     uint8_t reason;   /* enum mr_switch_reason: GOOD, or BOUNCE to DOUBLE */
-    bool decided;     /* with an edge before it */
+    bool decided;     /* decided together with an earlier edge */
     bool level_known;
-    float level_codes; /* before it */
+    float level_codes; /* level before the edge */
 };
 
 struct mr_switches {
     struct mr_staircase staircase;
     struct mr_switch_edge waiting[MR_SWITCHES_WAITING]; /* oldest first */
-    unsigned count;                                     /* of them */
+    unsigned count;                                     /* number of waiting edges */
     uint32_t opened;                                    /* bit p-1: switch p has opened */
-    uint32_t answered_tick;                             /* of the newest edge answered */
-    uint32_t named_tick;                                /* of the newest edge that had a name */
-    uint8_t named;                                      /* its switch; 0: none yet */
+    uint32_t answered_tick;                             /* tick of the newest decided edge */
+    uint32_t named_tick;                                /* tick of the newest identified edge */
+    uint8_t named;                                      /* switch of that edge; 0: none yet */
     bool answered;
     bool left_known;
-    float left_codes; /* level that it left */
+    float left_codes; /* level after the newest decided edge */
 };
 
 void mr_switches_start(struct mr_switches *switches);
-/* All switches are closed again, and edges that wait are forgotten. */
+/* Marks all switches as closed and discards the waiting edges. */
 void mr_switches_close(struct mr_switches *switches);
 
-/* The level of the next block, then the edges up to it. False: no room, the edge is not taken. */
+/* Adds the level of the next block; afterwards add the edges up to that block. False: no room, and
+ * the edge is ignored. */
 void mr_switches_level(struct mr_switches *switches, uint32_t tick, float code);
 bool mr_switches_add(struct mr_switches *switches, uint32_t tick);
 
-/* The oldest edge that can be answered by now. `steps_codes`: what each of `count` (at most 32)
- * switches adds. False: none, ask again after the next block. */
+/* Returns in `edge` the oldest edge that can be decided. `steps_codes`: the step of each of `count`
+ * (at most 32) switches. False: no edge can be decided yet; call again after the next block. */
 bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
                       struct mr_switch_edge *edge);
 

@@ -1,5 +1,5 @@
-/* The version of all parts of matrig. The board sends the three numbers in the message hello, its
- * image carries them (common/image.h), and programs and packages have them. */
+/* The version of all parts of matrig. The message `hello`, the header of the firmware image
+ * (common/image.h), the programs and the packages contain it. */
 #ifndef MATRIG_COMMON_VERSION_H
 #define MATRIG_COMMON_VERSION_H
 

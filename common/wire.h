@@ -1,13 +1,13 @@
-/* Byte order of everything matrig sends or stores: little-endian, put and got byte by byte, never a
- * packed struct.
+/* Byte order of everything that matrig sends or stores: little-endian, written and read byte by
+ * byte, never as a packed struct.
  *
- * A put writes its bytes and returns the first byte after them; a get reads and advances the
- * caller's pointer. Neither checks lengths: the catalogue knows the length of every message before
- * it gets one.
+ * A put function writes its bytes and returns the first byte after them; a get function reads its
+ * bytes and advances the caller's pointer. These functions do not check lengths: the code of the
+ * catalogue checks the length of a message before reading it.
  *
- * A real quantity travels as an integer count of its least digit, `per_unit` counts to one unit,
- * rounded to nearest and clipped at the ends of the range. One code of each type means "missing"
- * and is NaN on both sides: missing data stays missing. */
+ * A real quantity is sent as an integer with `per_unit` counts per unit, rounded to nearest and
+ * clipped to the range. One code of each type means "missing" and corresponds to NaN on both
+ * sides. */
 #ifndef MATRIG_COMMON_WIRE_H
 #define MATRIG_COMMON_WIRE_H
 
@@ -18,7 +18,8 @@
 
 #define MR_NAN (__builtin_nanf(""))
 
-/* A store or a load each, for compilers see that four bytes are one word: shorter than a call. */
+/* Always inlined: compilers combine four bytes into a single store or load, which is shorter than a
+ * call. */
 #define WIRE static inline __attribute__((always_inline))
 
 WIRE uint8_t *mr_put_u8(uint8_t *p, uint8_t v)
@@ -124,7 +125,7 @@ static inline float mr_get_real_i16(const uint8_t **p, float per_unit)
     return counts == MR_MISSING_I16 ? MR_NAN : (float)counts / per_unit;
 }
 
-/* Erased memory: all ones. */
+/* True for erased memory (all ones). */
 static inline bool mr_is_blank(const uint8_t *bytes, size_t n)
 {
     uint32_t all = UINT32_MAX;

@@ -1,16 +1,17 @@
 /* Search of the chain (common/matchain.h) for the predictor's results: the longest compression zone
  * (closed joints in a row) ahead of the wheel, the largest compression there, and the longest zone
- * that the wheel would push together from any place on its way. A search is spread over blocks:
- * mr_zonescan_go visits so many joints and goes on from there at the next call, so that no block
- * bears more than its share.
+ * that the wheel would push together from any position on its path. The search is spread over
+ * blocks: each call of mr_zonescan_go visits a limited number of joints and continues where the
+ * last call stopped, which limits the work per block.
  *
- * A zone is a run from a closed joint to a closed joint in which no ten in a row have more than one
- * open. From a place on the way, the push less the friction of the mats between closes joints whose
- * resistance it overcomes; the further the place, the more of them, so that one sweep serves all
- * places: the joint that ends the zone of one place is where the next one's search goes on.
+ * A zone is a run from a closed joint to a closed joint in which at most one joint of any ten in a
+ * row is open. From a position of the wheel, the push minus the friction of the mats in between
+ * closes all joints whose resistance it overcomes. The zone from a later position never ends
+ * earlier, so one sweep covers all positions: the search for the next position continues at the
+ * joint that ended the previous zone.
  *
- * Joints and places are of groups, as in the chain. The chain moves during the search: the result
- * belongs to the blocks that it took. */
+ * Joints and positions refer to groups, as in the chain. The chain moves during the search, so the
+ * result refers to the blocks that the search took. */
 #ifndef MATRIG_COMMON_ZONESCAN_H
 #define MATRIG_COMMON_ZONESCAN_H
 
@@ -19,46 +20,48 @@
 
 #include "common/matchain.h"
 
-#define MR_ZONE_TALLY_MATS 10u /* of so many joints in a row of a zone one may be open */
-/* the truth's 0.001 in, and as much again for what the springs leave */
+#define MR_ZONE_TALLY_MATS 10u /* joints in a row of which one may be open in a zone */
+/* the true limit of 0.001 in, plus 0.001 in for the residuals of the springs */
 #define MR_ZONE_CLOSED_FT  (0.002f / 12.0f)
-#define MR_ZONE_STRIDE     4u /* groups between places on the way */
+#define MR_ZONE_STRIDE     4u /* groups between positions of the wheel */
 
-/* Where to look. */
+/* Range of the search. */
 struct mr_zonescan_order {
-    /* first joint looked at for the zone that is there; beyond count + 1: none */
+    /* first joint of the search for the present zone; beyond count + 1: no search */
     uint16_t from;
-    uint16_t place;      /* group under the wheel */
-    uint16_t last_place; /* places up to this, every MR_ZONE_STRIDE; below `place`: none */
-    float push_lb;       /* of the wheel on its way */
-    /* by joint: what the push must overcome; kept by the caller while the search goes on */
+    uint16_t place; /* group under the wheel */
+    /* last position, in steps of MR_ZONE_STRIDE from `place`; below `place`: none */
+    uint16_t last_place;
+    float push_lb; /* push of the wheel */
+    /* by joint: resistance that the push must overcome; must stay valid during the search */
     const float *grit_lb;
 };
 
 struct mr_zonescan_found {
-    /* the longest zone: joints first .. first + groups; groups 0: none */
+    /* longest present zone: joints first .. first + groups; groups 0: none */
     uint16_t groups, first;
-    uint16_t closed;      /* joints in it that are */
-    float open_ft;        /* sum of the openings in it */
-    float compression_lb; /* largest from `from` on */
-    /* the longest zone to come, and the wheel's place then; 0: none */
+    uint16_t closed;      /* closed joints in the zone */
+    float open_ft;        /* sum of the openings in the zone */
+    float compression_lb; /* largest compression from joint `from` on */
+    /* longest future zone, and the wheel's position when it forms; 0: none */
     uint16_t coming, coming_place;
 };
 
 struct mr_zonescan {
     struct mr_zonescan_order order;
-    struct mr_zonescan_found found; /* so far; of places on the way first */
+    struct mr_zonescan_found found; /* results so far; the future zone is searched first */
     uint8_t phase;
     uint16_t joint, tally;
-    /* first joint that closes, of this place and the last, or of the zone; 0: none */
+    /* first closing joint for this and the previous position, or of the present zone; 0: none */
     uint16_t start, start_before;
-    uint16_t end, last_open, last_closed; /* joint that ends the zone; last ones before it */
-    uint32_t visits;                      /* joints looked at */
+    /* joint that ends the zone; last open and closed joint before it */
+    uint16_t end, last_open, last_closed;
+    uint32_t visits; /* joints examined */
 };
 
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
                        const struct mr_zonescan_order *order);
-/* Looks at `visits` joints, or one more. True: the search is complete. */
+/* Examines `visits` joints, or one more. True: the search is complete. */
 bool mr_zonescan_go(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits);
 
 #endif

@@ -1,4 +1,4 @@
-/* Input and messages of the predictor, each block. The host runs this part too, to check that a
+/* Input and messages of the predictor for each block. The host also runs this code, to check that a
  * board's messages follow from its record (tests/again). Pure. */
 #ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 #define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
@@ -8,40 +8,40 @@
 #include "common/predictor.h"
 #include "common/risk.h"
 
-#define PREDICT_LOOK_BLOCKS    10u /* the lamp follows so often */
+#define PREDICT_LOOK_BLOCKS    10u /* interval between updates of the lamp */
 #define PREDICT_SAY_BLOCKS     50u /* 20 Hz */
-/* of the 16 that the board holds; the final fit of the motion keeps up to 7 waiting */
+/* limit of waiting blocks; the board holds 16, and the final fit delays up to 7 */
 #define PREDICT_BACKLOG_BLOCKS 8u
 
-/* Motion of the gear as of the last gate, in single precision: carried on block by block without a
- * double. */
+/* Motion of the gear at the last gate, in single precision; it is extrapolated from block to block
+ * without double arithmetic. */
 struct predict_motion {
-    unsigned gates;      /* of the passage, when this was made */
-    bool rolling, known; /* a wheel is there; its speed is known */
-    uint32_t tick;       /* of the gate */
+    unsigned gates;      /* number of gates in the passage when the motion was computed */
+    bool rolling, known; /* rolling: a wheel is present; known: its speed is known */
+    uint32_t tick;       /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
-    float stop_s; /* from the gate until it stops; a large number: it does not */
+    float stop_s; /* time from the gate to the stop; a large number: no stop */
     bool braking; /* enough gates beyond touchdown for a deceleration */
 };
 
-/* What a block brings for it. */
+/* Input from one block. */
 struct predict_block {
     uint32_t index, tick;
     const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
-    const float *baseline_in;     /* their zero; NaN: not known yet */
-    unsigned waiting;             /* blocks that wait behind this one */
+    const float *baseline_in;     /* zero of each transducer; NaN: not known yet */
+    unsigned waiting;             /* blocks waiting after this one */
 };
 
-/* Transducers, as bits, whose zero is kept although nothing seems to roll: they have moved, and no
- * switch has opened since arming. */
+/* Bit mask of transducers that have moved before any switch opened since arming: their zero is kept
+ * although no gear has been detected. */
 uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing);
 
-/* What the predictor is given of a block. `touchdown_ft`: station where the runway begins, of the
- * site's configuration. */
+/* Computes the predictor's input from a block. `touchdown_ft`: station where the runway begins,
+ * from the configuration of the site. */
 void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft,
                   const struct predict_block *block, struct mr_predictor_input *input);
 
-/* One statement; `error` only where there is a zone. */
+/* The messages of one report. `error` is valid only if there is a zone. */
 struct predict_said {
     struct mr_zone zone;
     struct mr_zone_lead lead;
@@ -55,15 +55,15 @@ struct predict_said {
 
 void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
                        bool warning, uint32_t index, struct predict_said *said);
-/* Its other part: the risk, and from where on the lamp warns (NaN: by the verdict). */
+/* Fills in the risk messages of the report. */
 void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
                             struct predict_said *said);
 
 /* ---- baseline ---- */
 
-/* The zero of a landing's movement: while it is armed and nothing rolls, the mean of each full
- * group of blocks; the newest one before the first edge stands. Where no switch works, there is
- * none: what has moved is held (predict_held). Pure. */
+/* The zero of a landing's movement is the mean of a full group of blocks while armed with nothing
+ * rolling; the last group before the first edge is used. If no switch works there is no first edge,
+ * and transducers that have moved keep their zero (predict_held). Pure. */
 
 #define BASELINE_BLOCKS 256u
 
@@ -74,8 +74,8 @@ struct baseline {
 };
 
 void baseline_forget(struct baseline *baseline);
-/* A block's readings; NaN: missing. Not `quiet`: the group that was being summed ends with
- * something that may move the mat. Transducers of the bits `held` keep the zero they have. */
+/* Adds the readings of a block; NaN: missing. If `quiet` is false, something may be moving the mat
+ * and the current group is discarded. Transducers in the bit mask `held` keep their zero. */
 void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet,
                      uint32_t held);
 
