@@ -1,5 +1,5 @@
-/* The application: what the board does with blocks, edges and commands. See main.c for the loop
- * that drives it. */
+/* The application: processing of blocks, edges and commands on the board. The loop in main.c drives
+ * it. */
 #ifndef MATRIG_FIRMWARE_APP_H
 #define MATRIG_FIRMWARE_APP_H
 
@@ -22,33 +22,35 @@
 #include "firmware/telemetry.h"
 #include "firmware/thermometer.h"
 
-#define APP_DISPLACEMENT_BLOCKS 2u /* of the mean that is told */
+/* blocks averaged per displacement message; the next constant is that of tensions */
+#define APP_DISPLACEMENT_BLOCKS 2u
 #define APP_TENSION_BLOCKS      4u
-/* a record begins so many blocks before arming: as far back as the first means reach */
+/* a record begins this many blocks before arming, because the first means reach back that far */
 #define APP_BLOCKS_BEFORE       APP_TENSION_BLOCKS
-#define APP_NEWEST              8u /* blocks kept: those, and the one that comes */
-/* Taken per block, so that no flood of commands keeps blocks waiting or fills the links with
- * answers: two commands from each link. The queues behind hold a whole survey. */
+#define APP_NEWEST              8u /* blocks kept: those before arming, and new ones */
+/* Input processed per block: two commands from each link. The limit prevents a flood of commands
+ * from delaying blocks or filling the links with answers. The input queues can hold a complete
+ * survey. */
 #define APP_CAN_COMMANDS        2u
 #define APP_SERIAL_BYTES        36u
-/* 50 ms for the answer to go out before the boot ROM takes over */
+/* 50 ms to send the answer before the boot ROM takes over */
 #define APP_ROM_TICKS           5u
 
 struct app {
     struct landing landing;
     struct telemetry telemetry;
     struct mr_deframer deframer;
-    uint32_t next_index; /* of the block expected next */
-    uint32_t fitted;     /* bit c: channel c is */
-    uint16_t can_base;   /* the one that messages have now */
-    bool by_serial;      /* what is obeyed came so */
-    bool replays;        /* inputs of a replay are taken */
+    uint32_t next_index; /* index of the next expected block */
+    uint32_t fitted;     /* bit c: channel c is fitted */
+    uint16_t can_base;   /* present base of the identifiers */
+    bool by_serial;      /* the command being executed was received by serial */
+    bool replays;        /* inputs of a replay are accepted */
 
-    struct mr_block newest[APP_NEWEST]; /* by index modulo their number */
-    uint32_t blocks_in_row;             /* up to the newest, without a gap */
+    struct mr_block newest[APP_NEWEST]; /* place of a block: its index modulo APP_NEWEST */
+    uint32_t blocks_in_row;             /* consecutive blocks up to the newest */
 
-    /* Readings of the newest block and of the three before it, NaN for one that was lost; a
-     * decimated message is the mean of the last 2 or 4. Old ones where no mean is told. */
+    /* Readings of the newest block and of the three before it, NaN for a lost block. A message
+     * carries the mean of the last 2 or 4. Not updated while no means are sent. */
     float displacement_in[4][MR_TRANSDUCERS];
     float tension_lb[4][MR_GAGES];
 
@@ -61,7 +63,7 @@ struct app {
     struct keystore keystore;
     struct proof proof;
     unsigned ticks_without_block; /* supervision ticks of 10 ms */
-    unsigned ticks_to_rom;        /* likewise; 0: the boot ROM was not asked for */
+    unsigned ticks_to_rom; /* supervision ticks until the boot ROM starts; 0: not requested */
 
     struct configstore configstore;
     struct bandwatch bandwatch;
@@ -77,14 +79,14 @@ struct app {
 };
 
 void app_start(struct app *app);
-/* The configuration is another one, or is known now: begins the scans of what is fitted, forgets
- * readings, uses the black box or not. Only while nothing is recorded. */
+/* Call when the configuration is known or has changed: starts the scans of the fitted channels,
+ * discards readings, and enables or disables the black box. Only while nothing is recorded. */
 void app_configured(struct app *app);
-/* Everything that is due: commands, then each block that is ready. Returns true when there was a
- * block. */
+/* Processes everything that is due: commands, then each block that is ready. Returns true if there
+ * was a block. */
 bool app_poll(struct app *app);
-/* Supervision, every 10 ms: restarts scans that stopped, and keeps talking when there are none at
- * all. */
+/* Supervision, every 10 ms: restarts stopped scans, and keeps the board communicating without
+ * scans. */
 void app_supervise(struct app *app);
 
 #endif

@@ -1,4 +1,4 @@
-/* The black box and the links: its commands and messages. */
+/* Commands and messages of the black box on the links. */
 #ifndef MATRIG_FIRMWARE_BOXLINK_H
 #define MATRIG_FIRMWARE_BOXLINK_H
 
@@ -8,18 +8,20 @@
 
 struct boxlink {
     bool listing;
-    unsigned next; /* place to be listed */
+    unsigned next; /* index of the next record to be listed */
 };
 
-/* MR_OK, or why not; MR_UNKNOWN also when the command is none of the black box's. */
+/* Executes a command. Returns MR_OK or the reason for refusal; MR_UNKNOWN also if the command is
+ * not for the black box. */
 enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                             const struct mr_command *command);
-/* A landing was armed: the box is given what is known of it. */
+/* Call when a landing has been armed: passes the facts and the configuration of the landing to the
+ * box. */
 void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
                  const float *slack_in);
 void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry);
-/* The work of a block: the block itself, the landing's beginning and end, messages and pages to be
- * read out. */
+/* Call in each block: passes the block and the beginning and end of the landing to the box, and
+ * sends messages and pages being read out. */
 void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                    const struct landing *landing, const struct mr_block *block, bool was_armed);
 

@@ -1,12 +1,12 @@
-/* The built-in configuration: the rig of a new board, until it receives a configuration. One
- * constant or list for each property in which rigs differ. The lists call X once for each sensor
- * that is fitted.
+/* The built-in configuration, which a new board uses until it receives a different one. There is
+ * one constant or list for each property in which rigs differ. The lists call X once for each
+ * fitted sensor.
  *
  * Test images of other rigs redefine some of these: tests/variant. */
 #ifndef MATRIG_FIRMWARE_BUILTIN_H
 #define MATRIG_FIRMWARE_BUILTIN_H
 
-/* Transducers with full excitation, half-difference demodulation. */
+/* Sensitivity of the transducers with full excitation and half-difference demodulation. */
 #define BUILTIN_TRANSDUCER_V_PER_IN 0.5f
 
 /* X(number, station_ft) */

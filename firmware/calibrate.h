@@ -1,19 +1,22 @@
-/* Zero and shunt calibration by command, while idle or done: means of blocks, checked before they
- * are used.
+/* Zero and shunt calibration by command, in state idle or done. Results are means of blocks and are
+ * checked before use.
  *
- * zero: CALIBRATE_BLOCKS blocks of the channels asked for. Taken only if all of them are valid,
- * none moves (standard deviation, and first half against second half: 0.004 in, 0.75 lb) and no
- * gage is more than 30 lb from its configured zero - a band under tension is not at zero. Each is
- * reported (zero_result), and when taken the configuration is sent again.
+ * zero: averages CALIBRATE_BLOCKS blocks of the requested channels. The zeros are accepted only if
+ * all channels are valid, no channel moves (standard deviation, and difference between first and
+ * second half, up to 0.004 in or 0.75 lb), and no gage is more than 30 lb from its configured zero,
+ * because a band under tension is not at zero. Each channel is reported (zero_result); if the zeros
+ * are accepted, the configuration is sent again.
  *
- * shunt: CALIBRATE_BLOCKS at rest, relay on, CALIBRATE_SETTLE_BLOCKS for relay and amplifiers,
- * CALIBRATE_BLOCKS, relay off, settling, CALIBRATE_BLOCKS at rest: 0.9 s. The span of each gage
- * that has a shunt is reported with its nominal value and its change since the calibration before
- * (shunt, shunt_result, shunt_check). Whatever happens meanwhile, the relay is off at the end.
+ * shunt: measures CALIBRATE_BLOCKS blocks at rest, switches the relay on, waits
+ * CALIBRATE_SETTLE_BLOCKS blocks for relay and amplifiers, measures CALIBRATE_BLOCKS blocks,
+ * switches the relay off, waits again, and measures CALIBRATE_BLOCKS blocks at rest: 0.9 s in all.
+ * The span of each gage that has a shunt is reported with its nominal value and its change since
+ * the previous calibration (shunt, shunt_result, shunt_check). The relay is off at the end in every
+ * case.
  *
- * The answer to the command comes when it is over: MR_OK; MR_LIMIT: a channel was not good, as
- * reported; MR_TIMEOUT: the scans stopped. At once: MR_NOT_NOW: from arming to the end of a
- * landing, or another one is going on; MR_USAGE. */
+ * The command is answered at the end of the calibration: MR_OK; MR_LIMIT: a channel failed its
+ * check, as reported; MR_TIMEOUT: the scans stopped. It is answered at once with MR_NOT_NOW (from
+ * arming to the end of a landing, or during a calibration) or MR_USAGE. */
 #ifndef MATRIG_FIRMWARE_CALIBRATE_H
 #define MATRIG_FIRMWARE_CALIBRATE_H
 
@@ -24,38 +27,38 @@
 #define CALIBRATE_BLOCKS        256u
 #define CALIBRATE_SETTLE_BLOCKS 64u
 
-/* Of one channel over the blocks of a phase: codes for a zero, pounds for a shunt. */
+/* Sums of one channel over the blocks of a phase: codes for a zero, pounds for a shunt. */
 struct calibrate_mean {
     float origin, sum, square, first_half;
 };
 
 struct calibrate {
-    uint8_t command; /* 0: nothing goes on */
+    uint8_t command; /* 0: no calibration in progress */
     uint8_t what;    /* argument of zero */
     uint8_t phase;
     uint16_t tag;
-    uint32_t began_block, next_block; /* next: the first that counts after settling */
+    uint32_t began_block, next_block; /* next_block: the first one used after settling */
     unsigned count;                   /* blocks of the phase so far */
-    uint32_t bad;                     /* bit per channel: not valid in some block */
+    uint32_t bad;                     /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
-    float rest_lb[MR_GAGES], on_lb[MR_GAGES], noise_lb[MR_GAGES]; /* of the phases that are over */
-    uint32_t moved;                                               /* bit per gage */
-    uint16_t number;                                      /* of shunt calibrations since reset */
+    float rest_lb[MR_GAGES], on_lb[MR_GAGES], noise_lb[MR_GAGES]; /* results of completed phases */
+    uint32_t moved;                                               /* one bit per gage */
+    uint16_t number; /* number of shunt calibrations since reset */
     float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES]; /* NaN: none */
     unsigned telling;                                     /* gages still to be reported */
     bool failed;
 };
 
 void calibrate_start(struct calibrate *calibrate);
-/* Codes of enum mr_command_code: zero, shunt. MR_OK: it goes on, or (a zero that was given) is
- * done. */
+/* Starts the command zero or shunt. MR_OK: the calibration is in progress, or is complete (a zero
+ * given as a value). */
 enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *telemetry,
                                const struct landing *landing, const struct mr_command *command,
                                uint32_t block);
 bool calibrate_busy(const struct calibrate *calibrate);
 void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry,
                      const struct landing *landing, const struct mr_block *block);
-/* Scans have stopped. */
+/* Call when the scans have stopped: ends a calibration. */
 void calibrate_abort(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block);
 
 #endif

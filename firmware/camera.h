@@ -1,11 +1,12 @@
-/* The film camera: a trigger pulse, and the camera's pulse for each frame, sent with its time.
+/* The film camera: the board sends a trigger pulse, and reports the time of the camera's pulse for
+ * each frame.
  *
- * The trigger is a pulse of 10 ms: when a landing is armed, or when the gear is to be at
- * site.camera_station_ft by the motion estimated last (once a landing), and by command. Frame
- * pulses are sent while a landing is recorded, numbered from arming on. A camera gives 64 to 200 of
- * them a second; one less than a millisecond after the one before is refused and counted. At 200 a
- * second they take 2.4 % of the CAN bus, 1.8 % of serial and 2.1 kB/s of the black box. With
- * site.camera 0 nothing is captured, triggered or sent. */
+ * The trigger is a pulse of 10 ms. It is sent by command, and either when a landing is armed or,
+ * once per landing, when the gear should be at site.camera_station_ft according to the last motion
+ * estimate. Frame pulses are reported while a landing is recorded, numbered from arming. A camera
+ * sends 64 to 200 frame pulses per second; a pulse less than a millisecond after the previous one
+ * is refused and counted. At 200 per second they take 2.4 % of the CAN bus, 1.8 % of serial and 2.1
+ * kB/s of the black box. With site.camera 0 nothing is captured, triggered or sent. */
 #ifndef MATRIG_FIRMWARE_CAMERA_H
 #define MATRIG_FIRMWARE_CAMERA_H
 
@@ -14,25 +15,27 @@
 #include "firmware/telemetry.h"
 
 #define CAMERA_PULSE_BLOCKS 10u
-/* taken of one block; a thousand a second may stand in 2 ms of blocks that wait */
+/* frame pulses processed per block; there may be a thousand per second, also when 2 ms of blocks
+ * are waiting */
 #define CAMERA_FRAMES       8u
 
 struct camera {
     bool fitted; /* frame pulses are captured */
-    bool passed; /* it was triggered by station in this landing, or need not be */
-    uint8_t due; /* why it is triggered in the next block (enum mr_camera_cause); 0: it is not */
+    bool passed; /* the trigger by station has been sent in this landing or is not needed */
+    uint8_t due; /* cause of a trigger in the next block (enum mr_camera_cause); 0: no trigger */
     bool high;
-    uint32_t high_block; /* since */
+    uint32_t high_block; /* block at which the pulse began */
     bool frame_known;
-    uint32_t frame_tick, frame_block; /* of the last one that counts */
-    uint16_t frames;                  /* since arming */
+    uint32_t frame_tick, frame_block; /* last accepted frame */
+    uint16_t frames;                  /* frames since arming */
 };
 
-/* The command: MR_NOT_NOW: there is no camera. */
+/* Executes the trigger command. MR_OK; MR_NOT_NOW: there is no camera. */
 enum mr_status camera_command(struct camera *camera);
-/* A landing is armed. */
+/* Call when a landing is armed. */
 void camera_arm(struct camera *camera);
-/* Each block, after the landing had it. `until_tick`: captures up to here belong to it. */
+/* Call in each block, after landing_block. `until_tick`: captures up to this tick belong to the
+ * block. */
 void camera_block(struct camera *camera, struct telemetry *telemetry, const struct landing *landing,
                   uint32_t index, uint32_t tick, uint32_t until_tick);
 

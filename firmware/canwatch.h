@@ -1,15 +1,16 @@
-/* Watches the CAN link every 10 ms: its state, and the handling of frames while the bus is blocked.
+/* Supervises the CAN link every 10 ms: determines its state and handles frames while the bus is
+ * blocked.
  *
- * Nothing passes when a frame waits and none has gone out for 20 ms. An unplugged cable is
- * recognised by its error: no node acknowledges, TEC stands at 128, and bus-off never comes (ISO
- * 11898-1, fault confinement, exception 1). Frames wait for 100 ms: a connector that bounces loses
- * nothing. After that they would be stale, and serial and the black box have them: waiting and new
- * frames are dropped and counted, and one frame, the alarm, is left to the controller, which
- * repeats it until a node acknowledges it. Then frames are accepted again, and the first one
- * reports the length of the outage.
+ * The bus counts as blocked when a frame is waiting and no frame has been sent for 20 ms. An
+ * unplugged cable is recognised by its errors: no node acknowledges, TEC stays at 128, and bus-off
+ * never occurs (ISO 11898-1, fault confinement, exception 1). Frames wait for 100 ms, so that a
+ * bouncing connector causes no loss. Older frames would be stale, and serial and the black box have
+ * their data: waiting and new frames are dropped and counted. Only the alarm frame stays in the
+ * controller, which repeats it until a node acknowledges it. Then frames are accepted again, and
+ * the first one reports the length of the outage.
  *
- * Bus-off is left ten times a second at most: a board that is broken, or on a shorted bus, then
- * disturbs it for a hundredth of the time. Pure but for the calls of board.h. */
+ * The board leaves bus-off at most ten times per second, so that a broken board disturbs the bus
+ * for only a hundredth of the time. Pure except for the calls of board.h. */
 #ifndef MATRIG_FIRMWARE_CANWATCH_H
 #define MATRIG_FIRMWARE_CANWATCH_H
 
@@ -27,31 +28,31 @@ struct canwatch {
     enum mr_can_state state;
     enum canwatch_phase phase;
     struct board_can_errors errors;
-    bool silent;            /* the clock is not exact enough: nothing is sent, nothing is watched */
-    uint32_t passed;        /* at the last tick */
-    unsigned stalled_ticks; /* since a frame went out, or none waited */
-    unsigned rejoin_ticks;  /* until bus-off may be left again */
+    bool silent;            /* the clock is not accurate enough: nothing is sent or supervised */
+    uint32_t passed;        /* frames sent up to the last tick */
+    unsigned stalled_ticks; /* ticks since a frame was sent or none was waiting */
+    unsigned rejoin_ticks;  /* ticks until the board may leave bus-off again */
     bool rejoining;
     uint16_t outages;
-    uint32_t outage_ticks; /* of the one that goes on, or of the last */
-    uint32_t removed;      /* frames that were queued, and dropped */
+    uint32_t outage_ticks; /* length of the present or last outage */
+    uint32_t removed;      /* queued frames that were dropped */
     struct mr_can_drops drops;
 };
 
-/* The report of a tick. */
+/* Result of a tick. */
 struct canwatch_news {
-    bool changed; /* the state: on serial at once */
-    bool probe;   /* the alarm is to be left to the controller now */
-    bool back;    /* an outage is over: alarm and drops on both links */
+    bool changed; /* the state changed: report it on serial at once */
+    bool probe;   /* pass the alarm frame to the controller now */
+    bool back;    /* an outage has ended: send alarm and drops on both links */
     bool passive; /* error passive since this tick */
     bool off;     /* bus-off since this tick */
 };
 
 void canwatch_start(struct canwatch *watch, bool silent);
 struct canwatch_news canwatch_tick(struct canwatch *watch);
-/* Whether a frame may be queued now. One that may not is counted. */
+/* True if a frame may be queued now; a refused frame is counted. */
 bool canwatch_takes(struct canwatch *watch);
-/* The queue refused a frame. */
+/* Call when the queue has refused a frame. */
 void canwatch_full(struct canwatch *watch);
 struct mr_can_alarm canwatch_alarm(const struct canwatch *watch);
 

@@ -1,5 +1,5 @@
-/* The channels on the board: reads them, watches them while a landing is recorded, reports changes
- * and quality. */
+/* The channels on the board: converts their readings, supervises them while a landing is recorded,
+ * and reports changes and quality. */
 #ifndef MATRIG_FIRMWARE_CHANNELS_H
 #define MATRIG_FIRMWARE_CHANNELS_H
 
@@ -12,55 +12,59 @@
 
 struct channels {
     struct mr_watch watch;
-    uint32_t zero_block[MR_WATCHED]; /* hours of drift count from here: power on, or a later zero */
+    /* block of the last zero, or 0 for power on; the hours of drift count from here */
+    uint32_t zero_block[MR_WATCHED];
 };
 
 void channels_start(struct channels *channels);
-/* A landing is armed: its record begins with block `index`, and with it all that is known of the
- * channels. */
+/* Call when a landing is armed: its record and the supervision of the channels begin with block
+ * `index`. */
 void channels_arm(struct channels *channels, uint32_t index);
 
-/* The zeros of these channels, a bit each, were measured just before block `index`. */
+/* Call after the zeros of the channels in the bit mask `which` were measured, just before block
+ * `index`. */
 void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index);
 
-/* Reading of channel 0..MR_WATCHED-1 of a block; call for each block, channels rising. */
+/* Reading of channel 0..MR_WATCHED-1 of a block. Call for each block, with channels in rising
+ * order. */
 float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel,
                     float ratio);
 
-/* After a block's readings and its landing's step: events, and quality in turn. `moved_in`,
- * `tension_lb`: the newest readings (movement since `baseline_in`, NaN: none). */
+/* Call after a block's readings and its landing step: sends events at once and the quality of the
+ * channels in rotation. `displacement_in`, `tension_lb`: the newest readings; `baseline_in`: the
+ * baselines of movements, NaN: none. */
 void channels_tell(struct channels *channels, struct telemetry *telemetry,
                    const struct landing *landing, uint32_t index, const float *displacement_in,
                    const float *baseline_in, const float *tension_lb);
 
 /* ---- zero ---- */
 
-/* Measured zeros, and the configured ones that they replace.
+/* Measured zeros, and the configured zeros that they replace.
  *
- * A measured zero is in force at once: it is config.channel[].zero_code, so that every reader of a
- * channel uses it, and the message channel_zero, with `measured`, sends it to the host and into
- * every record. Its standard error is in force with it: config.channel[].zero_error becomes
- * ZERO_ERROR_LB or ZERO_ERROR_IN, unless the configured one is less already. It is volatile: the
- * configured one is kept here, comes back with reset, and is what a stored configuration must
- * hold. */
+ * A measured zero takes effect at once: it is written to config.channel[].zero_code, which all
+ * users of a channel read, and the message channel_zero (with `measured`) sends it to the host and
+ * into every record. config.channel[].zero_error becomes ZERO_ERROR_LB or ZERO_ERROR_IN unless the
+ * configured error is smaller. A measured zero is volatile: the configured zero is kept here,
+ * returns after a reset, and is the one in a stored configuration. */
 
-/* What a zero measured over 256 blocks leaves: noise, and the mat or band that was not quite at
- * rest. Drawn boards (tests/electronics) leave 0.03 lb and 0.0003 in of it; what the converter's
- * curve does between the zero and a reading is linearity_error. */
+/* Standard error of a zero measured over 256 blocks: noise, and residual movement of mat or band.
+ * Boards with randomly drawn tolerances (tests/electronics) give 0.03 lb and 0.0003 in. The
+ * converter's nonlinearity between the zero and a reading is part of linearity_error. */
 #define ZERO_ERROR_LB 0.1f
 #define ZERO_ERROR_IN 0.0005f
 
-/* Nothing is measured: what the configuration holds is configured. After each change of the
+/* Call after each change of the configuration: discards the measured zeros and keeps those of the
  * configuration. */
 void zero_start(void);
 /* `channel` 0 to MR_CHANNELS - 1. */
 void zero_measure(unsigned channel, float zero_code);
 bool zero_is_measured(unsigned channel);
-/* Bit per channel: measured since the last call. Its readings of before are of another zero. */
+/* One bit per channel: the zero has been measured since the last call, so earlier readings have a
+ * different zero. */
 uint32_t zero_take_changed(void);
 float zero_configured(unsigned channel);
-/* Swap the configured zeros and their errors in, and at the second call out again; used when the
- * configuration is sent. */
+/* Swaps the configured zeros and errors with the measured ones; a second call swaps them back. Used
+ * while the configuration is sent. */
 void zero_exchange(void);
 
 #endif

@@ -1,5 +1,5 @@
-/* The configuration in force: at reset what is built in, then what is stored (configstore.h);
- * constant from arming to the end of the landing. */
+/* The active configuration: at reset the built-in one, then the stored one (configstore.h). It is
+ * constant from arming to the end of a landing. */
 #ifndef MATRIG_FIRMWARE_CONFIG_H
 #define MATRIG_FIRMWARE_CONFIG_H
 
@@ -9,12 +9,12 @@
 
 extern struct mr_config config;
 
-/* Fit what is built in, which is of a board with all inputs at 3.3 V, to another: channels without
- * an input (bits as in common/block.h) are not fitted, and what the converters reach ends at the
- * supply. Before anything else. */
+/* Adapts the built-in configuration, which is for a board with all inputs and a supply of 3.3 V, to
+ * this board: channels without an input (bits as in common/block.h) become not fitted, and the
+ * range of the converters ends at the supply. Call before anything else. */
 void config_for_board(uint32_t inputs, uint32_t supply_mv);
 
-/* Bit c: channel c is fitted (common/block.h). Staircase and reference always are. */
+/* Bit c: channel c is fitted (common/block.h). Staircase and reference are always fitted. */
 uint32_t config_fitted(void);
 
 #endif

@@ -1,22 +1,22 @@
-/* The configuration, told as a round of items: channels (two messages each), switches, survey
- * segments, calibrations, parameters of the predictor. One item at a time as the schedule says; one
- * each block in a burst; all at once into the black box's record. */
+/* Sends the configuration as a round of items: channels (two messages each), switches, survey
+ * segments, calibrations, parameters of the predictor. Normally one item is sent when the schedule
+ * says so; in a burst, one per block; into the black box's record, all at once. */
 #ifndef MATRIG_FIRMWARE_CONFIGROUND_H
 #define MATRIG_FIRMWARE_CONFIGROUND_H
 
 #include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
-/* Who the board is and which configuration it has, into `sinks` (enum telemetry_sink). Where the
- * configuration is stored is of today, and not told into a record. */
+/* Sends the identity of the board and of its configuration to `sinks` (enum telemetry_sink). The
+ * storage of the configuration is not part of a record, because it may change later. */
 void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct landing *landing);
-/* Hello now, and the whole configuration from the next block on. */
+/* Sends hello now, and the whole configuration from the next block on. */
 void configround_burst(struct telemetry *telemetry, const struct landing *landing);
-/* A block, or a phase of the round without scans. `slack_in`: the survey, MR_SEGMENTS; NaN: not
- * surveyed. */
+/* Call in each block, or without scans at each phase of the round. `slack_in`: the survey,
+ * MR_SEGMENTS values; NaN: not surveyed. */
 void configround_block(struct telemetry *telemetry, const float *slack_in, uint32_t index);
-/* The whole configuration, hello and site included, into the box's record of a landing that was
- * armed. Only where there is a box. */
+/* Writes the whole configuration, including hello and site, into the black box's record of a
+ * landing that was just armed. Call only if there is a black box. */
 void configround_store(struct telemetry *telemetry, const struct landing *landing,
                        const float *slack_in);
 

@@ -1,20 +1,22 @@
-/* The configuration in force and its two copies in flash; changing it, word by word, over either
- * link.
+/* The active configuration and its two copies in flash. It can be changed word by word over both
+ * links.
  *
- *     host: config_word ...     into the staging area; config_staged tells how far it has come
- *     host: config-apply CRC    it is looked at (common/config.h), refused with a reason, or stored
- *                               and in force
- *     host: config-read WORD    the configuration in force, as config_image messages from that word
- *                               on, on the link that asked
+ *     host: config_word ...     into the staging area; config_staged reports the progress
+ *     host: config-apply CRC    it is checked (common/config.h), and refused with a reason or
+ *                               stored and made active
+ *     host: config-read WORD    the active configuration is sent as config_image messages, from
+ *                               that word on, on the link of the command
  *
- * A change goes to the copy that is not in force: erased, then written from its second word on, the
- * first word last: only with that is it one. Whenever the power goes, the copy in force is whole,
- * and after the last word both are; at start the one of the higher revision wins. A change must be
- * of the revision after the one in force, so nobody overwrites what he has not read. What is built
- * in has the highest revision of whole copies that were refused.
+ * A change is written to the inactive copy: the copy is erased and then written from its second
+ * word on. Its first word, which makes the copy valid, is written last. The active copy is
+ * therefore intact after a power failure at any time. At start, the copy with the higher revision
+ * is used. A change must have the revision after the active one, so that nobody overwrites a
+ * configuration that he has not read. The built-in configuration has the highest revision among
+ * intact copies that were refused.
  *
- * No copy, as in a new chip: what is built in (config.c) is in force, and config_state says so. A
- * copy that holds something but not a whole configuration is a fault, CONFIG. */
+ * Without a copy, as on a new chip, the built-in configuration (config.c) is active, and
+ * config_state reports this. A copy that is neither blank nor a complete configuration is the fault
+ * CONFIG. */
 #ifndef MATRIG_FIRMWARE_CONFIGSTORE_H
 #define MATRIG_FIRMWARE_CONFIGSTORE_H
 
@@ -23,44 +25,44 @@
 #include "firmware/board.h"
 #include "firmware/telemetry.h"
 
-#define CONFIGSTORE_STAGED_WORDS    16u /* told after so many */
-/* read out: 1 s takes them all, and CAN has room for the rest */
+#define CONFIGSTORE_STAGED_WORDS    16u /* words between two progress reports */
+/* words read out per block: all are sent in 1 s, which leaves room for other CAN messages */
 #define CONFIGSTORE_WORDS_PER_BLOCK 3u
 
 enum configstore_source { CONFIGSTORE_BUILT_IN, CONFIGSTORE_COPY_A, CONFIGSTORE_COPY_B };
 
 struct configstore {
-    enum configstore_source source; /* of what is in force */
-    uint8_t copy[FLASH_COPIES];     /* minus the status of mr_config_examine; CONFIGSTORE_BLANK */
-    uint32_t crc;                   /* of what is in force */
+    enum configstore_source source; /* source of the active configuration */
+    uint8_t copy[FLASH_COPIES];     /* negative status of mr_config_examine, or CONFIGSTORE_BLANK */
+    uint32_t crc;                   /* CRC of the active configuration */
 
-    uint8_t image[MR_CONFIG_IMAGE];                /* what is staged, or read out */
-    uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* bit per word of what is staged */
+    uint8_t image[MR_CONFIG_IMAGE];                /* configuration being staged or read out */
+    uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
     bool staging;
-    uint16_t tag;   /* of the words that are staged */
-    unsigned words; /* of them */
+    uint16_t tag;   /* tag of the staged words */
+    unsigned words; /* number of staged words */
     bool telling, tell_serial;
     unsigned tell_next;
 };
 
 #define CONFIGSTORE_BLANK 255u
 
-/* At start, before anything reads `config`. */
+/* Call at start, before anything reads `config`. */
 void configstore_start(struct configstore *store);
-/* A word of a new configuration; taken when `locked` is MR_CONFIG_OPEN. */
+/* Processes a word of a new configuration; it is accepted when `locked` is MR_CONFIG_OPEN. */
 void configstore_word(struct configstore *store, struct telemetry *telemetry,
                       const uint8_t *payload, size_t length, enum mr_config_locked locked);
-/* config-apply. MR_OK: `config` is another now, everything derived from it must be;
- * MR_TOO_FEW: words are missing; MR_MALFORMED, MR_VERSION, MR_CRC: no configuration,
- * another table's, damaged; MR_LIMIT: refused, config_refused says why; MR_IO: the flash failed.
- * All but MR_OK leave the old one in force. */
+/* Executes config-apply. MR_OK: `config` has changed, and everything derived from it must be
+ * updated; MR_TOO_FEW: words are missing; MR_MALFORMED: not a configuration; MR_VERSION: of a
+ * different table; MR_CRC: damaged; MR_LIMIT: refused, with the reason in config_refused; MR_IO:
+ * the flash failed. On failure the old configuration stays active. */
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
                                  uint32_t crc);
-/* config-read. MR_OK; MR_USAGE: no such word. */
+/* Executes config-read. MR_OK; MR_USAGE: no such word. */
 enum mr_status configstore_read(struct configstore *store, uint32_t word, bool by_serial);
-/* Each block: what is to be told. A landing ends the telling. */
+/* Call in each block: sends the next words being read out. A landing ends the read-out. */
 void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked);
-/* For hello. */
+/* State for the message hello. */
 struct mr_config_state configstore_state(const struct configstore *store);
 
 #endif

@@ -1,5 +1,5 @@
-/* Fault counters. Drivers and application count here; telemetry reports. May be called from
- * interrupts. */
+/* Fault counters. Drivers and application count faults here; telemetry reports them. May be called
+ * from interrupts. */
 #ifndef MATRIG_FIRMWARE_HEALTH_H
 #define MATRIG_FIRMWARE_HEALTH_H
 
@@ -9,43 +9,44 @@
 #include "common/fault.h"
 
 struct health_counter {
-    uint16_t count; /* since reset; stays at 65535 */
-    uint8_t detail; /* of the last one */
+    uint16_t count; /* faults since reset; saturates at 65535 */
+    uint8_t detail; /* detail of the last fault */
     uint8_t changed;
-    uint32_t block; /* of the last one */
+    uint32_t block; /* block of the last fault */
 };
 
-/* Count one fault. `detail` as in the fault table, else 0. */
+/* Counts one fault. `detail` as in the fault table, else 0. */
 void health_count(enum mr_fault_code fault, uint8_t detail);
-/* The block that faults counted from now on belong to. */
+/* Sets the block that is recorded with the following faults. */
 void health_set_block(uint32_t block);
 uint32_t health_block(void);
-/* Times since reset; stays at 65535. */
+/* Number of faults since reset; saturates at 65535. */
 uint16_t health_counted(enum mr_fault_code fault);
 /* Bit n: fault n has occurred since reset. */
 uint32_t health_faults(void);
-/* Copy of a counter; clears its `changed`. */
+/* Returns a copy of a counter and clears its `changed`. */
 struct health_counter health_take(enum mr_fault_code fault);
 
 /* ---- tasks ---- */
 
-/* Who has run: the parts of the main loop check in, and the watchdog is fed only while each did so
- * within its own limit (common/fault.h). A part that has nothing to do checks in when it has seen
- * that: a board without scans goes on speaking. */
+/* Supervision of the tasks: the parts of the main loop check in, and the watchdog is fed only while
+ * each part has done so within its limit (common/fault.h). A part that has nothing to do checks in
+ * too, so a board without scans keeps communicating. */
 
-#define TASKS_GOOD_TICKS 1000u /* 10 s without a late task: restarts before are no row any more */
+/* after 10 s without a late task, a restart counts as the first in a row */
+#define TASKS_GOOD_TICKS 1000u
 
-/* A task begins: if the board then hangs, this task is named. */
+/* Call at the start of a task: if the board hangs, this task is reported. */
 void tasks_begin(enum mr_task task);
-/* It has done what was to do. */
+/* Call at the end of a task. */
 void tasks_done(enum mr_task task);
-/* 10 ms have passed; from the supervision interrupt. `pc`: what was interrupted. A task that has
- * become late is counted, and noted for the time after the reset. */
+/* Call every 10 ms from the supervision interrupt. `pc`: the interrupted address. A late task is
+ * counted and recorded for the report after the reset. */
 void tasks_tick(uint32_t pc);
 bool tasks_well(void);
-/* The part that runs, or ran when the board was reset: kept through resets. 0: not known. */
+/* Task that is running, or was running at a reset (the value survives resets); 0: unknown. */
 enum mr_task tasks_current(void);
-/* Begin counting, and forget who ran before. */
+/* Starts the supervision and discards the task that ran before the reset. */
 void tasks_start(void);
 
 #endif

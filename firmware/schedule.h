@@ -1,5 +1,5 @@
-/* What runs when (schedule.def), as constants: SCHEDULE_CLOCK_PERIOD, SCHEDULE_CLOCK_PHASE, and the
- * question DUE(CLOCK, index). */
+/* The schedule (schedule.def) as constants, for example SCHEDULE_CLOCK_PERIOD and
+ * SCHEDULE_CLOCK_PHASE, and the predicate DUE(CLOCK, index). */
 #ifndef MATRIG_FIRMWARE_SCHEDULE_H
 #define MATRIG_FIRMWARE_SCHEDULE_H
 
@@ -18,15 +18,16 @@ enum schedule_constants {
     _Static_assert((phase) < (period), #NAME " is never due");
 #include "firmware/schedule.def"
 
-/* The row NAME is due in this block, or at this tick. */
+/* True if the row NAME is due in this block or tick. */
 #define DUE(NAME, index) \
     ((index) % (uint32_t)SCHEDULE_##NAME##_PERIOD == (uint32_t)SCHEDULE_##NAME##_PHASE)
-/* Blocks from this one until the row NAME is due; 0: in this one. */
+/* Blocks until the row NAME is due; 0: it is due in this block. */
 #define BLOCKS_UNTIL(NAME, index)                                              \
     (((uint32_t)SCHEDULE_##NAME##_PHASE + (uint32_t)SCHEDULE_##NAME##_PERIOD - \
       (index) % (uint32_t)SCHEDULE_##NAME##_PERIOD) %                          \
      (uint32_t)SCHEDULE_##NAME##_PERIOD)
 
-#define SCHEDULE_ROUND 1000u /* phases: every period of what goes on without scans divides it */
+/* phases of the round without scans; a multiple of each period in it */
+#define SCHEDULE_ROUND 1000u
 
 #endif

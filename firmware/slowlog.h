@@ -1,7 +1,7 @@
-/* The slow log: a row a minute of mat temperature and mean band tensions, so that the campaign
- * shows how bands pull back overnight as the mats cool. A row is made at each full minute of the
- * block index while no landing is going on, of the means of its last four seconds, and sent in six
- * messages, one a block. matrig log stores it; the board keeps nothing. */
+/* The slow log: one row per minute of mat temperature and mean band tensions, which shows how the
+ * tension of the bands changes overnight as the mats cool. A row is made at each full minute of the
+ * block index while no landing is in progress. It contains the means of the last four seconds and
+ * is sent in six messages, one per block. matrig log stores the rows; the board does not. */
 #ifndef MATRIG_FIRMWARE_SLOWLOG_H
 #define MATRIG_FIRMWARE_SLOWLOG_H
 
@@ -9,24 +9,25 @@
 #include "firmware/telemetry.h"
 
 #define SLOWLOG_MEAN_BLOCKS 4096u
-#define SLOWLOG_PER_MESSAGE 3u /* tensions */
+#define SLOWLOG_PER_MESSAGE 3u /* tensions per message */
 
-/* Zero is the beginning. */
+/* Initialise with zeros. */
 struct slowlog {
     bool begun;
     uint32_t due;
     unsigned blocks;
     float sum[MR_GAGES];
     uint16_t count[MR_GAGES];
-    float tension_lb[MR_GAGES]; /* of the newest row; NaN: missing */
+    float tension_lb[MR_GAGES]; /* tensions of the newest row; NaN: missing */
     uint8_t row;
-    unsigned unsent; /* gages */
+    unsigned unsent; /* gages not yet sent */
 };
 
-/* One block. `tension_lb`: MR_GAGES, NaN: missing; `quiet`: no landing is going on. */
+/* Call in each block. `tension_lb`: MR_GAGES values, NaN: missing; `quiet`: no landing is in
+ * progress. */
 void slowlog_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
                    const float *tension_lb, float temperature_c, bool quiet);
-/* The zero or the configuration is another one: no mean goes over both. */
+/* Call when a zero or the configuration has changed: restarts the means. */
 void slowlog_forget(struct slowlog *log);
 
 #endif

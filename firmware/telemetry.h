@@ -1,10 +1,10 @@
-/* Telemetry: where messages go. Each names its sinks; a sink that is full drops the message and
- * counts it, so telemetry never delays acquisition.
+/* Telemetry sends messages to their sinks. Each call names the sinks. A full sink drops the message
+ * and counts it, so telemetry never delays acquisition. The messages are built in these files:
  *
- *     firmware/landinglink.h   what a landing needs, as it happens
- *     firmware/landinglink.h       clock, health, faults, state: by the schedule
- *     firmware/configround.h   the configuration, an item at a time
- *     and boxlink, healthlink, predict, bandwatch, calibrate ... for what is theirs */
+ *     firmware/landinglink.h   data of a landing as they occur; regular messages (clock, health,
+ *                              faults, state)
+ *     firmware/configround.h   the configuration, one item at a time
+ *     boxlink, healthlink, predict, bandwatch, calibrate and others: their own messages */
 #ifndef MATRIG_FIRMWARE_TELEMETRY_H
 #define MATRIG_FIRMWARE_TELEMETRY_H
 
@@ -16,14 +16,14 @@
 #include "firmware/board.h"
 #include "firmware/canwatch.h"
 
-/* Sinks, as bits. */
+/* Sinks, as a bit mask. */
 enum telemetry_sink {
     TO_CAN = 1,
     TO_SERIAL = 2,
     TO_LINKS = TO_CAN | TO_SERIAL,
-    TO_NOTES = 4,                    /* the notes of the black box's record, while one is open */
-    TO_RECORD = TO_LINKS | TO_NOTES, /* a message that a landing's record needs */
-    /* the configuration of the black box's record of a landing that was just armed */
+    TO_NOTES = 4,                    /* notes of the black box's record while it is open */
+    TO_RECORD = TO_LINKS | TO_NOTES, /* a message needed in the record of a landing */
+    /* configuration part of the black box's record of a landing that was just armed */
     TO_CONFIGURATION = 8,
 };
 
@@ -35,42 +35,44 @@ struct telemetry {
 
     uint16_t serial_seq;
     struct canwatch can;
-    uint32_t can_sent; /* queued; of them errors.removed were dropped later */
+    uint32_t can_sent; /* queued frames, including errors.removed, which were dropped later */
     uint32_t serial_sent;
     uint16_t serial_dropped;
     uint16_t serial_bad;
     uint16_t blocks_lost;
 
-    unsigned refusals;           /* of telemetry_may_burst, since nothing waited */
-    uint32_t said[2][MR_PLACES]; /* by link, CAN and serial: times a message was meant for it */
-    unsigned count_place;        /* whose count is sent next */
+    unsigned refusals; /* refusals by telemetry_may_burst since no frame was waiting */
+    /* by link (CAN, serial) and message: number of messages sent to the link */
+    uint32_t said[2][MR_PLACES];
+    unsigned count_place; /* index of the message whose count is sent next */
 
     struct {
-        unsigned item;    /* next to go out */
-        bool bursting;    /* one item per block, up to the last */
-    } round;              /* of configround.h */
+        unsigned item;    /* next item to be sent */
+        bool bursting;    /* one item is sent per block, up to the last item */
+    } round;              /* used by configround.h */
     struct blackbox *box; /* keeps what a landing's record needs */
 };
 
-enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* places in `said`, one for each link */
+enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* indices of the links in `said` */
 
-/* `box` is kept. */
+/* The pointer `box` is kept. */
 void telemetry_start(struct telemetry *telemetry, struct blackbox *box);
 void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
                     const uint8_t *payload, size_t length);
-/* On CAN, whatever its state. */
+/* Sends on CAN in any state of the link. */
 bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
                      size_t length);
-/* Messages sent in turn pause while more frames than these wait for the bus, which another board
- * may fill; readings need the rest of the queue. A bus that stays full does not hold them: after so
- * many refusals, about a second, serial must have them, whatever CAN drops. */
+/* Messages of a round or burst pause while more than TELEMETRY_BURST_WAITING frames are waiting for
+ * the bus, which other boards may fill; the readings need the rest of the queue. After
+ * TELEMETRY_REFUSALS_MOST refusals, about a second, they are sent in spite of a full bus: serial
+ * must receive them, and CAN may drop them. */
 #define TELEMETRY_BURST_WAITING 64u
 #define TELEMETRY_REFUSALS_MOST 1500u
 bool telemetry_may_burst(struct telemetry *telemetry);
-/* There is a black box, so that TO_CONFIGURATION leads somewhere. */
+/* True if there is a black box, which TO_CONFIGURATION requires. */
 bool telemetry_has_box(const struct telemetry *telemetry);
 
-/* Send a message of the catalogue that is there: TELL_THIS(telemetry, TO_RECORD, edge, EDGE,
+/* Sends an existing message of the catalogue: TELL_THIS(telemetry, TO_RECORD, edge, EDGE,
  * &edge). */
 #define TELL_THIS(telemetry, sinks, name, NAME, message)         \
     do {                                                         \
@@ -79,7 +81,8 @@ bool telemetry_has_box(const struct telemetry *telemetry);
                        mr_##name##_put(message, payload_));      \
     } while (0)
 
-/* Build one on the spot and send it: TELL(telemetry, TO_RECORD, mark, MARK, .number = 1). */
+/* Builds a message from its fields and sends it: TELL(telemetry, TO_RECORD, mark, MARK, .number =
+ * 1). */
 #define TELL(telemetry, sinks, name, NAME, ...)             \
     do {                                                    \
         const struct mr_##name message_ = {__VA_ARGS__};    \
@@ -88,16 +91,16 @@ bool telemetry_has_box(const struct telemetry *telemetry);
 
 /* ---- timesync ---- */
 
-/* Time sync over CAN, in two steps: once a second a sync frame, and 10 ms later the board's time at
- * which that frame had left. However long the frame waited for the bus, a receiver that noted its
- * arrival has a pair of times. */
+/* Time synchronisation over CAN in two steps: once per second a sync frame, and 10 ms later the
+ * board time at which that frame was sent. A receiver that recorded the arrival of the frame then
+ * has a pair of times, however long the frame waited for the bus. */
 
 struct timesync {
-    bool due;       /* sync_at is still to follow */
-    uint32_t block; /* of the sync frame */
+    bool due;       /* sync_at has not been sent yet */
+    uint32_t block; /* block of the sync frame */
 };
 
-/* Each block, before any other message of the block: the queue is at its shortest. */
+/* Call in each block before any other message, when the queue is shortest. */
 void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index,
                     uint32_t tick);
 

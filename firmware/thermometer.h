@@ -1,10 +1,10 @@
-/* Mat temperature from a TMP112 (data sheet SBOS473) at address 0x48: one conversion a second,
- * begun by command ("one-shot"), so that each reading is this second's and the chip does not warm
- * itself.
+/* Mat temperature from a TMP112 (data sheet SBOS473) at address 0x48. One conversion per second is
+ * started by command ("one-shot"), so that each reading is current and self-heating of the chip is
+ * small.
  *
- * Every step is taken on a block; a reading takes some 80 of them, whatever is wrong 250 at most.
- * What fails is counted (MR_FAULT_THERMOMETER) and tried again in the next second. Not fitted
- * (site.thermometer 0): the bus has no clock and no pins. */
+ * One step is executed per block; a reading takes about 80 blocks, at most 250 with any fault. A
+ * failure is counted (MR_FAULT_THERMOMETER), and the reading is tried again in the next second. If
+ * the thermometer is not fitted (site.thermometer 0), the bus has no clock and no pins. */
 #ifndef MATRIG_FIRMWARE_THERMOMETER_H
 #define MATRIG_FIRMWARE_THERMOMETER_H
 
@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 #define THERMOMETER_ADDRESS    0x48u
-#define THERMOMETER_CONVERSION 40u /* blocks; 35 ms at most */
+#define THERMOMETER_CONVERSION 40u /* blocks; a conversion takes at most 35 ms */
 
 enum thermometer_fault {
     THERMOMETER_NO_ANSWER = 1,
@@ -22,20 +22,20 @@ enum thermometer_fault {
 
 struct thermometer {
     bool on;        /* the bus has been started */
-    bool shut_down; /* the chip converts only when asked */
+    bool shut_down; /* the chip is in shutdown mode and converts only by command */
     unsigned step;
     uint32_t since; /* block in which the step began */
     uint8_t out[3], in[2];
-    float temperature_c; /* of this second; NaN: none */
-    float error_c;       /* its standard error; NaN likewise */
-    float last_c;        /* of the newest reading sent, or NaN: of this second or the last */
+    float temperature_c; /* reading of this second; NaN: none */
+    float error_c;       /* standard error of the reading; NaN: none */
+    float last_c;        /* newest reading sent, of this or the previous second; NaN: none */
 };
 
 void thermometer_start(struct thermometer *thermometer);
-/* A block. Returns true once a second, when the reading is to be sent. */
+/* Call in each block. Returns true once per second, when the reading is to be sent. */
 bool thermometer_block(struct thermometer *thermometer, uint32_t index, bool fitted);
-/* Degrees of the temperature register, the upper byte first: 12 bits, two's complement,
- * left-justified, 0.0625 C each. */
+/* Temperature in C from the temperature register, upper byte first: 12 bits, two's complement,
+ * left-justified, 0.0625 C per count. */
 float thermometer_celsius(const uint8_t bytes[2]);
 
 #endif

@@ -1,4 +1,5 @@
-/* The rows of all boards as tables, for pages and tests. Nothing of it is in an image. */
+/* The rows of all boards as tables, for generated pages and tests. Firmware images do not contain
+ * them. */
 #ifndef MATRIG_FIRMWARE_BOARDS_TABLES_H
 #define MATRIG_FIRMWARE_BOARDS_TABLES_H
 
@@ -16,8 +17,8 @@ struct board_row {
     enum board_row_kind kind;
     char port; /* a letter */
     unsigned pin;
-    const char *use;    /* "ADC3_IN9", "TIM4_CH1"; "": any pin can do it */
-    unsigned number;    /* of an alternate function; first level of an output */
+    const char *use;    /* "ADC3_IN9", "TIM4_CH1"; "": no special function of a pin is needed */
+    unsigned number;    /* number of the alternate function, or initial level of an output */
     const char *pull;   /* "NONE", "UP" */
     const char *signal; /* "TRANSDUCER_1" */
     const char *text;
@@ -31,7 +32,7 @@ struct board_fact {
 
 struct board_region { /* common/memory.def */
     const char *name;
-    unsigned long start, bytes; /* no bytes: this chip has none of it */
+    unsigned long start, bytes; /* 0 bytes: the chip does not have this region */
     const char *text;
 };
 
@@ -44,11 +45,11 @@ struct board_table {
     size_t regions;
 };
 
-/* By common/boards.def; NULL: there is none. Static storage. */
+/* Table of a board by its number in common/boards.def, or NULL. Static storage. */
 const struct board_table *board_table_of(unsigned number);
-/* Of this name; aborts when there is none. */
+/* Region with this name; aborts if there is none. */
 const struct board_region *board_region_of(const struct board_table *table, const char *name);
-/* Value of a fact; aborts when the board has none of that name. */
+/* Value of the fact with this name; aborts if there is none. */
 long board_fact_of(const struct board_table *table, const char *name);
 
 #endif

@@ -1,12 +1,13 @@
-/* Lines of text, 8N1 at SAY_BAUD:
+/* Output of text lines on serial, 8N1 at SAY_BAUD:
  *
  *     begin SECTION FORMAT
- *     NAME VALUE UNIT            value: a number, 0x and hexadecimal digits, a word, or none
+ *     NAME VALUE UNIT            value: a number, 0x and hexadecimal digits, a word, or "none"
  *     ...
  *     end SECTION LINES CRC      lines in between; CRC-32 (common/crc32.h), eight hexadecimal
  *                                digits, of all bytes from `begin` to the newline before `end`
  *
- * so that a reader sees what is cut off or damaged. Lines and CRC go on through a reset. */
+ * The line count and the CRC let a reader detect truncated or damaged sections. Both continue
+ * through a reset. */
 #ifndef MATRIG_FIRMWARE_BRINGUP_SAY_H
 #define MATRIG_FIRMWARE_BRINGUP_SAY_H
 
@@ -22,24 +23,24 @@ void say_begin(const char *section);
 void say_end(void);
 
 void say_number(const char *name, int32_t value, const char *unit);
-/* A thousandth is the least digit: 2013 is printed as 2.013. */
+/* Prints a value given in thousandths: 2013 is printed as 2.013. */
 void say_milli(const char *name, int32_t thousandths, const char *unit);
 void say_hex(const char *name, uint32_t value, const char *unit);
 void say_word(const char *name, const char *word, const char *unit);
-/* The same with a name of two parts; upper case is printed in lower case. */
+/* As say_milli, with a name in two parts; upper case is printed in lower case. */
 void say_milli_of(const char *what, const char *whose, int32_t thousandths, const char *unit);
-/* `name` has no value: the part is absent, or did not answer. */
+/* Prints that `name` has no value because the part is absent or did not respond. */
 void say_none(const char *name, const char *unit);
 
-/* A line for people, outside sections. */
+/* Prints a line for people, outside sections. */
 void say_text(const char *text);
-/* Until all has left; bounded. */
+/* Waits until all output has been sent; the wait is bounded. */
 void say_flush(void);
 
 /* ---- pace ---- */
 
-/* Time by the core's cycle counter, which goes as long as the core does: bounds of all waits here.
- * It wraps after 25 s at 168 MHz. PM0214 has no DWT; ARMv7-M C1.8. */
+/* Time from the core's cycle counter, which runs whenever the core runs. It bounds all waits here
+ * and wraps after 25 s at 168 MHz. PM0214 does not describe the DWT; see ARMv7-M C1.8. */
 
 #define PACE_MHZ 168u
 
@@ -53,7 +54,7 @@ static inline uint32_t pace_cycles(uint32_t begun)
 {
     return DWT_CYCCNT - begun;
 }
-/* So many microseconds have passed, 20 s at most. Feeds the watchdog. */
+/* True once `us` microseconds (at most 20 s) have passed since `begun`. Feeds the watchdog. */
 bool pace_passed(uint32_t begun, uint32_t us);
 void pace_wait(uint32_t us);
 

@@ -1,4 +1,5 @@
-/* Facts of the board, as firmware/boards/pins.def has them, and what of the registers follows. */
+/* Facts of the board from firmware/boards/pins.def, and the register values that follow from
+ * them. */
 #ifndef MATRIG_FIRMWARE_F407_FACTS_H
 #define MATRIG_FIRMWARE_F407_FACTS_H
 
@@ -11,7 +12,7 @@ enum {
 #include "firmware/boards/pins.def"
 };
 
-/* Inputs of all channels, in the order of common/block.h; `converter` 0: the board has none. */
+/* Numbers of all channels, in the order of common/block.h. */
 enum board_channel {
 #define CHANNEL(n) BOARD_TRANSDUCER_##n
     CHANNEL(1),

@@ -1,4 +1,4 @@
-/* Pins by what they are for, as firmware/boards/pins.def has them. */
+/* Pins by signal, from firmware/boards/pins.def. */
 #ifndef MATRIG_FIRMWARE_F407_PINS_H
 #define MATRIG_FIRMWARE_F407_PINS_H
 
@@ -19,7 +19,7 @@ struct pin_place {
     uint8_t pin;
 };
 
-/* A constant where `signal` is one. */
+/* Compiles to a constant if `signal` is constant. */
 static inline struct pin_place pin_place(enum pin_signal signal)
 {
     static const struct pin_place places[PINS] = {
@@ -41,9 +41,10 @@ static inline bool pin_read(enum pin_signal signal)
     return place.port->IDR >> place.pin & 1u;
 }
 
-/* Clocks of ports and peripherals; functions, pulls and first levels of all pins. */
+/* Sets the clocks of ports and peripherals, and the functions, pulls and initial levels of all
+ * pins. */
 void pins_start(void);
-/* The thermometer's two pins: unused (inputs), I2C1's, or open-drain outputs that clock a stuck
+/* Mode of the thermometer's two pins: inputs (unused), I2C1, or open-drain outputs to clock a stuck
  * bus. */
 enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
 void pins_i2c(enum pins_i2c way);

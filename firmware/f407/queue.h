@@ -1,7 +1,8 @@
-/* How far a ring between an interrupt and the main loop is filled: one side alone puts, the other
- * alone takes. Counts of all that was ever put and taken; an entry is at its count modulo the size,
- * a power of two. The fences keep an entry's own loads and stores on their side of the count that
- * gives it away: of the compiler alone, for both sides are the one core. */
+/* Fill level of a ring buffer between an interrupt and the main loop: only one side puts entries,
+ * and only the other side takes them. `put` and `taken` count all entries since the start; an entry
+ * is at its count modulo the size, which is a power of two. The fences prevent the loads and stores
+ * of an entry from moving across the update of the count that hands the entry over. A compiler
+ * fence is sufficient, because both sides run on one core. */
 #ifndef MATRIG_FIRMWARE_F407_QUEUE_H
 #define MATRIG_FIRMWARE_F407_QUEUE_H
 

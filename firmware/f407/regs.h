@@ -1,5 +1,5 @@
-/* Registers of the STM32F407 that the firmware uses, from RM0090 (peripherals) and PM0214 (core).
- * Only what is used. */
+/* Registers of the STM32F407 that the firmware uses, from RM0090 (peripherals) and PM0214
+ * (core). */
 #ifndef MATRIG_FIRMWARE_F407_REGS_H
 #define MATRIG_FIRMWARE_F407_REGS_H
 
@@ -25,7 +25,7 @@ struct rcc_regs {
 #define RCC_CR_PLLRDY        (1u << 25)
 #define RCC_CIR_CSSF         (1u << 7)
 #define RCC_PLLCFGR_SRC_HSE  (1u << 22)
-#define RCC_PLLCFGR_RESERVED (2u << 28) /* its reset value, to be kept */
+#define RCC_PLLCFGR_RESERVED (2u << 28) /* reset value, must be kept */
 #define RCC_CFGR_SW_MASK     3u
 #define RCC_CFGR_SW_PLL      2u
 #define RCC_CFGR_SWS_MASK    (3u << 2)
@@ -77,7 +77,7 @@ struct rcc_regs {
 #define PWR_CR            (*(reg32 *)0x40007000u)
 #define PWR_CR_VOS        (1u << 14)
 
-/* RM0090 9.2.1: what is at address 0 */
+/* RM0090 9.2.1: selects the memory at address 0 */
 #define SYSCFG_MEMRMP            (*(reg32 *)0x40013800u)
 #define SYSCFG_MEMRMP_MEM_MODE_0 1u
 
@@ -265,7 +265,7 @@ struct iwdg_regs {
 
 /* RM0090 38.6.1: device and revision */
 #define DBGMCU_IDCODE                (*(reg32 *)0xe0042000u)
-/* RM0090 38.16: which clocks stop with the core while a debugger halts it */
+/* RM0090 38.16: clocks that stop while a debugger halts the core */
 #define DBGMCU_APB1_FZ               (*(reg32 *)0xe0042008u)
 #define DBGMCU_APB1_FZ_DBG_TIM2_STOP (1u << 0)
 #define DBGMCU_APB1_FZ_DBG_TIM4_STOP (1u << 2)
@@ -310,9 +310,9 @@ enum irq_number {
     IRQ_DMA2_STREAM7 = 70,
 };
 
-/* Priorities, 0 (most urgent) to 15. A scan block must be looked at within 36 us (scan.c) and
- * summed before its half of the buffer is written again (1 ms); a mailbox stays idle until the next
- * frame is put into it. */
+/* Priorities, 0 (most urgent) to 15. A scan block must be checked within 36 us (scan.c) and summed
+ * before its half of the buffer is overwritten (1 ms). A CAN mailbox stays idle until its interrupt
+ * fills it with the next frame. */
 enum irq_priority {
     PRIORITY_SCAN = 2,
     PRIORITY_CAN = 4,
@@ -326,7 +326,7 @@ static inline void irq_enable(enum irq_number irq, enum irq_priority priority)
     NVIC_ISER[irq / 32] = 1u << (irq % 32);
 }
 
-/* Masks all interrupts; give the result to irq_restore. */
+/* Masks all interrupts and returns the state for irq_restore. */
 static inline uint32_t irq_mask(void)
 {
     uint32_t primask;
@@ -339,15 +339,15 @@ static inline void irq_restore(uint32_t primask)
     __asm volatile("msr primask, %0" ::"r"(primask) : "memory");
 }
 
-/* Ends each interrupt: a flag that was cleared just before must be clear at the peripheral, or the
- * interrupt comes again. */
+/* Must end each interrupt handler: a flag that was just cleared must be clear at the peripheral, or
+ * the interrupt occurs again. */
 static inline void irq_end(void)
 {
     __asm volatile("dsb" ::: "memory");
 }
 
-/* Between a store and the register write that hands it to an interrupt or DMA: neither the compiler
- * nor the bus moves loads and stores past it. */
+/* Use between a store and the register write that hands the data to an interrupt or DMA: neither
+ * the compiler nor the bus moves loads and stores past the fence. */
 static inline void memory_fence(void)
 {
     __asm volatile("dmb" ::: "memory");
@@ -360,14 +360,14 @@ static inline unsigned dma_flag_shift(unsigned stream)
     return shift[stream % 4];
 }
 
-/* What the buffer holds is there before the stream reads it. */
+/* Starts a stream after the fence, so that the content of its buffer is in memory first. */
 static inline void dma_stream_start(struct dma_stream_regs *stream, uint32_t settings)
 {
     memory_fence();
     stream->CR = settings | DMA_CR_EN;
 }
 
-/* Waits for the transfer under way, and clears the flags. RM0090 10.3.17 */
+/* Stops a stream: waits for the transfer in progress and clears the flags (RM0090 10.3.17). */
 static inline void dma_stream_stop(struct dma_regs *dma, unsigned number)
 {
     dma->stream[number].CR = 0;

@@ -1,4 +1,4 @@
-/* What the image uses of <math.h>; libc.c has sqrt. */
+/* The part of <math.h> that the image uses; sqrt is in libc.c. */
 #ifndef MATRIG_FIRMWARE_LIBC_MATH_H
 #define MATRIG_FIRMWARE_LIBC_MATH_H
 
@@ -9,7 +9,7 @@
 #define fabs(x)     __builtin_fabs(x)
 #define fabsf(x)    __builtin_fabsf(x)
 
-/* Rounded to nearest, as IEEE 754 demands: the same bits as on any host. */
+/* Rounded to nearest, as IEEE 754 requires: the result has the same bits as on any host. */
 double sqrt(double x);
 
 #endif

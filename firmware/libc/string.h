@@ -1,4 +1,4 @@
-/* What the image uses of <string.h>; libc.c has the functions. */
+/* The part of <string.h> that the image uses; the functions are in libc.c. */
 #ifndef MATRIG_FIRMWARE_LIBC_STRING_H
 #define MATRIG_FIRMWARE_LIBC_STRING_H
 
