@@ -6,20 +6,20 @@
  *     hil_board_attach_rig(board, &run);             (optional; see hil/rig/runfile.h)
  *     hil_board_run_until(board, 10 * HIL_SECOND_PS);
  *
- * Time. Virtual time counts HCLK cycles; an instruction takes one (or options.cpi), exception entry
- * 12, return 10. That is an approximation (wait states, flash cache misses, divides and multiple
- * loads are not modelled; hardware differs by up to a factor of two in CPU time), so figures from
- * here are instruction counts, not cycle counts. Peripherals are exact in their own clocks. Events
- * and interrupts are seen at the next basic block of the firmware, a handful of instructions late
- * at most.
+ * Time: virtual time counts HCLK cycles. An instruction takes one cycle (or options.cpi), an
+ * exception entry 12, an exception return 10. This is an approximation: wait states, flash cache
+ * misses, divides and multiple loads are not modelled, and CPU time on hardware differs by up to a
+ * factor of two. Figures from the emulator are therefore instruction counts, not cycle counts.
+ * Peripherals are exact in their own clocks. Events and interrupts take effect at the next basic
+ * block of the firmware, at most a few instructions late.
  *
- * Errors. Functions that can fail return an enum mr_status and leave one line in
- * hil_board_reason(). After a failed hil_board_run_until the board stays where it is: MR_UNMODELLED
- * (an access or a setting that the emulator does not model; with address, size and PC) or MR_HALTED
- * (lockup, or something that hardware would not survive).
+ * Errors: functions that can fail return an enum mr_status and set a line of text for
+ * hil_board_reason(). When hil_board_run_until fails, the board stops at the cause: MR_UNMODELLED
+ * (an access or a setting that the emulator does not model; the text has address, size and PC) or
+ * MR_HALTED (lockup, or a setting that would damage hardware or make it fail).
  *
- * Two boards share nothing; one board belongs to one thread. Same ELF, options, run file and
- * injected input: same bytes. */
+ * Two boards share no state; use each board in one thread only. The same ELF, options, run file and
+ * injected input give the same output, byte for byte. */
 #ifndef MATRIG_HIL_BOARD_H
 #define MATRIG_HIL_BOARD_H
 
@@ -40,10 +40,10 @@
 #include "hil/rig/replay.h"
 #include "hil/rig/rig.h"
 
-/* `core.state`, `state`, the memories and the core's registers are the whole machine, without
- * pointers: a snapshot is a copy of them. What a board is connected to (callbacks, rig, onlookers)
- * is no part of a snapshot. A program uses the calls below and a part knows its neighbours by their
- * own headers; hil/debug/ and tests look inside. */
+/* `core.state`, `state`, the memories and the core's registers are the complete state of the
+ * machine and contain no pointers: a snapshot is a copy of them. Connections of a board (callbacks,
+ * rig, onlookers) are not part of a snapshot. Programs use only the functions of this header, and
+ * the parts use the headers of their neighbours; hil/debug/ and tests access the members. */
 struct hil_state {
     struct hil_mcu_state mcu;
     struct hil_w25q w25q;
@@ -61,7 +61,8 @@ struct hil_state {
 /* The memories of a board, chip and NOR. */
 struct hil_memories {
     struct hil_memory own;
-    uint8_t nor[HIL_NOR_SIZE]; /* inverted, see hil/chips/w25q.h; last, and mostly never touched */
+    /* inverted, see hil/chips/w25q.h; last member, because most of it is never used */
+    uint8_t nor[HIL_NOR_SIZE];
 };
 
 struct hil_board {
@@ -70,7 +71,7 @@ struct hil_board {
     struct hil_state state;
     struct hil_memories *memories; /* page-aligned */
     struct hil_options options;
-    struct hil_electronics electronics; /* constant once the board is made */
+    struct hil_electronics electronics; /* constant after the board has been created */
     struct hil_w25q_device w25q;
     struct hil_tmp112_device tmp112;
     struct hil_rig_device rig;
@@ -80,74 +81,78 @@ struct hil_board {
     struct hil_lines_device lines;
     struct hil_faults_device faults;
     struct hil_supply_device supply;
-    char elf[1024];            /* the image's path, "": none */
-    struct mr_symbols symbols; /* of it, read when a name is first asked for */
+    char elf[1024];            /* path of the image; "": none */
+    struct mr_symbols symbols; /* symbols of the image, read at the first look-up of a name */
 };
 
-/* Power on, with erased flash. Aborts on lack of memory. Destroy frees it; NULL is allowed. */
+/* Creates a board at power on, with erased flash. Aborts on lack of memory. hil_board_destroy frees
+ * it; NULL is allowed. */
 struct hil_board *hil_board_create(const struct hil_options *options);
 void hil_board_destroy(struct hil_board *board);
 void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks);
 
-/* Put an ELF's segments into memory and reset the chip. MR_IO; MR_MALFORMED, MR_TRUNCATED;
- * MR_VERSION: for another chip. */
+/* Copies the segments of an ELF file into memory and resets the chip. MR_IO; MR_MALFORMED or
+ * MR_TRUNCATED: not a valid file; MR_VERSION: for a different chip. */
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path);
 
-/* Connect a rig; `run` is not copied and must outlive the board. Its time 0 is the board's power
- * on. */
+/* Connects a rig. `run` is not copied and must outlive the board. Time 0 of the run is the board's
+ * power on. */
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run);
 
-/* Connect a replay in place of a rig; it is not copied and must outlive the board. Before the first
- * run. */
+/* Connects a replay in place of a rig. `replay` is not copied and must outlive the board. Call
+ * before the first run. */
 void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay);
 
-/* Run until virtual time t_ps (since power on). MR_OK there; MR_UNMODELLED, MR_HALTED. Where the
- * calls cut time into pieces has no influence on what the board does. */
+/* Runs until virtual time t_ps (since power on). MR_OK when reached; MR_UNMODELLED, MR_HALTED. The
+ * division of the time into calls has no influence on the board. */
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps);
 const char *hil_board_reason(const struct hil_board *board);
 
 uint64_t hil_board_now_ps(const struct hil_board *board);
 
-/* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
+/* Level of a pin; port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
 
 const struct hil_counters *hil_board_counters(const struct hil_board *board);
 
-/* Bytes of the board's memory, for tests and benches. MR_UNKNOWN when the range is not in one
- * memory. */
+/* Read and write the board's memory, for tests and benchmarks. MR_UNKNOWN: the range is not within
+ * one memory. */
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes,
                               size_t n);
 
-/* Board type of an image, from the content of a file; a file without header, or unreadable, leaves
- * `type` unchanged, and its loader reports why. Either may be NULL; the ELF has precedence.
- * MR_VERSION: for a board that is not modelled; `error` says which. */
+/* Determines the board type of an image from an ELF or flash file; the ELF has precedence, and
+ * either path may be NULL. A file that is unreadable or without a header leaves `type` unchanged;
+ * loading it then reports the reason. MR_OK; MR_VERSION: for a board that is not modelled, which
+ * `error` names. */
 enum mr_status hil_which_files(const char *elf, const char *flash,
                                const struct hil_board_type **type, char *error, size_t size);
 
-/* Flash and NOR contents of a board as files, so that they outlast the program.
+/* Flash and NOR contents of a board as files, which keep them between runs of the program.
  *
- * A flash file is the 1 MiB from 0x08000000, shorter ones are erased above; when the option bytes
- * are not factory new, their 16 bytes (as at 0x1FFFC000) follow. A NOR file is 16 MiB, likewise.
+ * A flash file is the 1 MiB from 0x08000000; the rest of a shorter file counts as erased. If the
+ * option bytes differ from their factory values, their 16 bytes (as at 0x1FFFC000) follow. A NOR
+ * file is 16 MiB; the rest of a shorter file counts as erased.
  *
- * Load; a file that is not there leaves the memory as it is. Flash: the chip is reset, as at power
- * on. MR_IO; MR_MALFORMED: not such a file; MR_VERSION: for another board. hil_board_reason says
- * why. MR_HALTED: nothing in it to run. */
+ * Load a file; a missing file leaves the memory unchanged. Loading flash resets the chip as at
+ * power on. MR_IO; MR_MALFORMED: not such a file; MR_VERSION: for a different board; MR_HALTED: the
+ * flash contains no program. hil_board_reason has the text. */
 enum mr_status hil_board_load_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_load_nor(struct hil_board *board, const char *path);
-/* Write, by way of a file beside it, so that a failure leaves the old one. MR_IO. */
+/* Write a file. The data are first written to a temporary file in the same folder, so the old file
+ * remains after a failure. MR_OK, MR_IO. */
 enum mr_status hil_board_save_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
-/* Load an ELF as a flasher would: sectors that it has nothing in keep their content. As
- * hil_board_load_elf. */
+/* As hil_board_load_elf, but like a flash programmer: sectors that the ELF does not use keep their
+ * content. */
 enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path);
 
-/* Is it a file that nothing here overwrites: a campaign (SQLite) or a program (ELF)? */
+/* True for a file that must not be overwritten: a campaign (SQLite) or a program (ELF). */
 bool hil_is_precious(const char *path);
 
-/* Reset the chip now, as a debugger asks. */
+/* Resets the chip now, for a debugger. */
 void hil_board_reset(struct hil_board *board);
-/* Draw or compute the electronics of the options, and give the converters theirs. */
+/* Draws or computes the electronics from the options and sets the errors of the converters. */
 void hil_board_fit_electronics(struct hil_board *board);
 
 #endif

@@ -1,15 +1,17 @@
-/* TMP112 digital thermometer (data sheet SBOS473) at address 0x48 (ADD0 at ground), a slave of I2C
- * (hil/periph/i2c.h): the mat's.
+/* TMP112 digital thermometer of the mat (data sheet SBOS473), an I2C slave (hil/periph/i2c.h) at
+ * address 0x48 (ADD0 at ground).
  *
- * Registers by the pointer's two low bits: 0 temperature (read only), 1 configuration, 2 low limit,
- * 3 high limit; two bytes, the upper one first. Temperature: 12 bits (EM: 13), two's complement,
- * left-justified, 0.0625 C a count; 0 after power-up until the first conversion is over.
- * Configuration: OS R1 R0 F1 F0 POL TM SD | CR1 CR0 AL EM 0 0 0 0, 0x60a0 at power-up: converting
- * four times a second. SD stops that; OS written as 1 while SD is set makes one conversion (26 ms,
- * at most 35), OS reads 0 meanwhile and 1 behind it. Not modelled: the alert pin and what the
- * limits do, general call, high-speed mode, the 30 ms timeout of the bus.
+ * The two low bits of the pointer select a register: 0 temperature (read only), 1 configuration, 2
+ * low limit, 3 high limit. Registers have two bytes, upper byte first. Temperature: 12 bits (13
+ * with EM), two's complement, left-justified, 0.0625 C per count; 0 from power-up to the end of the
+ * first conversion. Configuration: OS R1 R0 F1 F0 POL TM SD | CR1 CR0 AL EM 0 0 0 0, 0x60a0 at
+ * power-up, with four conversions per second. SD stops the conversions. Writing OS as 1 while SD is
+ * set starts a single conversion (26 ms, at most 35 ms); OS reads 0 during this conversion and 1
+ * after it. Not modelled: the alert pin and the effect of the limits, general call, high-speed
+ * mode, the 30 ms timeout of the bus.
  *
- * Its truth is hil_options.temperature_c + temperature_c_per_h; NaN: none is fitted. */
+ * The true temperature is hil_options.temperature_c, rising by temperature_c_per_h; NaN: no
+ * thermometer is fitted. */
 #ifndef MATRIG_HIL_TMP112_H
 #define MATRIG_HIL_TMP112_H
 
@@ -25,18 +27,18 @@ struct hil_options;
 
 struct hil_tmp112 {
     uint8_t pointer;
-    uint8_t config[2]; /* as written, OS apart */
+    uint8_t config[2]; /* as written, except OS */
     uint8_t limit[2][2];
-    int32_t code;      /* of the last conversion, 0.0625 C */
-    bool done;         /* a conversion that OS asked for is over */
-    uint64_t begun_ps; /* of continuous conversion, or of the single one */
-    uint64_t took_ps;  /* a conversion takes */
-    bool converting;   /* the single one */
+    int32_t code;      /* result of the last conversion, in 0.0625 C */
+    bool done;         /* a conversion started by OS has ended */
+    uint64_t begun_ps; /* start of the continuous or the single conversion */
+    uint64_t took_ps;  /* duration of a conversion */
+    bool converting;   /* a single conversion is in progress */
     bool addressed;
-    unsigned bytes; /* since it was addressed */
+    unsigned bytes; /* bytes since the chip was addressed */
     uint64_t random;
 
-    /* what is wrong with it: hil/rig/faults.h */
+    /* faults: hil/rig/faults.h */
     bool dead;
     struct hil_i2c_hold hold;
 };
@@ -48,7 +50,7 @@ struct hil_tmp112_device {
 };
 
 struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev);
-/* Power on. */
+/* Resets the chip to its state at power on. */
 void hil_tmp112_power(struct hil_tmp112_device *dev);
 
 #endif

@@ -2,13 +2,13 @@
  * (hil/periph/spi.h).
  *
  * Commands: write enable (06), status (05), page program (02), erase of 4 KiB (20), read (03),
- * power-down and release (B9 AB), identification (9F), reset (66 99). The others of the data sheet
- * stop the run as not modelled. While BUSY, all but status reads and reset are ignored.
+ * power-down and release (B9 AB), identification (9F), reset (66 99). Other commands of the data
+ * sheet stop the run as not modelled. While BUSY, only status reads and reset are executed.
  *
  * Programming turns ones into zeroes and wraps inside its page of 256 bytes. Times are drawn
- * between typical and maximum (hil/periph/flash.h). Commands act when the chip is deselected on a
- * byte boundary; else they do not act. The content survives resets and power cuts; an operation
- * that a power cut (or 66 99) ends early leaves its cells half changed. */
+ * between typical and maximum (hil/periph/flash.h). A command takes effect only when the chip is
+ * deselected on a byte boundary. The content survives resets and power failures. An operation that
+ * is interrupted by a power failure (or by 66 99) leaves its cells partly changed. */
 #ifndef MATRIG_HIL_W25Q_H
 #define MATRIG_HIL_W25Q_H
 
@@ -22,11 +22,11 @@
 
 struct hil_rules_device;
 
-/* What its next command is measured from. */
+/* Times from which the rules measure the next command. */
 struct hil_w25q_past {
-    uint8_t before;    /* the command before, 0: none since power came */
-    uint8_t rests;     /* a command that was carried out and wants to be left alone, 0: none */
-    uint64_t power_ps; /* when power came */
+    uint8_t before;    /* previous command; 0: none since power on */
+    uint8_t rests;     /* an executed command that requires a pause; 0: none */
+    uint64_t power_ps; /* time of power on */
 };
 
 struct hil_core;
@@ -39,35 +39,36 @@ struct hil_options;
 struct hil_w25q {
     uint8_t status;
     bool powered_down, reset_enabled;
-    /* the command that is shifted in */
+    /* the command being shifted in */
     bool selected;
     uint8_t command;
-    bool spoke; /* it drove its output in the byte that was exchanged last */
+    bool spoke; /* the chip drove its output in the last byte */
     struct hil_w25q_past past;
     uint32_t count; /* bytes since the chip was selected */
     uint32_t address;
     uint8_t page[HIL_NOR_PAGE];
-    uint8_t in_page[HIL_NOR_PAGE / 8u]; /* which bytes of it were shifted in */
+    uint8_t in_page[HIL_NOR_PAGE / 8u]; /* bit mask of the bytes shifted in */
     uint32_t page_count;
     /* the operation in progress */
-    uint8_t operation;     /* its command, 0: none */
-    uint32_t first, bytes; /* cells concerned */
+    uint8_t operation;     /* its command; 0: none */
+    uint32_t first, bytes; /* cells being changed */
     uint64_t begin_ps, end_ps;
-    /* over all */
+    /* totals */
     uint64_t operations; /* programs and erases begun since creation */
     uint64_t random;
-    bool dead, fails_silently; /* by the fault script: the chip; the operation in progress */
-    /* sectors that are not all erased (or were not) */
+    /* set by the fault script: the chip is dead; the operation in progress fails */
+    bool dead, fails_silently;
+    /* sectors that are not fully erased, or were not at some time */
     uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
 };
 
-/* What a fault script orders of the chip: it carries out `fill_requested` and clears it, and
- * decrements the counts as it fails. */
+/* Requests of a fault script to the chip. The chip executes and clears `fill_requested`, and
+ * decrements the counts with each failure. */
 struct hil_nor_orders {
-    /* it does not drive its output: all ones are read, commands go nowhere */
+    /* the chip does not drive its output: all reads give ones, and commands have no effect */
     bool dead;
-    bool fill_requested;   /* every byte is to be programmed with zeroes */
-    uint32_t fail_program; /* so many page programs from now on change nothing */
+    bool fill_requested;   /* program every byte with zeroes */
+    uint32_t fail_program; /* number of following page programs that change nothing */
     uint32_t fail_erase;
 };
 
@@ -76,19 +77,19 @@ struct hil_w25q_device {
     const struct hil_options *options;
     struct hil_w25q *state;
     struct hil_nor_orders *orders;
-    struct hil_rules_device *rules; /* which the master is held to */
+    struct hil_rules_device *rules; /* rules that are checked for the master */
     const struct hil_spi_device *spi;
-    uint8_t *cells;        /* HIL_NOR_SIZE, inverted: an erased chip is memory never touched */
+    uint8_t *cells; /* HIL_NOR_SIZE bytes, inverted, so that an erased chip needs no memory */
     struct hil_call began; /* a program or erase has begun */
 };
 
-/* Its events and its state; to be connected: what hil_w25q_slave gives. */
+/* Initialises events and state. Afterwards connect the result of hil_w25q_slave. */
 void hil_w25q_create(struct hil_w25q_device *dev);
 struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
 void hil_w25q_power_lost(struct hil_w25q_device *dev);
 void hil_w25q_power_back(struct hil_w25q_device *dev);
 
-/* The cells as they are. MR_UNKNOWN: outside. */
+/* Read and write the cells directly. MR_UNKNOWN: out of range. */
 enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,
                              size_t n);
 enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes,

@@ -1,12 +1,12 @@
-/* The processor with its memories, its bus, its interrupt controller and its clock: all that every
- * peripheral knows.
+/* The processor with its memories, bus, interrupt controller and clock: the part of the emulator
+ * that every peripheral uses.
  *
- * `struct hil_core_state` holds no pointers: with the memories and the core's registers (cpu.h) it
- * is the whole of the processor, and a copy of it is a snapshot. What the core is connected to is
- * beside it.
+ * `struct hil_core_state` contains no pointers. With the memories and the core's registers (cpu.h)
+ * it is the complete state of the processor, and a copy of it is a snapshot. Connections of the
+ * core are kept outside of it.
  *
- * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes
- * them. The core reports to them over wires that they connect and by the calls below. */
+ * Dependencies: peripherals, chips, rig and board include this header; nothing in hil/core/
+ * includes theirs. The core reports to them through call-backs that they connect. */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
@@ -21,42 +21,43 @@
 #include "hil/core/state.h"
 #include "hil/core/translator.h"
 
-/* The access in progress, for refusals. */
+/* The access in progress, for the message of a refusal. */
 struct hil_access {
     uint32_t address;
     unsigned size;
     bool write;
 };
 
-/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each
- * call, with `unit`. The bus refuses by registers.def before it calls: `read` and `write` see
- * registers of that table alone, and no value that the table refuses. */
+/* A peripheral on the bus, with a kilobyte of addresses. `device` and `unit` are passed to each
+ * call. The bus checks accesses against registers.def before a call, so `read` and `write` receive
+ * only registers of that table and no refused value. */
 struct hil_peripheral {
     uint32_t base;
-    unsigned unit; /* of several alike behind one device */
+    unsigned unit; /* number among identical peripherals of one device */
     uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
     void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
-    bool narrow; /* byte and halfword writes are modelled */
-    /* What a narrow write leaves in the rest of the word: the register's own bits. NULL: nothing,
-     * where a written 0 means nothing or the register is no wider. */
+    bool narrow; /* true if byte and halfword writes are modelled */
+    /* The bits of the register that a narrow write does not change. NULL: none are needed, because
+     * writing 0 has no effect or the register is no wider. */
     uint32_t (*rest)(void *device, unsigned unit, uint32_t offset);
     void *device;
-    const uint32_t *clocks; /* its clock is on while one of these bits is; NULL: always */
+    /* the clock is on while a bit of clock_mask is set here; NULL: always on */
+    const uint32_t *clocks;
     uint32_t clock_mask;
 };
 
-/* Memory of the chip that no store changes, from 0x1fff7000: unique id, option bytes and the
- * like. */
+/* Read-only memory of the chip from 0x1fff7000: unique identifier, option bytes and others. */
 struct hil_system_memory {
     uint32_t (*read)(void *device, uint32_t address); /* the word at `address` & ~3 */
     void *device;
 };
 
-/* Clocks that were switched on a moment ago. */
+/* Clocks that have just been switched on. */
 struct hil_fresh_clocks {
-    const uint32_t *clocks; /* NULL: none; else as in struct hil_peripheral */
+    const uint32_t *clocks; /* NULL: none; otherwise as in struct hil_peripheral */
     uint32_t mask;
-    void (*accessed)(void *who); /* the first access to one that has such a clock */
+    /* called at the first access to a peripheral whose clock has just been switched on */
+    void (*accessed)(void *who);
     void *who;
 };
 
@@ -71,15 +72,15 @@ struct hil_bus {
     unsigned count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t peripheral_of[HIL_BUS_PAGES];
-    /* of each */
+    /* register set of each peripheral */
     const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
-    /* by word of a peripheral; NULL: not yet looked for, or none */
+    /* by peripheral and word; NULL: not looked up yet, or no register */
     const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS];
 };
 
 #define HIL_NO_PERIPHERAL 0xffu
 
-/* The peripheral at an address; NULL: none. */
+/* Peripheral at an address; NULL: none. */
 static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bus *bus,
                                                              uint32_t address)
 {
@@ -88,31 +89,31 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
     return i == HIL_NO_PERIPHERAL ? NULL : &bus->peripheral[i];
 }
 
-/* Who looks on while the core runs: a debugger, a trace, a profile. The core calls them, and
- * knows none of them by name; what they are is in hil/debug/. An onlooker whose calls are NULL is
- * not there.
+/* Onlookers while the core runs: debugger, trace and profiler (hil/debug/). The core knows them
+ * only by these calls. An onlooker whose calls are NULL is not attached.
  *
- * Nothing here changes what a board does: a debugger holds virtual time, the others only look. */
+ * Onlookers do not change the behaviour of a board: a debugger holds virtual time, the others only
+ * observe. */
 struct hil_debugger_calls {
     bool (*holds)(const void *who);
-    /* was a watchpoint hit? Then hold, at the block's end */
+    /* true if a watchpoint was hit; the board is then held at the end of the block */
     bool (*holds_hit)(void *who);
-    /* the firmware's own instruction */
+    /* the firmware has executed BKPT */
     void (*hold_bkpt)(void *who);
-    /* must this block be walked through? */
+    /* true if this block must be executed instruction by instruction */
     bool (*wants)(const void *who, uint32_t address, uint32_t size);
-    /* of an instruction of such a block */
+    /* true if the board must stop before this instruction of such a block */
     bool (*stops_before)(void *who, uint32_t pc);
 };
 
 struct hil_tracer_calls {
     /* something may have changed at this cycle */
     void (*sample)(void *who, uint64_t at);
-    void (*exception)(void *who); /* the core goes to another exception */
+    void (*exception)(void *who); /* the core changes to a different exception */
 };
 
 struct hil_profiler_calls {
-    /* so many of that block have run */
+    /* this number of instructions of the block has been executed */
     void (*count)(void *who, uint32_t address, uint32_t size, uint32_t instructions);
 };
 
@@ -123,7 +124,7 @@ struct hil_onlookers {
     void *debugger_who, *tracer_who, *profiler_who;
 };
 
-/* Who treats a slot: `at` is the moment it was set to. */
+/* Handler of an event slot; `at` is the time that was set. */
 struct hil_event_wire {
     void (*handler)(void *device, uint64_t at);
     void *device;
@@ -131,7 +132,7 @@ struct hil_event_wire {
 
 struct hil_whatif;
 
-/* Flags of a basic block, found when it is first met. */
+/* Flags of a basic block, determined when the block is first executed. */
 enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_DIVISION = 4 };
 
 struct hil_block_info {
@@ -150,30 +151,31 @@ struct hil_region {
     uint32_t base;
 };
 
-/* What there is between this and Unicorn; derived, or of one return from it: no part of a
- * snapshot. */
+/* Interface state between the core and Unicorn. All of it is derived or belongs to a single return
+ * from Unicorn, so it is not part of a snapshot. */
 struct hil_cpu_engine {
     struct hil_translator translator;
     struct hil_whatif *whatif; /* NULL: not needed yet */
-    /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
+    /* 1, then 2: Unicorn executes a single instruction of a block */
     unsigned single;
-    /* What the core's hooks leave for the loop. */
+    /* Results of the core's hooks for the main loop. */
     int came_back;
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
     struct hil_place bad_place; /* the instruction */
-    bool left_inside;     /* the run was stopped by an access: the core stands at its instruction */
-    unsigned split_bytes; /* of an unaligned store to flash, still to come one by one */
-    bool rom_at_zero;     /* as the core's address space is mapped now */
-    bool flash_guarded;   /* reads of flash by the core are caught */
-    bool looks_at_loads;  /* stuck cells: cpu.h */
+    bool left_inside; /* the run was stopped by an access, and the core is at that instruction */
+    /* bytes of an unaligned store to flash that are still to be stored one by one */
+    unsigned split_bytes;
+    bool rom_at_zero;    /* present mapping of the core's address space */
+    bool flash_guarded;  /* reads of flash by the core are intercepted */
+    bool looks_at_loads; /* loads are checked for stuck cells (cpu.h) */
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
 };
 
 /* ---- must ---- */
 
-/* A call of Unicorn that must not fail. */
+/* Checks a call of Unicorn that must not fail; aborts otherwise. */
 
 static inline void uc_check(uc_err err, const char *what)
 {
@@ -183,7 +185,7 @@ static inline void uc_check(uc_err err, const char *what)
     abort();
 }
 
-/* Zeroes; without memory there is no board. */
+/* Allocates zeroed memory; aborts on failure. */
 static inline void *hil_allocate(size_t size)
 {
     void *bytes = calloc(1, size);
@@ -194,24 +196,26 @@ static inline void *hil_allocate(size_t size)
 
 #define HIL_CYCLE_PARTS 256u
 
-/* A reset of the chip that was asked for, and not yet made. */
+/* A requested reset of the chip that has not been executed yet. */
 struct hil_reset {
     bool asked;
-    bool power_lost;  /* it is the return of the supply */
-    uint32_t flags;   /* of RCC_CSR */
-    uint64_t hold_ps; /* and lasts until then */
+    bool power_lost;  /* the reset is caused by the return of the supply */
+    uint32_t flags;   /* flags for RCC_CSR */
+    uint64_t hold_ps; /* end of the reset */
 };
 
 struct hil_core {
     struct hil_core_state state;
-    struct hil_memory *memory; /* page-aligned: the core runs directly on it */
+    struct hil_memory *memory; /* page-aligned; the core runs directly on this memory */
     struct uc_struct *uc;
     FILE *trace;          /* NULL, or the file for exceptions and unusual events */
     bool watch_alignment; /* hil_options.watch_alignment */
-    uint32_t cycle_parts; /* of a cycle, HIL_CYCLE_PARTS, for each instruction: hil_options.cpi */
+    /* length of an instruction in 1/HIL_CYCLE_PARTS cycles, from hil_options.cpi */
+    uint32_t cycle_parts;
 
-    /* Of the present run; nothing of it outlives the run. */
-    uint64_t limit_cycle; /* the block hook looks up from here on; at most the next event */
+    /* Members of the present run; they are not used after the run. */
+    /* the block hook returns to the loop from this cycle on; not later than the next event */
+    uint64_t limit_cycle;
     bool target_reached;
     struct hil_reset reset;
     bool stopped;
@@ -221,33 +225,33 @@ struct hil_core {
     struct hil_bus bus;
     struct hil_event_wire handler[HIL_EVENT_COUNT];
     struct hil_bank_calls bank;
-    bool no_ccm; /* the chip has none */
+    bool no_ccm; /* the chip has no CCM */
     struct hil_onlookers onlookers;
     struct hil_cpu_engine engine;
 };
 
-/* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
+/* Physical time of a cycle, rounded down, and the first cycle that is not before a time. */
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
-/* HCLK of a clock that starts. */
+/* Starts a clock with the given HCLK. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
-/* HCLK becomes hclk_hz at the present cycle. Parts that wait for a physical time must be notified:
- * hil_hclk_change does both. */
+/* Changes HCLK to hclk_hz at the present cycle. Parts that wait for a physical time must also be
+ * notified; use hil_hclk_change for both. */
 void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
 
-/* Stop the run, with a message. The first stop wins. */
+/* Stops the run with a message. Only the first stop counts. */
 __attribute__((format(printf, 3, 4))) void hil_core_stop(struct hil_core *core,
                                                          enum mr_status status, const char *format,
                                                          ...);
-/* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
+/* Resets the chip as soon as possible; `flags` are added to RCC_CSR. */
 void hil_core_request_reset(struct hil_core *core, uint32_t flags);
-/* Make the core look up at the next basic block. Callable from anywhere. */
+/* Makes the core check for events at the next basic block. May be called from anywhere. */
 static inline void hil_core_attend(struct hil_core *core)
 {
     core->limit_cycle = 0;
 }
 
-/* One line to the trace, if there is one. */
+/* Writes one line to the trace, if there is one. */
 __attribute__((format(printf, 2, 3))) void hil_core_trace_line(struct hil_core *core,
                                                                const char *format, ...);
 #define hil_trace(core, ...)                          \
@@ -265,7 +269,7 @@ static inline uint64_t hil_now_ps(const struct hil_core *core)
     return hil_clock_ps(&core->state.clock, core->state.clock.now_cycle);
 }
 
-/* Where n bytes are in flash, SRAM or CCM; NULL: not in one of them. */
+/* Position of n bytes in flash, SRAM or CCM; NULL: they are not within one of them. */
 static inline uint8_t *hil_memory_place(struct hil_memory *memory, uint32_t address, uint32_t n)
 {
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
@@ -278,8 +282,8 @@ static inline uint8_t *hil_memory_place(struct hil_memory *memory, uint32_t addr
     return NULL;
 }
 
-/* Host address of n bytes of the chip's memory, or NULL when they are not in one memory (or would
- * write flash). */
+/* Host address of n bytes of the chip's memory. NULL: the bytes are not within one memory, or
+ * `write` is set and they are in flash or ROM. */
 static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t address, uint32_t n,
                                      bool write)
 {
@@ -299,7 +303,7 @@ static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t addre
     return NULL;
 }
 
-/* Is this address one that cannot be read before the operation of flash in progress ends? */
+/* True if this address cannot be read before the flash operation in progress ends. */
 static inline bool hil_memory_stalls(const struct hil_core *core, uint32_t address)
 {
     const struct hil_bank *bank = &core->state.bank;
@@ -307,106 +311,112 @@ static inline bool hil_memory_stalls(const struct hil_core *core, uint32_t addre
                           (address < HIL_FLASH_SIZE && !bank->boot_rom));
 }
 
-/* Bytes of flash, SRAM, CCM and ROM. MR_UNKNOWN when the range is not in one memory. */
+/* Reads bytes of flash, SRAM, CCM or ROM. MR_UNKNOWN: the range is not within one memory. */
 enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n);
 
-/* One register: 0..12, 13 the current SP, 14, 15 PC, 16 xPSR, 17 PRIMASK. */
+/* Value of a register: 0..12, 13 the current SP, 14 LR, 15 PC, 16 xPSR, 17 PRIMASK. */
 #define HIL_PRIMASK 17u
 uint32_t hil_cpu_register(const struct hil_core *core, unsigned number);
 
-/* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses
- * by it, a reset takes its values, a test pokes every register of every peripheral and compares.
+/* The registers and bits that the emulated board models are in one table (registers.def). The bus
+ * checks accesses against it, a reset uses its values, and a test checks every register of every
+ * peripheral against it.
  *
- * A write that changes a reserved bit, a bit that is not modelled or a read-only register ends the
- * run with a message. Silicon ignores such writes; a program that makes them is wrong or relies on
- * something that is not here. */
+ * A write that changes a reserved bit, a bit that is not modelled or a read-only register stops the
+ * run with a message. Hardware ignores such writes, but a program that makes them is wrong or
+ * relies on a function that is not modelled. */
 
 struct hil_register {
-    uint16_t offset; /* of the first */
-    uint8_t count;   /* so many alike, */
-    uint8_t stride;  /* so many bytes apart */
+    uint16_t offset; /* offset of the first register */
+    uint8_t count;   /* number of identical registers */
+    uint8_t stride;  /* distance between them in bytes */
     char access;     /* 'b' both, 'r' read-only, 'w' write-only */
-    bool loose;      /* reserved bits may be written with anything: flags cleared by 0, keys */
+    bool loose;      /* reserved bits may have any value in writes: flags cleared by 0, keys */
     const char *name;
     uint32_t reset;
     uint32_t plain;   /* bits that read back as written */
-    uint32_t action;  /* bits whose writing does something or clears a flag */
-    uint32_t status;  /* bits that hardware sets; what is written there does not matter */
-    uint32_t partly;  /* bits of which some values, or in some states, are modelled: see `what` */
-    uint32_t refused; /* bits that hardware has and the board does not model */
-    const char *what; /* about partly and refused */
+    uint32_t action;  /* bits that start an action or clear a flag when written */
+    uint32_t status;  /* bits that hardware sets; written values are ignored */
+    uint32_t partly;  /* bits that are modelled only for some values or states; see `what` */
+    uint32_t refused; /* bits that exist in hardware but are not modelled */
+    const char *what; /* explanation of partly and refused */
 };
 
 struct hil_register_set {
     const char *peripheral;
     uint32_t base;
-    const struct hil_register *all; /* the one behind the last has no name */
+    const struct hil_register *all; /* an entry without a name ends the list */
 };
 
-/* The table of a peripheral by its base address; NULL: it has none. */
+/* Table of a peripheral by its base address; NULL: none. */
 const struct hil_register_set *hil_registers_of(uint32_t base);
 const struct hil_register_set *hil_registers_all(size_t *count);
 /* NULL: not modelled. */
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset);
-/* Why hardware would ignore this write, as text in static storage; NULL: the write is allowed. */
+/* Reason why this write is refused, as text in static storage; NULL: the write is allowed. */
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);
-/* What `count` registers from `offset` on are after a reset; where there is none: 0. */
+/* Sets `count` words from `offset` on to the reset values of their registers; 0 where there is no
+ * register. */
 void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count);
 
-/* The access in progress: which instruction of the running block makes it, when, and its refusal.
+/* The access in progress: the instruction of the running block that makes it, its time, and its
+ * refusal.
  *
- * Everything else of the emulator happens at the start of a basic block. Here an access has the
- * time of its own instruction: the start of its block plus one cycle (hil_options.cpi) for every
+ * All other parts of the emulator use the time at the start of a basic block. The time of an access
+ * is that of its instruction: the start of the block plus one cycle (hil_options.cpi) for every
  * instruction before it. On hardware an instruction takes one cycle or more (an IT instruction or a
- * NOP can take none), so the time between two accesses is a lower bound of the real one. */
+ * NOP can take none), so the time between two accesses is a lower bound of the real time. */
 
-/* Must the multiple, double or exclusive transfer at `pc` fault for its address, as the registers
- * are now? One with a general base register. */
+/* True if the multiple, double or exclusive transfer at `pc` must fault because of its address,
+ * with the present registers. Only for transfers with a general base register. */
 bool hil_transfer_is_unaligned(const struct hil_core *core, uint32_t pc);
-/* Does a condition code hold with these flags? */
+/* True if the condition code is met with these flags. */
 bool hil_condition_holds(uint32_t xpsr, unsigned condition);
-/* How many instructions begin from `from` to before `to`. */
+/* Number of instructions that begin at or after `from` and before `to`. */
 unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to);
 
-/* PC of the instruction that makes the bus access in progress; for accesses from outside the core,
- * its present PC. */
+/* PC of the instruction that makes the bus access in progress. For accesses from outside the core:
+ * the present PC. */
 uint32_t hil_access_pc(const struct hil_core *core);
 
-/* Of the access in progress, from a peripheral that is read or written. Zero when no instruction of
- * the firmware makes it: a debugger, DMA or the boot ROM does. */
+/* Time and PC of the access in progress, for the peripheral that is being read or written. Zero if
+ * the access is not made by an instruction of the firmware but by a debugger, DMA or the boot
+ * ROM. */
 struct hil_moment hil_stamp(const struct hil_core *core);
-/* Of what happens without the core, at a cycle. */
+/* Time stamp of an event in hardware at a cycle, without a PC. */
 struct hil_moment hil_stamp_at(const struct hil_core *core, uint64_t cycle);
 
-/* Refusals: an access that is not modelled ends the run with a message. */
+/* Refusals: an access that is not modelled stops the run with a message. */
 
-/* Called by a peripheral that is asked for something it does not model, with what it is: "TIM4:
- * centre-aligned mode". Returns 0, so that a read can return it; the run stops. */
+/* Stops the run for a function that a peripheral does not model, described by `what`: "TIM4:
+ * centre-aligned mode". Returns 0, which a read can return. */
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
-/* The same for a register that is not modelled. */
+/* As hil_bus_refuse, for a register that is not modelled. */
 uint32_t hil_bus_no_register(struct hil_core *core);
-/* The run stops at the access in progress: `why`, the access, and `what` (NULL: nothing to add). */
+/* Stops the run at the access in progress. The message consists of `why`, the access, and `what`
+ * (may be NULL). */
 void hil_bus_stop(struct hil_core *core, const char *why, const char *what);
 
-/* Event queue: one fixed slot per source, so that the whole queue is a few words without pointers.
+/* Event queue: one fixed slot per source, so that the queue consists of a few words without
+ * pointers.
  *
- * A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate is)
- * or a physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is
- * converted again whenever HCLK changes. */
+ * A slot holds either an HCLK cycle (for peripherals, which count clocks at any rate) or a physical
+ * time in picoseconds (for the rig, oscillators and the watchdog's clock), which is converted again
+ * when HCLK changes. */
 
-/* An empty queue, and no peripheral on the bus. */
+/* Initialises the core with an empty queue and no peripherals on the bus. */
 void hil_core_create(struct hil_core *core);
 void hil_event_wire(struct hil_core *core, enum hil_event_slot slot,
                     void (*handler)(void *device, uint64_t at), void *device);
-/* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
+/* Set, move or (with HIL_NEVER) clear a slot. A time in the past is due at once. */
 void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
 void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);
-/* Treat everything due up to the present cycle, in order of time. */
+/* Handles all events due up to the present cycle, in order of time. */
 void hil_event_run(struct hil_core *core);
 
-/* HCLK becomes hclk_hz now. */
+/* Changes HCLK to hclk_hz now. */
 void hil_hclk_change(struct hil_core *core, uint32_t hclk_hz);
-/* No clock: physical time goes to the next event that is in physical time, while cycles stand
+/* Without a clock: advances physical time to the next event in physical time, while cycles stand
  * still. */
 void hil_hclk_stand_still(struct hil_core *core);
 

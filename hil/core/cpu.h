@@ -1,6 +1,6 @@
-/* The Cortex-M4F core: Unicorn runs the instructions, this file counts them, keeps virtual time and
- * stops where an exception is due. Everything above single instructions (exceptions, system control
- * space) is our own. */
+/* The Cortex-M4F core: Unicorn runs the instructions; this module counts them, keeps virtual time
+ * and stops where an exception is due. Exceptions and the system control space are modelled here,
+ * not in Unicorn. */
 #ifndef MATRIG_HIL_CPU_H
 #define MATRIG_HIL_CPU_H
 
@@ -12,25 +12,27 @@
 
 struct hil_core;
 
-/* Create the core and map its memories. Aborts when Unicorn cannot. */
+/* Creates the core and maps its memories. Aborts if Unicorn fails. */
 void hil_cpu_create(struct hil_core *core);
 void hil_cpu_destroy(struct hil_core *core);
-/* Forget translated code and what is known of its blocks, after memory was written from outside. */
+/* Discards the translated code and the block cache after memory was written from outside. */
 void hil_cpu_forget_code(struct hil_core *core);
-/* The same for n bytes at an address. */
+/* As hil_cpu_forget_code, for n bytes at an address. */
 void hil_cpu_forget_range(struct hil_core *core, uint32_t address, uint32_t n);
-/* Run instructions until something is due (event, exception, stop). */
+/* Runs instructions until an event, an exception or a stop is due. */
 void hil_cpu_run(struct hil_core *core);
-/* From Unicorn's hook of an access: the block is walked through from its instruction on, which
- * makes the access again, and alone. Returns when it does so now. */
+/* Call from Unicorn's hook of an access: the block is executed instruction by instruction from the
+ * one that makes the access, which is then repeated as a single instruction. Returns if the access
+ * is already made this way. */
 void hil_cpu_walk_to_access(struct hil_core *core);
-/* A debugger jumps out of the block that is walked through: what was run of it counts. */
+/* Call when a debugger jumps out of a block that is being executed instruction by instruction: the
+ * instructions already executed are counted. */
 void hil_cpu_leave_block(struct hil_core *core);
-/* Write bytes of flash, SRAM or CCM from outside, and forget the code that was there. MR_UNKNOWN
- * when the range is not in one memory. */
+/* Writes bytes of flash, SRAM or CCM from outside and discards the translated code there.
+ * MR_UNKNOWN: the range is not within one memory. */
 enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n);
 
-/* All of the core that software can see. Valid while the core is stopped. */
+/* All registers of the core that software can see. Valid while the core is stopped. */
 struct hil_cpu_registers {
     uint32_t r[13];
     uint32_t msp, psp, lr, pc, xpsr;
@@ -38,23 +40,23 @@ struct hil_cpu_registers {
     uint64_t d[16];
 };
 
-/* Vector table's SP and PC, everything else at its reset value. */
+/* Resets the core: SP and PC from the vector table, everything else at its reset value. */
 void hil_cpu_reset(struct hil_core *core);
-/* Copy the registers into the core. */
+/* Copies the registers into the core. */
 void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers);
 
 /* ---- address space ---- */
 
-/* Map at address 0 what the state requires: flash, or after BOOT0 the ROM. */
+/* Maps at address 0 the memory that the state requires: flash, or the boot ROM if BOOT0 selected
+ * it. */
 void hil_map_follow_boot_pin(struct hil_core *core);
 
-/* Cells of RAM that do not hold: a bit that reads as 0 or as 1, whatever is written. Seen by the
- * core; DMA still sees what was written. A board with one is slower, for every load is looked
- * at. */
+/* Stuck cells of RAM: a bit always reads as 0 or 1. Only the core reads the stuck value; DMA reads
+ * the written value. A board with a stuck cell is slower, because every load is checked. */
 
-/* From now on. False: no more room. */
+/* Adds a stuck bit. False: no more room. */
 bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
-/* After a snapshot was restored: look at loads, if there is something to see. */
+/* Call after a snapshot was restored: enables the check of loads if there are stuck cells. */
 void hil_stuck_look(struct hil_core *core);
 
 #endif

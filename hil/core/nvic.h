@@ -1,5 +1,5 @@
-/* Exceptions: which is pending, active and allowed, NVIC and the system handlers' priorities
- * (ARMv7-M B1.5, PM0214 4.3).
+/* Exceptions: pending, active and enabled exceptions, the NVIC, and the priorities of the system
+ * handlers (ARMv7-M B1.5, PM0214 4.3).
  *
  * Exception numbers: 1..15 system, 16 + n interrupt n. Priorities keep the upper four bits, as on
  * the STM32F4. */
@@ -27,7 +27,8 @@ enum hil_exception {
     HIL_EXC_SYSTICK = 15,
 };
 
-/* Interrupt numbers of the peripherals modelled (RM0090 table 62); of the streams of DMA: dma.c. */
+/* Interrupt numbers of the modelled peripherals (RM0090 table 62); those of the DMA streams are in
+ * dma.c. */
 enum hil_irq {
     HIL_IRQ_FLASH = 4,
     HIL_IRQ_ADC = 18,
@@ -40,30 +41,31 @@ enum hil_irq {
 };
 
 void hil_nvic_reset(struct hil_nvic *nvic);
-/* Recompute what is best and what runs; to be called after any change of the sets or priorities. */
+/* Recomputes `best`, `best_group` and `active_group`. Call after any change of the sets or
+ * priorities. */
 void hil_nvic_update(struct hil_core *core);
-/* A peripheral drives its interrupt line; a line that is high when its handler returns pends
- * again. */
+/* Sets the level of a peripheral's interrupt line. A line that is high when its handler returns
+ * becomes pending again. */
 void hil_irq_line(struct hil_core *core, unsigned irq, bool level);
-/* The same for an exception by its number (clock security holds NMI). */
+/* As hil_irq_line, for an exception by its number (the clock security system holds NMI). */
 void hil_nvic_line(struct hil_core *core, unsigned exception, bool level);
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 
-/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when it is read; only its
- * zero is an event. */
+/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when it is read; only
+ * reaching 0 is an event. */
 void hil_systick_create(struct hil_core *core);
 void hil_systick_reset(struct hil_core *core);
 
 /* System control block and the rest of the private peripheral bus: CPUID to CPACR, FPU control, DWT
  * cycle counter, debug identification (ARMv7-M B3.2, RM0090 38). */
 
-/* `idcode`: of the chip, for DBGMCU. */
+/* `idcode`: identification of the chip, for DBGMCU. */
 void hil_scb_reset(struct hil_scb *scb, uint32_t idcode);
-/* Anything from 0xE0000000 to 0xE00FFFFF; hands on to NVIC and SysTick. */
+/* Accesses from 0xE0000000 to 0xE00FFFFF, including those to NVIC and SysTick. */
 uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
-/* SysTick and the cycle counter stand still for so many cycles: a debugger halts the core. */
+/* Stops SysTick and the cycle counter for a number of cycles while a debugger halts the core. */
 void hil_scb_hold(struct hil_core *core, uint64_t cycles);
 
 /* --- entry and return, faults, sleep (ARMv7-M B1.5) --- */
@@ -84,23 +86,23 @@ enum {
     HIL_CFSR_DIVBYZERO = 1u << 25,
 };
 
-/* Number of the exception to take now, 0 for none: pending, of higher priority than what runs, not
- * masked. */
+/* Number of the exception to enter now (pending, not masked, and of higher priority than the
+ * running code); 0: none. */
 unsigned hil_exception_due(struct hil_core *core);
-/* True when WFI ends: as hil_exception_due, but PRIMASK does not count. */
+/* True when WFI ends: as hil_exception_due, but ignoring PRIMASK. */
 bool hil_exception_wakes(struct hil_core *core);
-/* Take it; the core is stopped before instruction `pc`. */
+/* Enters an exception; the core is stopped before the instruction at `pc`. */
 void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc);
-/* Tell the trace that the core goes to another exception, or back to the thread. */
+/* Informs the trace that the core changes to a different exception or back to the thread. */
 void hil_exception_seen(struct hil_core *core);
-/* The core branched to EXC_RETURN. */
+/* Call when the core has branched to EXC_RETURN. */
 void hil_exception_return(struct hil_core *core, uint32_t exc_return);
-/* A synchronous fault of the instruction at `pc`: escalates to HardFault, and to a halt, as the
- * architecture defines. `address`: what it accessed, for BFAR. */
+/* Raises a synchronous fault of the instruction at `pc`; it escalates to HardFault and to a halt as
+ * the architecture defines. `address`: the accessed address, for BFAR. */
 void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address);
-/* SVC: pc is the instruction after it. */
+/* Raises SVCall; `pc` is the instruction after the SVC. */
 void hil_exception_svc(struct hil_core *core, uint32_t pc);
-/* BKPT without debugger: HardFault with DEBUGEVT. */
+/* BKPT without a debugger: raises HardFault with DEBUGEVT. */
 void hil_exception_bkpt(struct hil_core *core, uint32_t pc);
 
 #endif

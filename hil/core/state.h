@@ -1,5 +1,5 @@
-/* The state of the processor, part by part; what the parts do is in their own headers. No pointers:
- * a copy is a snapshot. */
+/* The state of the processor, part by part; the functions of each part are in its own header. The
+ * state contains no pointers: a copy is a snapshot. */
 #ifndef MATRIG_HIL_STATE_H
 #define MATRIG_HIL_STATE_H
 
@@ -8,8 +8,8 @@
 
 /* ---- call ---- */
 
-/* A wire from one part to another: the receiver and its call. The sender knows nothing of the
- * receiver, so that a peripheral does not know its board. */
+/* A call-back from one part to another: the receiver and its function. The sender does not know the
+ * receiver, so a peripheral is independent of its board. */
 
 struct hil_call {
     void (*call)(void *who); /* NULL: not connected */
@@ -24,9 +24,9 @@ static inline void hil_call(const struct hil_call *wire)
 
 /* ---- words ---- */
 
-/* Registers of a peripheral by name and by offset: word[offset / 4] is the register that is named
- * at that place. A register that keeps nothing, and a place without a register, has a name too and
- * stays 0. */
+/* Registers of a peripheral by name and by offset: word[offset / 4] is the register named at that
+ * position. Positions without a register, and registers without storage, have a name too and stay
+ * 0. */
 
 #define HIL_WORDS(word, ...)                                          \
     union {                                                           \
@@ -43,20 +43,21 @@ static inline void hil_call(const struct hil_call *wire)
 #define HIL_MS_PS     1000000000ull
 #define HIL_US_PS     1000000ull
 #define HIL_NS_PS     1000ull
-#define HIL_NEVER     UINT64_MAX /* of a cycle, of a physical time */
+#define HIL_NEVER     UINT64_MAX /* for cycles and for physical times */
 
 struct hil_clock {
-    uint64_t now_cycle;    /* start of the basic block that runs */
-    uint64_t anchor_cycle; /* where HCLK last changed */
+    uint64_t now_cycle;    /* start of the running basic block */
+    uint64_t anchor_cycle; /* cycle of the last change of HCLK */
     uint64_t anchor_ps;
     uint32_t hclk_hz;
-    /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
+    /* HCLK for which the ratio was computed: a cycle takes ratio_ps / ratio_cycles picoseconds, in
+     * lowest terms */
     uint32_t ratio_hz;
     uint64_t ratio_ps, ratio_cycles;
-    bool stopped; /* no clock at all: cycles stand still */
+    bool stopped; /* there is no clock: cycles stand still */
 };
 
-/* --- memories and where they are (RM0090 2.3) --- */
+/* --- memories and their addresses (RM0090 2.3) --- */
 
 #define HIL_FLASH_BASE 0x08000000u
 #define HIL_FLASH_SIZE 0x00100000u
@@ -71,64 +72,66 @@ struct hil_memory {
     uint8_t ccm[HIL_CCM_SIZE];
 };
 
-/* The bank of flash as the core meets it. Whoever models the flash interface keeps it true. */
+/* The bank of flash as seen by the core. The model of the flash interface updates it. */
 struct hil_bank {
     bool busy;     /* an operation is in progress: the bank cannot be read before its end */
-    bool erases;   /* that operation is an erase, of a sector, of all or of option bytes */
-    bool boot_rom; /* system memory, not flash, is at address 0 */
-    /* Sectors that were erased beside the data cache, which may still hold what they had. */
+    bool erases;   /* the operation is an erase of a sector, of the bank or of option bytes */
+    bool boot_rom; /* system memory instead of flash is at address 0 */
+    /* Bit mask of sectors that were erased while the data cache may still contain their old
+     * content. */
     uint16_t stale;
 };
 
-/* The same, as calls. `load`, of what is not to be read plainly now, holds the bus until the
- * operation in progress has ended: virtual time jumps. */
+/* Calls of the flash interface. `load` is called for reads that are not possible directly; it holds
+ * the bus until the operation in progress has ended, so virtual time jumps. */
 struct hil_bank_calls {
     void *who;
-    /* 1, 2, 4, 8 bytes */
+    /* stores 1, 2, 4 or 8 bytes */
     void (*store)(void *who, uint32_t address, unsigned size, uint64_t value);
     void (*load)(void *who, uint32_t address);
 };
 
-/* System memory: the program in hil/rom/bootrom.c, which answers AN3155 on USART1. */
+/* System memory: the program in hil/rom/bootrom.c, which implements AN3155 on USART1. */
 #define HIL_ROM_BASE    0x1fff0000u
 #define HIL_ROM_SIZE    0x00007000u
-#define HIL_ROM_VERSION 0x31u /* of the protocol; shown at 0x1FFF77DE too (AN2606) */
+#define HIL_ROM_VERSION 0x31u /* version of the protocol, also at 0x1FFF77DE (AN2606) */
 
 /* HIL_ROM_SIZE bytes, page-aligned. */
 extern const uint8_t hil_bootrom_image[];
 
-/* What happened to a board since it was created. The counts survive resets of the chip. */
+/* Counts since a board was created. They survive resets of the chip. */
 struct hil_counters {
     uint64_t instructions;
     uint64_t asleep_cycles; /* HCLK cycles spent in WFI or WFE */
-    uint64_t exceptions;    /* entries, tail-chained ones included */
+    uint64_t exceptions;    /* entries, including tail-chained ones */
     uint64_t tail_chains;
     uint64_t faults; /* MemManage, BusFault, UsageFault, HardFault entries */
-    uint64_t resets; /* all but power on */
+    uint64_t resets; /* all resets except power on */
     uint64_t watchdog_resets;
     uint64_t can_frames_out;
     uint64_t can_frames_in;
-    uint64_t can_frames_filtered; /* of those in: no filter let them pass */
-    uint64_t can_errors;          /* frames that were not acknowledged or were destroyed */
-    uint64_t can_ends_unseen;     /* a mailbox filled again before its RQCP was cleared */
-    uint64_t can_in_dropped;      /* injected while the queue of the other side was full */
+    uint64_t can_frames_filtered; /* received frames that no filter accepted */
+    uint64_t can_errors;          /* frames that were destroyed or not acknowledged */
+    /* times that a mailbox was filled again before its RQCP was cleared */
+    uint64_t can_ends_unseen;
+    uint64_t can_in_dropped; /* frames injected while the queue of the other node was full */
     uint64_t serial_bytes_out;
     uint64_t serial_bytes_in;
-    /* bytes sent at a rate or parity that is not the other end's: garbled */
+    /* bytes garbled because rate or parity differ from those of the other end */
     uint64_t serial_wrong_rate;
-    uint64_t serial_in_dropped;    /* injected while the queue was full */
-    uint64_t adc_scans[2];         /* sequences completed: ADC1, ADC3 */
-    uint64_t adc_triggers_ignored; /* came while a sequence was running */
+    uint64_t serial_in_dropped;    /* bytes injected while the queue was full */
+    uint64_t adc_scans[2];         /* completed sequences of ADC1 and ADC3 */
+    uint64_t adc_triggers_ignored; /* triggers during a running sequence */
     uint64_t adc_overruns;
     uint64_t switches_opened;
     uint64_t edges_captured;  /* TIM2 channel 1 */
     uint64_t frames_captured; /* TIM2 channel 2 */
-    uint64_t film_frames;     /* pulses the camera gave */
-    /* time with PD12 high and PD13 low; no direct component: plus equals minus */
+    uint64_t film_frames;     /* pulses sent by the camera */
+    /* time with PD12 high and PD13 low; without a direct component plus equals minus */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
     uint64_t faults_injected;    /* lines reported by hil/rig/faults.h */
-    uint64_t flash_refused;      /* stores and operations that set an error flag, wrong keys */
+    uint64_t flash_refused;      /* stores and operations that set an error flag, and wrong keys */
     uint64_t flash_stall_cycles; /* HCLK cycles for which the core waited for flash */
     uint64_t power_cuts;
     uint32_t last_fault_pc;
@@ -136,13 +139,13 @@ struct hil_counters {
 
 /* --- events: hil/core/core.h --- */
 
-/* Order is the order of treatment when several are due at the same cycle. */
+/* Events that are due at the same cycle are handled in this order. */
 enum hil_event_slot {
     HIL_EVENT_HSE,
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
     HIL_EVENT_POWER, /* the supply is back */
-    HIL_EVENT_FAULT, /* before what happens at the same time */
+    HIL_EVENT_FAULT, /* before other events at the same time */
     HIL_EVENT_LATE,
     HIL_EVENT_FLASH,
     HIL_EVENT_NOR,
@@ -150,22 +153,24 @@ enum hil_event_slot {
     HIL_EVENT_CAMERA,
     HIL_EVENT_SCRIPT,
     HIL_EVENT_REPLAY,
-    HIL_EVENT_ADC1, /* before the timers: a scan that ends when the next trigger comes has ended */
+    HIL_EVENT_ADC1, /* before the timers, so that a scan ends before a trigger at the same time */
     HIL_EVENT_ADC3,
-    HIL_EVENT_TIM4, /* before TIM2, which it triggers */
+    HIL_EVENT_TIM4, /* before TIM2, which TIM4 triggers */
     HIL_EVENT_TIM2,
     HIL_EVENT_SPI,
     HIL_EVENT_I2C,
     HIL_EVENT_CAN,
-    HIL_EVENT_CAN_OTHER, /* the other node has waited */
+    HIL_EVENT_CAN_OTHER, /* the other node's wait has ended */
     HIL_EVENT_USART_TX,
     HIL_EVENT_USART_RX,
     HIL_EVENT_SYSTICK,
     HIL_EVENT_IWDG,
-    HIL_EVENT_TARGET, /* end of the current run_until: last */
+    HIL_EVENT_TARGET, /* end of the current run_until; must be last */
     HIL_EVENT_COUNT
 };
-#define HIL_EVENT_CHAINS 4u /* in which the next is looked for; the queue is whole steps of them */
+/* number of interleaved chains in the search for the next event; the number of slots is a multiple
+ * of it */
+#define HIL_EVENT_CHAINS 4u
 #define HIL_EVENT_SLOTS \
     ((HIL_EVENT_COUNT + HIL_EVENT_CHAINS - 1u) / HIL_EVENT_CHAINS * HIL_EVENT_CHAINS)
 
@@ -173,7 +178,7 @@ struct hil_events {
     uint64_t at_cycle[HIL_EVENT_SLOTS];
     uint64_t at_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is in cycles */
     uint64_t next_cycle;             /* earliest of at_cycle */
-    unsigned next_slot;              /* the first of the slots that are due then */
+    unsigned next_slot;              /* first slot that is due at next_cycle */
 };
 
 /* --- exceptions: hil/core/nvic.h --- */
@@ -186,11 +191,11 @@ struct hil_nvic {
     uint32_t enabled[HIL_EXCEPTION_WORDS];
     uint32_t pending[HIL_EXCEPTION_WORDS];
     uint32_t active[HIL_EXCEPTION_WORDS];
-    uint32_t line[HIL_EXCEPTION_WORDS]; /* level a peripheral holds */
+    uint32_t line[HIL_EXCEPTION_WORDS]; /* level held by a peripheral */
     int16_t priority[HIL_EXCEPTIONS];   /* -3..-1 fixed, else 0..240 in steps of 16 */
-    uint16_t best;                      /* pending exception of highest priority, 0: none */
-    int16_t best_group;                 /* its group priority */
-    int16_t active_group;               /* group priority of what runs; 256: thread */
+    uint16_t best;                      /* pending exception of the highest priority; 0: none */
+    int16_t best_group;                 /* group priority of `best` */
+    int16_t active_group;               /* group priority of the running exception; 256: thread */
     uint8_t prigroup;                   /* AIRCR.PRIGROUP */
 };
 
@@ -199,7 +204,7 @@ struct hil_scb {
     HIL_WORDS(word, cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr, mmfar,
               bfar, afsr, ids[18], cpacr, mpu[25], dhcsr, dcrsr, dcrdr, demcr, at_e00[64], stir,
               at_f04[12], fpccr, fpcar, fpdscr, mvfr[2]);
-    /* CYCCNT = cycles + offset while enabled, offset alone while not */
+    /* CYCCNT is cycles + offset while enabled, otherwise offset */
     uint32_t dwt_ctrl, dwt_offset;
     HIL_WORDS(dbgmcu, idcode, cr, apb1_fz, apb2_fz); /* from 0xE0042000 on */
 };
@@ -207,20 +212,20 @@ struct hil_scb {
 struct hil_systick {
     uint32_t ctrl; /* ENABLE, TICKINT, CLKSOURCE, COUNTFLAG (bit 16) */
     uint32_t load;
-    uint32_t value;      /* while stopped */
-    uint64_t zero_cycle; /* while running: when the counter next becomes 0 */
+    uint32_t value;      /* value while stopped */
+    uint64_t zero_cycle; /* while running: cycle at which the counter next becomes 0 */
 };
 
 /* --- the core itself --- */
 
 struct hil_cpu {
-    uint32_t block_instructions; /* of the block that runs, not yet counted into time */
+    uint32_t block_instructions; /* instructions of the running block, not yet added to the time */
     uint32_t block_address;
     uint32_t block_size;
-    uint32_t cycle_rest; /* part of a cycle that instructions took, not yet counted into time */
-    bool walking;        /* it is walked through: hil/core/core.h */
+    uint32_t cycle_rest; /* fraction of a cycle used by instructions, not yet added to the time */
+    bool walking;        /* the block is executed instruction by instruction */
     bool asleep;
-    bool event; /* the event register that WFE waits for */
+    bool event; /* event register, for which WFE waits */
 };
 
 #define HIL_STUCK_MAX 8u
@@ -228,7 +233,7 @@ struct hil_cpu {
 struct hil_stuck {
     uint32_t count;
     struct {
-        uint32_t address; /* of its byte */
+        uint32_t address; /* address of the byte */
         uint8_t mask;
         bool level;
     } bit[HIL_STUCK_MAX];
@@ -246,11 +251,11 @@ struct hil_core_state {
     struct hil_stuck stuck;
 };
 
-/* A moment, and who made it. */
+/* A time, and the instruction that caused an event at this time. */
 struct hil_moment {
     uint64_t ps;    /* since power on */
-    uint32_t pc;    /* 0: no instruction, but the hardware */
-    double slew_ns; /* of the edge that was made then: so long until its level is reached */
+    uint32_t pc;    /* 0: caused by hardware, not by an instruction */
+    double slew_ns; /* slew of the edge: time until its level is reached */
 };
 
 #endif

@@ -1,5 +1,5 @@
-/* Unicorn's translator from inside: faster stores to RAM, and the instruction of a translated block
- * that makes the access in progress. See translator.c. */
+/* Access to Unicorn's internal translator: speeds up stores to RAM, and finds the instruction of a
+ * translated block that makes the access in progress. See translator.c. */
 #ifndef MATRIG_HIL_TRANSLATOR_H
 #define MATRIG_HIL_TRANSLATOR_H
 
@@ -10,32 +10,33 @@ struct CPUState;
 
 struct hil_translator {
     bool code_in_ram;
-    struct CPUState *core; /* Unicorn's; NULL: not met yet */
+    struct CPUState *core; /* Unicorn's CPU state; NULL: not known yet */
     struct hil_translated_access {
         uint32_t address;
-        uintptr_t from; /* where translated code makes it; 0: no access is in progress */
+        uintptr_t from; /* position in the translated code; 0: no access is in progress */
     } access;
-    bool abandoned; /* the instruction that makes it ends there */
+    bool abandoned; /* the instruction that makes the access ends there */
 };
 
-/* Of a new processor. */
+/* Initialises the translator of a new processor. */
 void hil_translator_start(struct hil_translator *translator);
-/* This processor runs in this thread now; NULL: none. Returns the one that ran before. */
+/* Sets the processor that runs in this thread (NULL: none). Returns the previous one. */
 struct hil_translator *hil_translator_run(struct hil_translator *translator);
-/* It runs code from RAM. */
+/* Call when the processor runs code from RAM. */
 void hil_translator_meet_code(struct hil_translator *translator);
-/* An instruction, and ITSTATE as it begins. */
+/* An instruction, and ITSTATE at its beginning. */
 struct hil_place {
     uint32_t pc, itstate;
 };
-/* The one that accesses `address` now. False: the core makes no access, or one of another
- * address. */
+/* Returns the instruction that is accessing `address`. False: the core makes no access, or one to a
+ * different address. */
 bool hil_translator_place(const struct hil_translator *translator, uint32_t address,
                           struct hil_place *place);
-/* Makes the core an access now that translated code can be left at? */
+/* True if the core is making an access at which the translated code can be left. */
 bool hil_translator_can_leave(const struct hil_translator *translator);
-/* Leave it, before the access or, for one that was abandoned, behind it: the processor stands at
- * the instruction that makes it, and Unicorn returns if a stop was requested. */
+/* Leaves the translated code before the access, or after it if the access was abandoned. The
+ * processor is then at the instruction that makes the access, and Unicorn returns if a stop was
+ * requested. */
 __attribute__((noreturn)) void hil_translator_leave(const struct hil_translator *translator);
 
 #endif

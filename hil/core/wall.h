@@ -1,33 +1,33 @@
-/* The wall clock of matrig-board: pacing, and a limit that ends a run which does not end by
- * itself. */
+/* The wall clock of matrig-board: pacing, and a time limit for runs that would not end. */
 #ifndef MATRIG_HIL_WALL_H
 #define MATRIG_HIL_WALL_H
 
 #include <stdint.h>
 
-/* Seconds and milliseconds of a clock that never jumps. */
+/* Monotonic time, in seconds and milliseconds. */
 double hil_wall_s(void);
 int64_t hil_wall_ms(void);
 
-/* Virtual time tied to the wall clock. A piece of virtual time is run when the wall clock has
- * passed its end, so nothing leaves the board early; how late the end was, at worst, is kept. */
+/* Pacing of virtual time by the wall clock. A piece of virtual time is run when the wall clock has
+ * passed its end, so no output leaves the board early. The largest delay of an end is recorded. */
 #define HIL_PACE_START_S 1.0
 
 struct hil_pace {
     double began_s; /* wall clock at virtual time 0 */
-    double late_s;  /* of the latest piece so far */
-    /* of those after HIL_PACE_START_S: at power-on the emulator translates and the board scans */
+    double late_s;  /* largest delay of a piece so far */
+    /* largest delay after HIL_PACE_START_S; before that, code is translated and the board scans its
+     * memories */
     double late_started_s;
 };
 
-/* Wait until the wall clock shows virtual time t_ps; `*stop` ends it. */
+/* Waits until the wall clock has reached virtual time t_ps; `*stop` ends the wait. */
 void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop);
-/* The piece that ended at t_ps is done. */
+/* Call when the piece that ends at t_ps has been run. */
 void hil_pace_done(struct hil_pace *pace, uint64_t t_ps);
 
-/* After limit_s of wall clock set *stop to HIL_WALL_STOP; if the process is still there
- * HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time stands still),
- * print a message and exit with 3. 0: none. */
+/* Sets *stop to HIL_WALL_STOP after limit_s of wall clock (0: no limit). If the process still runs
+ * HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time does not
+ * advance), prints a message and exits with 3. */
 #define HIL_WALL_STOP    2
 #define HIL_WALL_GRACE_S 5
 void hil_wall_limit(double limit_s, volatile int *stop);

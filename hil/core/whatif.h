@@ -1,20 +1,22 @@
-/* What if the bits that the core is reading were otherwise: would the program do something else?
+/* Tests whether the program would behave differently if bits that the core is reading had other
+ * values.
  *
- * The program is run on from the load in progress, in a copy of the processor and its memory, once
- * with each of some values of the bits in question, and the runs are compared: the same
- * instructions, the same stores to peripherals, the same memory at the end. Nothing of the board
- * itself moves.
+ * The program is continued from the load in progress, in a copy of the processor and its memory,
+ * once for each of several values of the bits in question. The runs are compared: instructions,
+ * stores to peripherals, and memory at the end must be the same. The state of the board itself does
+ * not change.
  *
- * Limits. A run is followed for HIL_WHATIF_INSTRUCTIONS instructions, or to where it sleeps, ends
- * an exception or faults: what is decided later is not seen, nor what is stored in memory and
- * overwritten before. In the copy the register that is read keeps its value and every other read of
- * a peripheral gives 0, so what is followed may be a way that the program would not take. Stores to
- * the stack do not count by themselves (compilers save registers that are never read again); what
- * is made of them does. A load inside an IT block is followed as if the block ended behind it.
+ * Limitations: a run is followed for HIL_WHATIF_INSTRUCTIONS instructions, or until it sleeps, ends
+ * an exception or faults. Later decisions are not detected, nor are values that are stored in
+ * memory and overwritten before the end. In the copy, the register being read keeps its value and
+ * every other read of a peripheral gives 0, so the run may follow a path that the program would not
+ * take. Stores to the stack do not count as differences (compilers save registers that are never
+ * read again); their consequences do. A load inside an IT block is followed as if the block ended
+ * after it.
  *
- * A load is tried HIL_WHATIF_TIMES times with the same bits in question and the same LR, since the
- * code changed or the chip was reset. If none of these mattered, later ones are assumed not to: a
- * program that ignores the value at first and decides by it later is not caught. */
+ * After a change of code or a reset, a load with the same bits in question and the same LR is
+ * tested HIL_WHATIF_TIMES times. If the bits never mattered, later loads are assumed not to matter:
+ * a program that ignores the value at first and uses it later is not detected. */
 #ifndef MATRIG_HIL_WHATIF_H
 #define MATRIG_HIL_WHATIF_H
 
@@ -25,20 +27,21 @@
 #define HIL_WHATIF_TIMES        16u
 
 struct hil_core;
-struct hil_whatif; /* the copy; made when it is first needed */
+struct hil_whatif; /* the copy; created when it is first needed */
 
 struct hil_difference {
-    unsigned bit; /* of the word that is read: one that matters by itself, or the lowest */
-    uint32_t pc;  /* the branch or store that comes out otherwise; of a value in memory: the load */
+    /* bit of the word being read that matters by itself, or the lowest bit in question */
+    unsigned bit;
+    uint32_t pc; /* the branch or store that differs; for a difference in memory, the load */
 };
 
-/* During a read by the core, of the instruction at `pc`: does it matter what the bits `unknown` of
- * the word `value` are? */
+/* During a read by the instruction at `pc`: true if the values of the bits `unknown` of the word
+ * `value` matter. `difference` then has the details. */
 bool hil_whatif_matters(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
                         struct hil_difference *difference);
-/* Another time, another state: what was judged so far counts no more. */
+/* Call after a change of time or state: discards all results so far. */
 void hil_whatif_forget(struct hil_core *core);
-/* The code has changed, or the core ends. */
+/* Call when the code has changed or the core is destroyed. */
 void hil_whatif_destroy(struct hil_core *core);
 
 #endif

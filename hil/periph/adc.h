@@ -1,12 +1,12 @@
 /* ADC1 and ADC3 in independent mode (RM0090 13): regular sequences started by a timer or by
  * software, with DMA.
  *
- * A sequence takes its real time. Each channel is sampled at the end of its own sampling window and
- * its code delivered 12 ADC clocks later; codes are worked out in bulk at the end of the sequence,
- * or earlier when DMA raises a flag inside it or a register is read.
+ * A sequence takes its real time. Each channel is sampled at the end of its sampling window, and
+ * its code is delivered 12 ADC clocks later. All codes are computed together at the end of the
+ * sequence, or earlier when DMA raises a flag within the sequence or a register is read.
  *
- * Codes are relative to VDDA (VREF+ is tied to it). A converter is ideal apart from its noise
- * unless it is given errors (hil/periph/adc.h). */
+ * Codes are relative to VDDA (VREF+ is tied to it). A converter is ideal except for its noise,
+ * unless errors are set (struct hil_adc_errors). */
 #ifndef MATRIG_HIL_ADC_H
 #define MATRIG_HIL_ADC_H
 
@@ -18,43 +18,44 @@
 
 struct hil_adc_errors;
 
-#define HIL_NOMINAL_VDDA_V 3.3 /* what the codes of the configuration stand for */
+#define HIL_NOMINAL_VDDA_V 3.3 /* supply for which codes in the configuration are defined */
 
 enum { HIL_ADC1, HIL_ADC3 };
 
 struct hil_adc {
     HIL_WORDS(word, sr, cr1, cr2, smpr[2], jofr[4], htr, ltr, sqr[3], jsqr, jdr[4], dr);
-    /* converted and not read: the next conversion overruns when DMA or EOCS ask for each */
+    /* the last code has not been read; with DMA or EOCS the next conversion is an overrun */
     bool dr_full;
-    bool dma_ended; /* DDS is 0 and the DMA has come to its end */
+    bool dma_ended; /* DDS is 0 and the DMA transfer has ended */
     bool running;
-    uint64_t start_cycle;     /* first sampling window opens */
-    uint32_t clock_cycles;    /* HCLK cycles of an ADC clock, for this sequence */
-    bool planned;             /* length, channels and end_clock are those of the registers */
-    uint32_t planned_hclk_hz; /* and with `clock_cycles` what `left` was worked out for */
+    uint64_t start_cycle;     /* start of the first sampling window */
+    uint32_t clock_cycles;    /* HCLK cycles per ADC clock in this sequence */
+    bool planned;             /* length, channels and end_clock match the registers */
+    uint32_t planned_hclk_hz; /* HCLK for which `left` was computed, with `clock_cycles` */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
-    int8_t source[16];      /* what is outside on the pin of channel[k]: hil_analogue.source */
+    int8_t source[16];      /* source on the pin of channel[k], from hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
-    double left[16];        /* of a step from the conversion before: hil_adc_left */
-    double held_v;          /* in the sample capacitor; only where there are errors */
-    uint64_t noise;         /* of the generator */
+    double left[16]; /* share of a step from the previous conversion that remains: hil_adc_left */
+    double held_v;   /* voltage of the sample capacitor; used only with errors */
+    uint64_t noise;  /* state of the random number generator */
     uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
-    struct hil_moment on;   /* since when, before its first conversion */
+    struct hil_moment on;   /* time of switching on, until the first conversion */
 };
 
-/* What is outside on the analogue pins. */
+/* The circuit connected to the analogue pins. */
 struct hil_analogue {
     void *who;
-    /* number of what is on a pin; -1: nothing */
+    /* number of the source on a pin; -1: not connected */
     int (*source)(const void *who, unsigned port, unsigned pin);
-    double (*volts)(void *who, int source, uint64_t at); /* not clipped; nothing: 0 V */
-    /* its resistance as the converter sees it; NULL: not known */
+    /* voltage, not clipped; 0 V if not connected */
+    double (*volts)(void *who, int source, uint64_t at);
+    /* source resistance seen by the converter; NULL: unknown */
     double (*source_ohm)(const void *who, int source);
 };
 
-/* A record in place of volts: the code of a pin sampled at a cycle. */
+/* Recorded codes in place of voltages: returns the code of a pin sampled at a cycle. */
 struct hil_recorded_codes {
     void *who;
     uint16_t (*code)(void *who, unsigned port, unsigned pin, uint64_t at); /* NULL: no record */
@@ -62,71 +63,73 @@ struct hil_recorded_codes {
 
 struct hil_adc_device {
     HIL_NEIGHBOURS;
-    struct hil_adc *state; /* of both */
-    uint32_t *ccr;         /* the register that they share */
+    struct hil_adc *state; /* both converters */
+    uint32_t *ccr;         /* register shared by both converters */
     struct hil_analogue outside;
     struct hil_recorded_codes record;
     double vdda_v;
     const struct hil_adc_errors *errors; /* NULL: ideal */
 };
 
-/* Of both converters: they have one reset line. `unit` is not used. For the bus and the event
- * queue, `device` is a struct hil_adc_device. */
+/* Resets both converters, which share one reset line; `unit` is not used. In the calls for the bus
+ * and the event queue, `device` is a struct hil_adc_device. */
 void hil_adc_reset(void *device, unsigned unit);
 HIL_ON_BUS(adc)
-/* An edge of an external trigger, by its EXTSEL code. */
+/* Call at an edge of an external trigger, identified by its EXTSEL code. */
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
-/* Work out everything that was sampled or finished up to `at`. */
+/* Computes everything that was sampled or finished up to `at`. */
 void hil_adc_catch_up(void *device, uint64_t at);
 void hil_adc1_event(void *device, uint64_t at);
 void hil_adc3_event(void *device, uint64_t at);
 
 /* ---- adc_errors ---- */
 
-/* What a real converter adds to a code: offset, gain, integral nonlinearity, noise, and what is
- * left in its sample capacitor of the channel before.
+/* Errors of a real converter: offset, gain, integral nonlinearity, noise, and the residual charge
+ * of the previous channel in the sample capacitor.
  *
- * A conversion takes over a fraction of the step from the voltage sampled before: the charge that
- * the pin's own capacitor has not made good (`kick_rel`), and what the sampling window was too
- * short for, exp(-t / ((RADC + source) CADC)), with RADC 6 kOhm at most and CADC 7 pF at most
- * (DS8626 table 67). Units are LSB of 4096 codes; sources are numbered as hil_analogue.source does.
+ * Each conversion contains a fraction of the step from the previously sampled voltage: the charge
+ * that the pin's capacitor has not replaced (`kick_rel`), and the incomplete settling within the
+ * sampling window, exp(-t / ((RADC + source) CADC)), with the maxima RADC = 6 kOhm and CADC = 7 pF
+ * (DS8626 table 67). Units are LSB of 4096 codes; sources are numbered as by hil_analogue.source.
  * */
 
 #define HIL_ADC_SOURCES    24u
 #define HIL_ADC_CODES      4096u
-#define HIL_ADC_NOISE_LSB  2.0   /* rms of the noise that is scaled: that of the ideal board */
+#define HIL_ADC_NOISE_LSB  2.0   /* rms noise of the ideal board, which `noise` scales */
 #define HIL_ADC_SWITCH_OHM 6e3   /* RADC */
 #define HIL_ADC_SAMPLE_F   7e-12 /* CADC */
 
 struct hil_adc_errors {
-    double offset_lsb[2]; /* of ADC1, ADC3 */
-    double gain_lsb[2];   /* at full scale */
+    double offset_lsb[2]; /* ADC1, ADC3 */
+    double gain_lsb[2];   /* error at full scale */
     float inl_lsb[2][HIL_ADC_CODES];
-    double noise[HIL_ADC_SOURCES]; /* times HIL_ADC_NOISE_LSB */
+    double noise[HIL_ADC_SOURCES]; /* in units of HIL_ADC_NOISE_LSB */
     double kick_rel[HIL_ADC_SOURCES];
     double source_ohm[HIL_ADC_SOURCES];
 };
 
-/* A curve of a converter that weighs its bits with capacitors: jumps where its upper bits carry,
- * the largest up to HIL_ADC_DNL_LSB (DS8626 table 68: ED is 1 typically, 2 at most), on a smooth
- * bow that makes the curve's largest value `peak_lsb`. Its ends are 0: EL is against the line
+/* Draws the nonlinearity of a capacitive converter: steps where the upper bits carry, up to
+ * HIL_ADC_DNL_LSB (DS8626 table 68: ED is typically 1, at most 2), plus a smooth bow that sets the
+ * peak of the curve to `peak_lsb`. The ends of the curve are 0, because EL is relative to the line
  * through them. */
 #define HIL_ADC_DNL_LSB 2.0
 void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t *random);
 
-/* The code, not rounded and not clipped, where an ideal converter has `ideal_code`; `unit`: 0 ADC1,
- * 1 ADC3. */
+/* Code of the real converter where an ideal one gives `ideal_code`, not rounded and not clipped;
+ * `unit`: 0 ADC1, 1 ADC3. */
 double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, double ideal_code);
 
-/* What is left of a step from the channel before after `window_s`; `source` -1: a bare pin. */
+/* Share of the step from the previous channel that remains after `window_s`; `source` -1: a pin
+ * without a source. */
 double hil_adc_left(const struct hil_adc_errors *errors, int source, double window_s);
 
 /* ---- adc_sampling ---- */
 
-/* How long a converter must sample a source of some resistance: STM32F407 data sheet, 12-bit ADC
- * characteristics, equation 1, for an error below a quarter of an LSB. */
+/* Sampling time required for a source resistance: STM32F407 data sheet, 12-bit ADC characteristics,
+ * equation 1, for an error below a quarter of an LSB. */
 
-/* The most that a window of so many ADC clocks takes; below 0: not even 0 Ohm. */
+/* Maximum source resistance for a sampling window of `sample_clocks` ADC clocks. Negative: the
+ * window is too short even for 0 Ohm. */
 double hil_adc_most_ohm(unsigned sample_clocks, double clock_hz);
 
 #endif

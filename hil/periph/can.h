@@ -1,12 +1,13 @@
 /* CAN1, the bxCAN controller (RM0090 32), and its bus.
  *
- * A frame holds the bus for its exact number of bits, stuff bits included, at the rate that BTR
- * gives. The other side is one node: it acknowledges, receives at the last bit of end of frame, and
- * sends frames in the order given, arbitrating by identifier with the board's mailboxes whenever
- * the bus becomes free. Nobody there: no acknowledge, TEC rises to 128 and sticks. Wires touching,
- * a wrong bit rate, or pins not given to CAN: bit errors, TEC rises to bus-off. Held dominant:
- * nothing begins, initialisation is not left, a transmitter counts to bus-off and a receiver to
- * error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled. */
+ * A frame occupies the bus for its exact number of bits, including stuff bits, at the rate set by
+ * BTR. The other side is a single node. It acknowledges, receives at the last bit of end of frame,
+ * and sends frames in the given order; it arbitrates by identifier with the board's mailboxes
+ * whenever the bus becomes free. Without the other node there is no acknowledge, and TEC rises to
+ * 128 and stays there. With shorted wires, a wrong bit rate, or pins that are not in CAN mode there
+ * are bit errors, and TEC rises to bus-off. If the bus is held dominant, no frame begins and
+ * initialisation is not left; a transmitter counts up to bus-off and a receiver to error passive,
+ * eight for every eight bits. CAN2 and time-triggered mode are not modelled. */
 #ifndef MATRIG_HIL_CAN_H
 #define MATRIG_HIL_CAN_H
 
@@ -21,11 +22,12 @@
 #define HIL_CAN_QUEUE      64u
 #define HIL_CAN_BANKS      28u
 #define HIL_CAN_HOST_RATE  1000000u
-#define HIL_CAN_OTHER_NODE 3 /* as a sender; the board's are its mailboxes */
+/* the other node as a sender; the senders of the board are its mailboxes */
+#define HIL_CAN_OTHER_NODE 3
 
 struct hil_can_mailbox {
     HIL_WORDS(word, tir, tdtr, tdlr, tdhr);
-    uint32_t order; /* of its request */
+    uint32_t order; /* sequence number of its request */
 };
 
 struct hil_can_received {
@@ -34,12 +36,12 @@ struct hil_can_received {
 
 enum hil_can_phase {
     HIL_CAN_IDLE,
-    HIL_CAN_FRAME,   /* from start of frame to the end, good or bad */
-    HIL_CAN_GAP,     /* intermission; suspended transmission of a passive node included */
-    HIL_CAN_JOINING, /* leaving initialisation: waits for 11 recessive bits */
+    HIL_CAN_FRAME,   /* from start of frame to the end of the frame or of an error */
+    HIL_CAN_GAP,     /* intermission, including the suspended transmission of a passive node */
+    HIL_CAN_JOINING, /* leaving initialisation: waiting for 11 recessive bits */
     HIL_CAN_OFF,     /* bus-off, waiting */
     HIL_CAN_JAMMED,  /* the bus is held dominant: counting errors, then waiting */
-    HIL_CAN_LEAVING, /* on the way to initialisation */
+    HIL_CAN_LEAVING, /* entering initialisation */
 };
 
 struct hil_can {
@@ -47,7 +49,7 @@ struct hil_can {
     uint32_t tec, rec;
     bool bus_off;
     struct hil_can_mailbox mailbox[3];
-    uint32_t orders; /* requests so far */
+    uint32_t orders; /* number of requests so far */
     struct hil_can_received fifo[2][3];
     uint8_t fifo_count[2];
     HIL_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
@@ -55,9 +57,9 @@ struct hil_can {
 
     uint32_t phase;
     int8_t sender;           /* mailbox 0..2, 3: the other node */
-    bool spoiled;            /* the frame under way will be destroyed */
-    bool repeated;           /* the other node's frame has been sent once too often */
-    uint64_t other_waits_ps; /* the other node does not begin before */
+    bool spoiled;            /* the frame in progress will be destroyed */
+    bool repeated;           /* the other node's frame has been repeated by a fault */
+    uint64_t other_waits_ps; /* the other node does not start a frame before this time */
     bool abort_current;
     uint32_t queue_head, queue_count;
     struct hil_can_frame queue[HIL_CAN_QUEUE];
@@ -69,8 +71,8 @@ struct hil_can_device {
     struct hil_wire wire;
 };
 
-/* A frame of the other node; it waits for the bus and arbitrates. MR_FULL when HIL_CAN_QUEUE
- * wait. */
+/* Queues a frame of the other node; the frame waits for the bus and arbitrates. MR_OK; MR_FULL:
+ * HIL_CAN_QUEUE frames are waiting. */
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
 
@@ -80,7 +82,7 @@ HIL_ON_BUS(can)
 void hil_can_event(void *device, uint64_t at);
 void hil_can_other_event(void *device, uint64_t at);
 
-/* Does the frame pass the filters, into which FIFO, by which filter number? (32.7.4) */
+/* True if the frame passes the filters; returns the FIFO and the filter number (RM0090 32.7.4). */
 bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,
                     unsigned *match);
 

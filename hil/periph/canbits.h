@@ -1,5 +1,5 @@
-/* A CAN frame, what the bus can be like, and the length of a frame on the wire, from its real bit
- * stream (ISO 11898-1 10.4 to 10.5). */
+/* A CAN frame, the possible states of the bus, and the length of a frame on the wire, computed from
+ * its real bit stream (ISO 11898-1 10.4 to 10.5). */
 #ifndef MATRIG_HIL_CANBITS_H
 #define MATRIG_HIL_CANBITS_H
 
@@ -29,12 +29,12 @@ struct hil_can_frame {
 struct hil_can_bits {
     uint16_t crc;   /* CRC-15 of the frame */
     unsigned stuff; /* stuff bits inserted */
-    /* bits from start of frame to the last bit of end of frame, stuff bits included */
+    /* bits from start of frame to the last bit of end of frame, including stuff bits */
     unsigned length;
 };
 
 struct hil_can_bits hil_can_frame_bits(const struct hil_can_frame *frame);
-/* Who wins the bus: the lower number. */
+/* Arbitration value of a frame; the lower value wins the bus. */
 uint32_t hil_can_arbitration(const struct hil_can_frame *frame);
 
 #endif

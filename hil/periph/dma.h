@@ -1,9 +1,10 @@
 /* DMA1 and DMA2 (RM0090 10), direct mode between a peripheral and memory.
  *
- * Peripherals that have data or room call hil_dma_write_items / hil_dma_read_items with as many
- * items as moved at that moment; half-transfer and transfer-complete flags rise then. A peripheral
- * that moves several items in one event must not step over a flag: hil_dma_until_flag returns the
- * number of items to the next. CCM is out of reach: transfer error. */
+ * Peripherals that have data or room call hil_dma_write_items or hil_dma_read_items with the number
+ * of items moved at that time; the half-transfer and transfer-complete flags are set then. A
+ * peripheral that moves several items in one event must not skip a flag: hil_dma_until_flag returns
+ * the number of items up to the next flag. DMA has no access to CCM; an attempt is a transfer
+ * error. */
 #ifndef MATRIG_HIL_DMA_H
 #define MATRIG_HIL_DMA_H
 
@@ -15,25 +16,27 @@
 
 struct hil_dma_stream {
     HIL_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
-    uint32_t reload; /* NDTR when it was enabled */
+    uint32_t reload; /* NDTR when the stream was enabled */
 };
 
 struct hil_dma {
     uint32_t isr[2]; /* LISR, HISR */
     struct hil_dma_stream stream[8];
-    bool waits_for_flash; /* a read of flash holds its memory port, and so all its streams */
+    /* a read of flash blocks the memory port, and so all streams of the controller */
+    bool waits_for_flash;
 };
 
 struct hil_dma_request {
     unsigned controller; /* 0: DMA1, 1: DMA2 */
     unsigned stream;
     unsigned channel;
-    uint32_t peripheral; /* address that PAR must hold */
+    uint32_t peripheral; /* required value of PAR */
     bool from_memory;
 };
 
-/* A peripheral behind a controller. `catch_up`: bring what it has moved up to this cycle;
- * `enabled`: a stream was enabled, it may be the one that waited. NULL: it has no use for it. */
+/* A peripheral connected to a controller. `catch_up`: update the transfers of the peripheral up to
+ * this cycle; `enabled`: a stream was enabled, for which the peripheral may have been waiting. Both
+ * may be NULL. */
 struct hil_dma_client {
     void *who;
     void (*catch_up)(void *who, uint64_t at);
@@ -44,31 +47,31 @@ struct hil_dma_client {
 
 struct hil_dma_device {
     HIL_NEIGHBOURS;
-    struct hil_dma *state; /* of both */
-    /* of each controller, in the order in which they catch up */
+    struct hil_dma *state; /* both controllers */
+    /* clients of each controller, in the order of their `catch_up` calls */
     struct hil_dma_client client[2][HIL_DMA_CLIENTS];
 };
 
-/* For the bus; `device` is a struct hil_dma_device. */
+/* Calls for the bus; `device` is a struct hil_dma_device. */
 void hil_dma_reset(void *device, unsigned unit);
 HIL_ON_BUS(dma)
 
-/* Flash can be read again; `device` is a struct hil_dma_device. */
+/* Call when flash can be read again; `device` is a struct hil_dma_device. */
 void hil_dma_flash_ready(void *device);
 
-/* Items the stream would move now without stopping or raising a flag before the last of them; 0
- * while it does not serve this request (off, other channel or direction). A wrong PAR stops the
- * run. */
+/* Number of items that the stream can move now before it stops or raises a flag, including the item
+ * that raises the flag; 0 if the stream does not serve this request (off, different channel or
+ * direction). A wrong PAR stops the run. */
 uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *request);
 /* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream
- * of bytes takes the low byte. Reading returns false when the memory is out of reach: transfer
- * error, nothing moved. */
+ * of bytes uses the low byte. hil_dma_read_items returns false if the memory is not accessible:
+ * transfer error, and nothing is moved. */
 void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *request,
                          const uint16_t *values, uint32_t n);
 bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *request,
                         uint8_t *values, uint32_t n);
-/* One item of a 32-bit peripheral register (capture), read through the bus with its side
- * effects. */
+/* Moves one item from a 32-bit peripheral register (capture), which is read through the bus with
+ * its side effects. */
 void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream,
                      unsigned channel);
 
