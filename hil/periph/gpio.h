@@ -58,7 +58,7 @@ struct hil_gpio_device {
     /* listeners for ports B, D and E, called in this order */
     struct hil_pin_listener listener[HIL_PIN_LISTENERS];
     unsigned listeners;
-    struct hil_pin_listener timer_listener; /* of the pins that TIM4 can drive */
+    struct hil_pin_listener timer_listener; /* listener for the pins that TIM4 can drive */
     uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS]; /* by outside resistors */
     /* called when the core reads IDR while these pins float; NULL: no listener */
     void (*floats)(void *who, unsigned port, uint32_t value, uint32_t pins);

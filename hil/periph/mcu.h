@@ -1,10 +1,10 @@
-/* The microcontroller: the peripherals of an STM32F407 around the core, where each is on the bus,
- * and how the chip joins them: clocks and reset lines, requests of DMA, triggers, alternate
- * functions of pins.
+/* The microcontroller: the peripherals of an STM32F407, their addresses on the bus, and their
+ * connections within the chip (clocks and reset lines, DMA requests, triggers, alternate functions
+ * of pins).
  *
- * Whoever builds a board sets the core's, the options' and the state's places, and connects what is
- * outside: the wires of CAN and USART, the slaves of SPI and I2C, the analogue source, the flash's
- * calls. */
+ * The builder of a board provides core, options and state, and connects the outside parts: the
+ * wires of CAN and USART, the slaves of SPI and I2C, the analogue source and the calls of the
+ * flash. */
 #ifndef MATRIG_HIL_MCU_H
 #define MATRIG_HIL_MCU_H
 
@@ -22,7 +22,7 @@
 #include "hil/periph/tim.h"
 #include "hil/periph/usart.h"
 
-/* Without pointers: a copy is a snapshot. */
+/* Contains no pointers: a copy is a snapshot. */
 struct hil_mcu_state {
     struct hil_rcc rcc;
     struct hil_flash flash;
@@ -60,12 +60,11 @@ struct hil_mcu {
     struct hil_pin line_in;
 };
 
-/* Join the parts. `mcu` is zero and outlived by the others. Its pin listeners are called after the
- * earlier ones. */
+/* Connects the parts. `mcu` must be zeroed; the other arguments must outlive it. Its pin listeners
+ * are called after those added before. */
 void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
                     struct hil_mcu_state *state);
-/* What a reset line of the chip reaches, the core apart. `csr_flags` are the flags that RCC_CSR
- * will show. */
+/* Resets everything on the chip except the core. `csr_flags`: reset flags for RCC_CSR. */
 void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags);
 
 #endif

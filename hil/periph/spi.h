@@ -1,9 +1,9 @@
-/* SPI2 (RM0090 28) as an 8-bit master with a memory on PB13 SCK, PB14 MISO, PB15 MOSI, chip select
- * PB12 driven by software, DMA1 streams 3 (receive) and 4 (send).
+/* SPI2 (RM0090 28) as an 8-bit master with a memory on PB13 SCK, PB14 MISO and PB15 MOSI. Chip
+ * select PB12 is driven by software; DMA1 streams 3 (receive) and 4 (send) are used.
  *
- * A byte takes eight periods of PCLK1 / 2^(BR+1). While the three pins are not SPI2's, the memory
- * sees no clock and 0xff is received. Refused beside registers.def: I2S, a change of settings in
- * mid transfer. */
+ * A byte takes eight periods of PCLK1 / 2^(BR+1). While the three pins are not in SPI2 mode, the
+ * memory receives no clock, and SPI2 receives 0xff. In addition to registers.def, I2S and changes
+ * of settings during a transfer are refused. */
 #ifndef MATRIG_HIL_SPI_H
 #define MATRIG_HIL_SPI_H
 
@@ -14,25 +14,27 @@
 #include "hil/periph/wire.h"
 
 struct hil_spi {
-    /* Of SR only RXNE, OVR; the rest follows from the state. DR: the byte received. */
+    /* SR contains only RXNE and OVR; the other bits follow from the state. DR: the received
+     * byte. */
     HIL_WORDS(word, cr1, cr2, sr, dr);
-    bool dr_was_read;       /* first half of what clears OVR */
-    bool holding, shifting; /* a byte in the transmit buffer; in the shift register */
+    bool dr_was_read;       /* first step of the sequence that clears OVR */
+    bool holding, shifting; /* the transmit buffer, or the shift register, contains a byte */
     uint8_t held, shifted;
     uint64_t shift_end_cycle;
-    bool selected; /* PB12 low as last seen */
-    bool clocked;  /* a byte has begun since */
-    bool floating; /* DR was received while nothing held MISO */
+    bool selected; /* PB12 was low at the last check */
+    bool clocked;  /* a byte has begun since the selection */
+    bool floating; /* the byte in DR was received while MISO floated */
 };
 
-/* The chip behind the wires. */
+/* The chip connected to the pins. */
 struct hil_spi_slave {
     void *who;
-    /* Chip select falls, rises (in_byte: not on a byte boundary); one byte in and out meanwhile. */
+    /* Falling and rising edge of chip select (in_byte: not on a byte boundary), and exchange of one
+     * byte in between. */
     void (*select)(void *who, uint64_t at);
     void (*deselect)(void *who, uint64_t at, bool in_byte);
     uint8_t (*exchange)(void *who, uint8_t in, uint64_t at);
-    bool (*speaks)(const void *who); /* it drove MISO in the byte that was exchanged last */
+    bool (*speaks)(const void *who); /* the chip drove MISO in the last byte */
 };
 
 struct hil_spi_device {
@@ -41,17 +43,17 @@ struct hil_spi_device {
     struct hil_spi_slave slave;
 };
 
-/* Of SCK, by the present CR1. */
+/* Period of SCK with the present CR1. */
 double hil_spi_period_ns(const struct hil_spi_device *dev);
 
-/* For the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
+/* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
 void hil_spi_reset(void *device, unsigned unit);
 HIL_ON_BUS(spi)
-/* Bring what has been shifted up to `at`. */
+/* Updates the transfer up to `at`. */
 void hil_spi_catch_up(void *device, uint64_t at);
-/* A stream of DMA1 was enabled: it may be the one that waited. */
+/* Call when a stream of DMA1 was enabled, for which SPI2 may have been waiting. */
 void hil_spi_dma_enabled(void *device);
-/* A pin of port B may have changed. */
+/* Call when a pin of port B may have changed. */
 void hil_spi_pins_changed(void *device, uint64_t at);
 
 #endif

@@ -1,10 +1,11 @@
-/* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18: counting up,
- * output compare with all eight modes, capture of TIM2's channels 1 and 2 from their own pins with
- * filter and prescaler, trigger mode from another timer. The rest is refused.
+/* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18. Modelled:
+ * counting up, output compare with all eight modes, capture on TIM2's channels 1 and 2 from their
+ * own pins with filter and prescaler, trigger mode from a different timer. All other functions are
+ * refused.
  *
- * The counter is computed when it is read; compare matches, updates and captures are events.
- * Trigger and synchronisation delays of one or two timer clocks are not modelled; the input
- * filter's is. */
+ * The counter is computed when it is read; compare matches, updates and captures are events. The
+ * delay of the input filter is modelled. Trigger and synchronisation delays of one or two timer
+ * clocks are not. */
 #ifndef MATRIG_HIL_TIM_H
 #define MATRIG_HIL_TIM_H
 
@@ -19,50 +20,52 @@
 enum { HIL_TIM2, HIL_TIM4 };
 
 struct hil_tim {
-    /* as written */
+    /* registers as written */
     HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
-    uint32_t psc_now, arr_now, ccr_now[4]; /* in use (preload) */
-    /* the counter was base_count here; runs from here while CEN */
+    uint32_t psc_now, arr_now, ccr_now[4]; /* active values (with preload) */
+    /* cycle at which the counter was base_count; the counter runs from here while CEN is set */
     uint64_t base_cycle;
     uint32_t base_count;
     bool reference[4]; /* OCxREF */
-    /* Of channels 1 and 2: */
-    uint64_t capture_cycle[HIL_CAPTURES]; /* HIL_NEVER, or when the filter lets an edge through */
+    /* The following members are for channels 1 and 2. */
+    /* cycle at which an edge passes the filter, or HIL_NEVER */
+    uint64_t capture_cycle[HIL_CAPTURES];
     bool capture_level[HIL_CAPTURES];
     uint8_t capture_skipped[HIL_CAPTURES]; /* edges since the last capture, for the prescaler */
 };
 
 struct hil_tim_device {
     HIL_NEIGHBOURS;
-    struct hil_tim *state; /* of all */
+    struct hil_tim *state; /* all timers */
     struct hil_adc_device *adc;
 };
 
-/* For the bus and the event queue; `device` is a struct hil_tim_device. */
+/* Calls for the bus and the event queue; `device` is a struct hil_tim_device. */
 void hil_tim_reset(void *device, unsigned unit);
 HIL_ON_BUS(tim)
 void hil_tim2_event(void *device, uint64_t at);
 void hil_tim4_event(void *device, uint64_t at);
 
-/* For the pins. Level of TIM4's output on channel 0..3; *drives false while the channel is off. */
+/* Call for the pins: level of TIM4's output on channel 0..3; *drives is false while the channel is
+ * off. */
 bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
-/* TI1 or TI2 of TIM2 (channel 0 or 1) changed to `level`. */
+/* Call when TI1 or TI2 of TIM2 (channel 0 or 1) changed to `level`. */
 void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
-/* A halted core stops it (DBGMCU) until then. */
+/* Stops a timer until until_cycle, because the core is halted (DBGMCU). */
 void hil_tim_hold(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle);
-/* HCLK cycles from an edge of TI1 or TI2 to its capture, as the input is set up now. */
+/* HCLK cycles from an edge of TI1 or TI2 to its capture, with the present settings of the input. */
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel);
 
 /* ---- tim11 ---- */
 
-/* TIM11 (RM0090 19.5) as far as it measures the crystal: channel 1 captures the HSE, divided for
- * the RTC (TIM11_OR). Anything else is refused. */
+/* TIM11 (RM0090 19.5), only for measuring the crystal: channel 1 captures the HSE divided for the
+ * RTC (TIM11_OR). All other functions are refused. */
 
 struct hil_tim11 {
     HIL_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30, ccr1,
               at_38[6], or);
-    uint64_t began_ps; /* counter and capture are on since then; HIL_NEVER: they are not */
-    uint64_t captures; /* since then */
+    uint64_t began_ps; /* time at which counter and capture were switched on; HIL_NEVER: off */
+    uint64_t captures; /* captures since then */
 };
 
 struct hil_tim11_device {
@@ -70,7 +73,7 @@ struct hil_tim11_device {
     struct hil_tim11 *state;
 };
 
-/* `device` is a struct hil_tim11_device, `unit` is not used. */
+/* Calls for the bus; `device` is a struct hil_tim11_device, `unit` is not used. */
 void hil_tim11_reset(void *device, unsigned unit);
 HIL_ON_BUS(tim11)
 

@@ -1,10 +1,10 @@
-/* USART1 (RM0090 30), 8N1, 8E1 and 8O1, with DMA both ways; the line's other end is a function
- * call.
+/* USART1 (RM0090 30) with 8N1, 8E1 and 8O1 and DMA in both directions. The other end of the line is
+ * a function call.
  *
- * Bytes leave back to back at the programmed rate. Where the rates differ by more than 3 %, or the
- * parity, each byte arrives as 0 with a framing error, and what leaves is counted; what
- * leaves while PA9 is not USART1_TX is lost. Bytes that arrive are spaced at the other end's rate,
- * and PA10 shows their bits. */
+ * Bytes are sent back to back at the programmed rate. If the rates of the two ends differ by more
+ * than 3 %, or the parities differ, each byte is received as 0 with a framing error, and the sent
+ * bytes are counted. Bytes that are sent while PA9 is not in USART1_TX mode are lost. Received
+ * bytes are spaced at the rate of the other end, and their bits appear on PA10. */
 #ifndef MATRIG_HIL_USART_H
 #define MATRIG_HIL_USART_H
 
@@ -17,22 +17,22 @@
 #include "hil/periph/wire.h"
 
 #define HIL_USART_QUEUE 4096u
-#define HIL_USART_GROUP 32u /* bytes that one event may send under DMA */
+#define HIL_USART_GROUP 32u /* maximum bytes that one event sends with DMA */
 
 struct hil_usart {
-    /* DR: what was received; the parity bit is bit 8 */
+    /* DR: the received byte; bit 8 is the parity bit */
     HIL_WORDS(word, sr, dr, brr, cr1, cr2, cr3);
-    bool sr_was_read; /* half of the sequences that clear TC, IDLE, ORE */
+    bool sr_was_read; /* first step of the sequences that clear TC, IDLE and ORE */
     /* sending */
-    bool holding, shifting; /* a byte in DR; in the shift register */
+    bool holding, shifting; /* DR, or the shift register, contains a byte to be sent */
     uint8_t held, shifted;
     uint64_t shift_end_cycle;
     uint8_t out[HIL_USART_GROUP + 2];
     uint32_t out_count;
     /* receiving */
-    uint64_t listens_since_ps; /* a frame that began before is not seen */
+    uint64_t listens_since_ps; /* a frame that began earlier is not received */
     uint32_t queue_head, queue_count;
-    bool delayed;      /* the next byte has had its delay */
+    bool delayed;      /* the delay of the next byte is over */
     bool idle_follows; /* the next event is the idle line after the last byte */
     uint8_t queue[HIL_USART_QUEUE];
 };
@@ -43,21 +43,21 @@ struct hil_usart_device {
     struct hil_wire wire;
 };
 
-/* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for
- * HIL_USART_QUEUE, rest dropped. */
+/* Queues bytes from the other end; they arrive at its rate, directly after the bytes queued before.
+ * MR_OK; MR_FULL: more than HIL_USART_QUEUE bytes are waiting, and the rest is dropped. */
 enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *bytes, size_t n);
-/* Bytes that hil_usart_inject takes now. */
+/* Number of bytes that hil_usart_inject accepts now. */
 size_t hil_usart_room(const struct hil_usart_device *dev);
 
-/* For the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
+/* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
 void hil_usart_reset(void *device, unsigned unit);
 HIL_ON_BUS(usart)
 void hil_usart_rx_event(void *device, uint64_t at);
-/* Bring what has been sent up to `at`. */
+/* Updates transmission up to `at`. */
 void hil_usart_catch_up(void *device, uint64_t at);
-/* Level of the line into PA10 now. */
+/* Present level of the line into PA10. */
 bool hil_usart_line_in(const void *device, unsigned channel, bool *drives);
-/* A stream of DMA2 was enabled: it may be the one that waited. */
+/* Call when a stream of DMA2 was enabled, for which USART1 may have been waiting. */
 void hil_usart_dma_enabled(void *device);
 
 #endif

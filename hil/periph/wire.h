@@ -1,6 +1,6 @@
-/* What a peripheral is wired to: its neighbours within the chip, and the line between a link's pins
- * and its other end. The line accepts frames and bytes and decides their faults. The peripheral
- * asks; the rig answers (hil/rig/faults.h). */
+/* Connections of a peripheral: its neighbours within the chip, and the line between the pins of a
+ * link and its other end. The line carries frames and bytes and decides their faults, which the rig
+ * provides (hil/rig/faults.h). */
 #ifndef MATRIG_HIL_WIRE_H
 #define MATRIG_HIL_WIRE_H
 
@@ -17,7 +17,7 @@ struct hil_options;
 struct hil_rcc_device;
 struct hil_rules_device;
 
-/* What each peripheral finds beside it within the chip; mcu.c sets them. */
+/* Pointers from each peripheral to its neighbours within the chip; mcu.c sets them. */
 #define HIL_NEIGHBOURS            \
     struct hil_core *core;        \
     struct hil_options *options;  \
@@ -26,7 +26,7 @@ struct hil_rules_device;
     struct hil_gpio_device *gpio; \
     struct hil_rules_device *rules
 
-/* The two calls of a peripheral for the bus: struct hil_peripheral. */
+/* Declares the two calls of a peripheral for the bus (struct hil_peripheral). */
 #define HIL_ON_BUS(name)                                                      \
     uint32_t hil_##name##_read(void *device, unsigned unit, uint32_t offset); \
     void hil_##name##_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
@@ -45,15 +45,16 @@ enum hil_line_fault {
 
 struct hil_wire {
     void *who;
-    /* Does the next unit on this line have this fault? Counts it down and reports it; `what` names
-     * the unit. */
+    /* True if the next unit (frame or byte) on this line has this fault; the fault is then counted
+     * down and reported. `what` names the unit. */
     bool (*suffers)(void *who, enum hil_line line, enum hil_line_fault kind, const char *what,
                     uint32_t number);
-    /* Time by which the last unit that suffered HIL_DELAY is to be late. */
+    /* Delay of the last unit with the fault HIL_DELAY. */
     uint64_t (*delay_ps)(const void *who, enum hil_line line);
-    /* 0 <= value < bound, from the faults' own sequence. */
+    /* Random number, 0 <= value < bound, from the sequence of the faults. */
     uint32_t (*random)(void *who, uint32_t bound);
-    /* What the board sent; the last bit ended at t_ps. The bytes may be changed. */
+    /* Called with data that the board has sent; their last bit ended at t_ps. The function may
+     * change the bytes. */
     void (*can_out)(void *who, uint64_t t_ps, const struct hil_can_frame *frame);
     void (*serial_out)(void *who, uint64_t t_ps, uint8_t *bytes, size_t n);
 };

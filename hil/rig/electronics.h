@@ -1,10 +1,12 @@
-/* The electronics between the sensors and the pins: of the ideal board, or of one that is drawn.
+/* The electronics between sensors and pins: of the ideal board, or of a board with random
+ * tolerances ("drawn").
  *
- * The ideal board is the circuits' nominal values and nothing else; every test that asks for no
- * other has it. A drawn board has the spread of the reference circuits' parts (hil/circuits, of
- * which figures.def is made): a standard deviation or a typical value is drawn as a normal
- * deviation, a tolerance and a most evenly within, the INL's peak from typical to most, rarely near
- * the most. One seed, one board; the seed of the converters' noise is another. */
+ * The ideal board has the exact nominal values of the circuits and is the default of all tests. A
+ * drawn board has the tolerances of the parts in the reference circuits (hil/circuits, the source
+ * of figures.def). Figures given as a standard deviation or a typical value are drawn from a normal
+ * distribution, figures given as a tolerance or a maximum from a uniform one. The peak of the INL
+ * is between typical and maximum, rarely near the maximum. Each seed gives one board; the noise of
+ * the converters has a different seed. */
 #ifndef MATRIG_HIL_ELECTRONICS_H
 #define MATRIG_HIL_ELECTRONICS_H
 
@@ -16,13 +18,13 @@
 
 struct hil_options;
 
-#define HIL_PULSE_PS         20000000ull /* of the one-shot: 20 us */
+#define HIL_PULSE_PS         20000000ull /* pulse of the one-shot, 20 us */
 #define HIL_STAIRCASE_ZERO_V 0.050       /* at 3.3 V */
 
 /* Nominal step of a switch, position 1..24, in codes. */
 unsigned hil_step_codes(unsigned position);
 
-/* Of all boards, by the names of hil/circuits/figures.def. */
+/* Figures of all boards, with the names of hil/circuits/figures.def. */
 struct hil_figures {
 #define FIGURE(name, value, unit, block, text) double name;
 #include "hil/circuits/figures.def"
@@ -30,46 +32,48 @@ struct hil_figures {
 
 struct hil_electronics {
     double vdda_v;
-    double reference;       /* times 2.500 V, at 20 degrees */
-    double reference_read;  /* of that, what its own channel gets */
-    double reference_drift; /* relative, a degree */
-    double warmer_k;        /* than 20 degrees, at power on */
+    double reference;       /* in units of 2.500 V, at 20 C */
+    double reference_read;  /* fraction of the reference that reaches its own channel */
+    double reference_drift; /* relative, per C */
+    double warmer_k;        /* temperature above 20 C at power on */
     double warmer_k_per_s;
     double transducer_gain[HIL_RUN_TRANSDUCERS];
     double transducer_zero_in[HIL_RUN_TRANSDUCERS];
-    double transducer_mid_v[HIL_RUN_TRANSDUCERS]; /* added */
-    double transducer_gain_k; /* by which the cells' gain rises, relative, a degree */
+    double transducer_mid_v[HIL_RUN_TRANSDUCERS]; /* offset from the nominal mid voltage */
+    double transducer_gain_k;                     /* rise of the transducer gain, relative, per C */
     double transducer_tau_s;
     double gage_gain[HIL_RUN_GAGES];
-    double gage_natural_lb[HIL_RUN_GAGES]; /* its zero before the balance trim */
-    double gage_zero_lb[HIL_RUN_GAGES];    /* and after it, at 20 degrees */
+    double gage_natural_lb[HIL_RUN_GAGES]; /* zero before the balance trim */
+    double gage_zero_lb[HIL_RUN_GAGES];    /* zero after the balance trim, at 20 C */
     double gage_drift_lb_k[HIL_RUN_GAGES];
-    double gage_shunt[HIL_RUN_GAGES]; /* times HIL_RIG_SHUNT_LB */
-    double gage_lag_s;                /* of the filter against aliases */
-    double staircase_zero;            /* times its nominal 0.050 V */
+    double gage_shunt[HIL_RUN_GAGES]; /* in units of HIL_RIG_SHUNT_LB */
+    double gage_lag_s;                /* time constant of the anti-aliasing filter */
+    double staircase_zero;            /* in units of the nominal 0.050 V */
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
-    uint64_t pulse_ps; /* of the one-shot */
-    /* from a pin that changes to the lamp's read-back, and to the shunts' contacts */
-    bool lamp_told; /* its current, once it is hot, is above the read-back's threshold */
+    uint64_t pulse_ps; /* pulse of the one-shot */
+    /* the following delays are from a pin change to the lamp's read-back and to the contacts of the
+     * shunt relay */
+    bool lamp_told; /* the current of the hot lamp is above the threshold of the read-back */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
-    bool drawn; /* else nothing of `adc` holds but what the converters see of each source */
+    bool drawn; /* false: only the source resistances in `adc` are valid */
     struct hil_adc_errors adc;
 };
 
-/* Values of figures.def. */
+/* Sets the values of figures.def. */
 void hil_figures_reference(struct hil_figures *figures);
 
-/* The electronics of the board in the options: ideal, or drawn from `figures` (NULL: the reference
- * design's). */
+/* Sets the electronics for the options: ideal, or drawn from `figures` (NULL: those of the
+ * reference design). */
 void hil_electronics_make(struct hil_electronics *electronics, const struct hil_options *options,
                           const struct hil_figures *figures);
 
-/* The unique identifier of the chip on the board that this seed draws: its place on the wafer, the
- * wafer and its lot (RM0090 39.1), which marks it as emulated (common/emulated.h). */
+/* Unique identifier of the chip on the board with this seed: position on the wafer, wafer and lot
+ * (RM0090 39.1). The lot marks the chip as emulated (common/emulated.h). */
 void hil_electronics_identity(uint64_t seed, uint32_t uid[3]);
 
-/* Zero of a bridge whose balance trim reaches `range_lb` either way and is set to `left_lb`. */
+/* Zero of a bridge after the balance trim, which has a range of +-`range_lb`: `left_lb` remains,
+ * plus any offset beyond the range. */
 double hil_electronics_trimmed(double natural_lb, double range_lb, double left_lb);
 
 #endif

@@ -1,8 +1,8 @@
-/* Faults on order: when something happens (trigger), what goes wrong (action). As text
- * (hil/README.md, "Faults") and as calls.
+/* Scripted faults, each with a trigger and an action, from a text file (hil/README.md, "Faults") or
+ * by calls.
  *
- * Each fault, in the words of its line, and each affected frame or byte is reported in one line to
- * hil_options.log with its time. */
+ * Each fault (with the text of its line) and each affected frame or byte is reported with its time
+ * in one line to hil_options.log. */
 #ifndef MATRIG_HIL_FAULTS_H
 #define MATRIG_HIL_FAULTS_H
 
@@ -27,23 +27,22 @@ struct hil_tmp112;
 struct hil_tmp112_device;
 struct hil_w25q_device;
 
-/* ---- the two links, from the board's pins to the host's end, and what befalls frames and bytes on
- * the way ---- */
+/* ---- the two links, from the board's pins to the host's end, and their faults ---- */
 
-#define HIL_FAULT_HELD  16u    /* frames on their way late; more than that are not delayed */
-#define HIL_FAULT_BYTES 16384u /* bytes on their way late; likewise */
+#define HIL_FAULT_HELD  16u    /* maximum delayed frames; further frames are not delayed */
+#define HIL_FAULT_BYTES 16384u /* maximum delayed bytes; further bytes are not delayed */
 #define HIL_FAULT_ALL   UINT32_MAX
 
 struct hil_callbacks {
     void *ctx;
-    /* A frame of the board whose last bit (end of frame) ended at t_ps. */
+    /* Called with a frame from the board; its last bit (end of frame) ended at t_ps. */
     void (*on_can_frame)(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame);
-    /* n bytes of the board; the stop bit of the last one ended at t_ps. */
+    /* Called with n bytes from the board; the stop bit of the last byte ended at t_ps. */
     void (*on_serial_bytes)(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n);
 };
 
 struct hil_line_effect {
-    uint32_t left; /* HIL_FAULT_ALL: no end */
+    uint32_t left; /* number still to be affected; HIL_FAULT_ALL: no limit */
     double probability;
     uint64_t duration_ps;
     unsigned file_line;
@@ -52,10 +51,10 @@ struct hil_line_effect {
 struct hil_lines {
     uint64_t random;
     struct hil_line_effect effect[HIL_LINES][HIL_LINE_FAULTS];
-    uint32_t held_count; /* CAN frames on their way to the host */
+    uint32_t held_count; /* delayed CAN frames to the host */
     uint64_t held_ps[HIL_FAULT_HELD];
     uint8_t held_frame[HIL_FAULT_HELD][24];
-    uint32_t bytes_count; /* serial bytes likewise */
+    uint32_t bytes_count; /* delayed serial bytes to the host */
     uint64_t bytes_ps;
     uint8_t bytes[HIL_FAULT_BYTES];
 };
@@ -64,21 +63,21 @@ struct hil_lines_device {
     struct hil_core *core;
     const struct hil_options *options;
     struct hil_lines *state;
-    struct hil_callbacks callbacks;     /* the host's end */
-    struct hil_callbacks pin_callbacks; /* on the board's pins: before what befalls the links */
-    struct hil_call frame_sent;         /* a CAN frame has left the board */
+    struct hil_callbacks callbacks;     /* at the host's end */
+    struct hil_callbacks pin_callbacks; /* at the board's pins, before the faults of the links */
+    struct hil_call frame_sent;         /* called when a CAN frame has left the board */
 };
 
-/* Nothing befalls them. `seed` of the probabilities and of corrupted bits. */
+/* Initialises the links without faults. `seed`: for probabilities and corrupted bits. */
 void hil_lines_create(struct hil_lines_device *dev, uint64_t seed);
-/* The links as the peripherals see them. */
+/* Interface of the links for the peripherals. */
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
-/* ---- the supply: when it goes, when it dips, and when the chip runs again ---- */
+/* ---- the supply: power failures, brown-outs, and restarts of the chip ---- */
 
 #define HIL_CSR_POWER_ON 0x0e000000u /* flags of RCC_CSR at power on: POR, pin, brown-out */
 
 struct hil_supply {
-    bool held_in_reset; /* no supply, or too little */
+    bool held_in_reset; /* the supply is missing or too low */
 };
 
 struct hil_supply_device {
@@ -91,11 +90,11 @@ struct hil_supply_device {
 };
 
 void hil_supply_create(struct hil_supply_device *dev);
-/* The supply goes and comes back at once. Operations of flash and NOR stop half done, and RAM holds
- * noise; everything else is as at power on. Time, rig and what is on the links go on. Callable
- * while the board runs or between. */
+/* Simulates a power failure with immediate return of the supply. Operations of flash and NOR are
+ * interrupted, RAM contains random data, and everything else is as at power on. Time, rig and data
+ * on the links continue. May be called while the board runs or between runs. */
 void hil_supply_cut(struct hil_supply_device *dev);
-/* The chip was reset: hold it in reset until the supply is back, if it is not. */
+/* Call after a reset of the chip: holds it in reset while the supply is missing. */
 void hil_supply_hold(struct hil_supply_device *dev);
 
 /* ---- faults ---- */
@@ -124,7 +123,7 @@ enum hil_action {
     HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
 };
 
-/* In the order of the words in a fault file. */
+/* In the order of the keywords in a fault file. */
 enum hil_nor_fault {
     HIL_NOR_FILL,
     HIL_NOR_DEAD,
@@ -141,14 +140,14 @@ enum hil_thermometer_fault {
     HIL_THERMOMETER_STRETCH,
 };
 
-/* Ranges are those of a fault file, which checks them. */
+/* One fault. Ranges are as in a fault file; hil_faults_read checks them. */
 struct hil_fault {
     enum hil_trigger trigger;
     uint64_t t_ps;          /* HIL_AT_TIME */
     uint64_t n;             /* HIL_AT_FRAME, _FLASH, _NOR: from 1, counted since power on */
     double station_ft;      /* HIL_AT_STATION */
     uint64_t delay_ps;      /* after the trigger */
-    enum hil_action action; /* which of the following it uses: see there */
+    enum hil_action action; /* enum hil_action lists which of the following members are used */
     enum hil_line line;
     unsigned choice;
     uint32_t index, count, address, bit;
@@ -157,7 +156,7 @@ struct hil_fault {
     double gain, offset_lb;
     uint64_t duration_ps;
     unsigned file_line; /* 0: not from a file */
-    char text[80];      /* the action's words */
+    char text[80];      /* text of the action */
 };
 
 struct hil_fault_script {
@@ -166,16 +165,16 @@ struct hil_fault_script {
     struct hil_fault fault[HIL_FAULTS_MAX];
 };
 
-/* Read a fault file. `elf` names the image whose symbols PLACE may use, or NULL. On failure `error`
- * has file, line, the fault and the correct form. MR_IO; MR_MALFORMED; MR_VERSION; MR_UNKNOWN: no
- * such symbol; MR_FULL: too many lines. */
+/* Reads a fault file. `elf` names the image whose symbols PLACE may use, or is NULL. On failure
+ * `error` contains file, line, the mistake and the correct form. MR_OK; MR_IO; MR_MALFORMED;
+ * MR_VERSION; MR_UNKNOWN: no such symbol; MR_FULL: too many lines. */
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
                                char *error, size_t size);
 
 struct hil_faults {
     uint32_t count;
     struct hil_fault fault[HIL_FAULTS_MAX];
-    uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waits for its trigger, or is over */
+    uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waiting for its trigger, or over */
     bool over[HIL_FAULTS_MAX];
     uint64_t flash_operations, nor_operations;
 };
@@ -195,19 +194,19 @@ struct hil_faults_device {
     struct hil_tmp112 *thermometer;
 };
 
-/* Nothing is ordered. */
+/* Initialises without faults. */
 void hil_faults_create(struct hil_faults_device *dev);
-/* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: no such memory, or a
- * moment that has passed; MR_UNKNOWN: no gear passes that station. The core's `reason` names it. */
+/* Adds one fault. For a trigger by station, the rig must be attached first. MR_OK; MR_FULL;
+ * MR_USAGE: no such memory, or a time in the past; MR_UNKNOWN: no gear passes that station. The
+ * core's `reason` has the text. */
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
-/* All of a script, and its seed. */
+/* Adds all faults of a script and sets its seed. */
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
                                   const struct hil_fault_script *script);
-/* At the end of a run: names each fault that did not come to happen, in a line to
- * hil_options.log. */
+/* Call at the end of a run: reports each fault that did not occur in a line to hil_options.log. */
 void hil_faults_tell_rest(const struct hil_faults_device *dev);
 
-/* Counted things have happened; `device` is a struct hil_faults_device. */
+/* Call when a counted event has occurred; `device` is a struct hil_faults_device. */
 void hil_faults_flash_operation(void *device);
 void hil_faults_nor_operation(void *device);
 void hil_faults_can_sent(void *device);

@@ -1,12 +1,12 @@
-/* Replay: a recorded landing on the board's pins instead of a rig.
+/* Replay: applies a recorded landing to the board's pins in place of a rig.
  *
- * The converters deliver codes that have the sums and counts of the recorded blocks, block n of the
- * record in block n of the board (both count on TIM2, from the moment it starts); a transducer's
- * codes follow the polarity that the excitation pins really have. PA15 rises so that TIM2 captures
- * the recorded ticks, PB3 at those of film frames, from which the board has taken off the delay of
- * its filter. Commands come over the serial line (a third and fourth of one block over CAN) in the
- * middle of the block that took them; the board is started for a replay by the command `replay` and
- * the maintenance jumper. */
+ * The converters deliver codes with the sums and counts of the recorded blocks. Block n of the
+ * record is used in block n of the board, counted from the start of TIM2. The codes of a transducer
+ * follow the actual polarity of the excitation pins. PA15 rises so that TIM2 captures the recorded
+ * ticks of edges, and PB3 so that it captures those of film frames, from which the board has
+ * subtracted its filter delay. Commands are sent over serial (a third and fourth command of one
+ * block over CAN) in the middle of the block in which they were processed. The command `replay`
+ * with the maintenance jumper starts the board for a replay. */
 #ifndef MATRIG_HIL_REPLAY_H
 #define MATRIG_HIL_REPLAY_H
 
@@ -18,19 +18,19 @@
 #include "common/catalogue.h"
 #include "common/status.h"
 
-/* Converter codes that have given sums and counts of saturation: what a block record leaves open is
- * chosen here. */
+/* Converter codes with given sums and saturation counts. A block record does not determine the
+ * individual codes; they are chosen here. */
 #define HIL_CODES_PER_POLARITY (MR_SCANS_PER_BLOCK / 2u)
 
-/* The codes of one block: of the transducers by polarity of the excitation (0 forward), each in
- * order of the scans. */
+/* The codes of one block, in order of the scans; those of the transducers by polarity of the
+ * excitation (0: forward). */
 struct hil_codes {
     uint16_t transducer[2][MR_TRANSDUCERS][HIL_CODES_PER_POLARITY];
     uint16_t adc1[MR_ADC1_CHANNELS][MR_SCANS_PER_BLOCK];
 };
 
-/* Codes whose sums and counts are the block's, zeroes of channels that are absent. False: there are
- * none; `*channel` (0 to MR_CHANNELS - 1) is the first for which it is so. */
+/* Computes codes with the sums and counts of the block; absent channels get zeroes. False: there
+ * are no such codes; `*channel` (0 to MR_CHANNELS - 1) is the first channel without a solution. */
 bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
 
 struct hil_adc_device;
@@ -43,13 +43,13 @@ struct hil_tim_device;
 struct hil_usart_device;
 
 struct hil_replay_state {
-    bool started;        /* TIM2 runs */
-    uint64_t zero_cycle; /* it was 0 here */
-    uint64_t resets;     /* of the chip when it started */
+    bool started;        /* TIM2 is running */
+    uint64_t zero_cycle; /* cycle at which TIM2 was 0 */
+    uint64_t resets;     /* resets of the chip before TIM2 started */
     uint32_t next_edge, next_command, next_frame;
     bool pulse;        /* PA15 is high */
     bool frame_pulse;  /* PB3 is high */
-    uint16_t sequence; /* of serial frames */
+    uint16_t sequence; /* sequence number of the next serial frame */
 };
 
 struct hil_replay_device {
@@ -61,24 +61,24 @@ struct hil_replay_device {
     struct hil_tim_device *tim;
     struct hil_can_device *can;
     struct hil_usart_device *usart;
-    const struct hil_rig_device *rig; /* for the polarity of the excitation */
+    const struct hil_rig_device *rig; /* provides the polarity of the excitation */
     const struct hil_replay *replay;  /* NULL: none */
-    /* Derived; worked out again when needed. */
-    const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
+    /* Derived; recomputed when needed. */
+    const struct mr_block *codes_block; /* block of these codes; NULL: none */
     struct hil_codes codes;
 };
 
 void hil_replay_create(struct hil_replay_device *dev);
-/* Begin a record; it is not copied. NULL: none. The state stays as it is. */
+/* Connects a record, which is not copied; NULL: none. The state is unchanged. */
 void hil_replay_connect(struct hil_replay_device *dev, const struct hil_replay *replay);
-/* Seconds from power on by which the record is over and everything about it has been sent. */
+/* Time from power on, s, after which the record has ended and all output about it has been sent. */
 double hil_replay_duration_s(const struct hil_replay *replay);
 
 /* ---- replayfile ---- */
 
-/* The replay file: a recorded landing as the board saw it, as text, read once. Its lines:
- * hil/README.md, "Replay file". Blocks count from the start of the board's scans, as in the
- * records; before the first record its codes hold, after the last one the last one's. */
+/* The replay file: the board's input during a recorded landing, as text. hil/README.md, "Replay
+ * file", describes its lines. Blocks are counted from the start of the board's scans, as in the
+ * records. Before the first and after the last record, the codes of that record are used. */
 
 struct hil_replay_command {
     uint32_t block;
@@ -100,9 +100,9 @@ struct hil_replay {
     uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */
 };
 
-/* Read a file. On failure nothing is kept and `error` (size bytes) describes the fault, with file
- * and line. MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a whole
- * replay file of version 1, or a record whose sums no codes can have. */
+/* Reads a file. On failure nothing is kept, and `error` (size bytes) describes the fault with file
+ * and line. MR_OK; MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a
+ * complete replay file of version 1, or a record with impossible sums. */
 enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char *error,
                                size_t size);
 void hil_replay_free(struct hil_replay *replay);

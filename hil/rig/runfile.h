@@ -1,10 +1,10 @@
-/* The run file: physical truth of one landing as text (`matrig-run 1`), read once, then constant.
- * Lines of truth that the board must not know (touchdown, transducer, gage, gap_in ...) are passed
- * over.
+/* The run file: the physical truth of one landing as text (`matrig-run 1`), read once and then
+ * constant. Lines with truth that the board must not know (touchdown, transducer, gage, gap_in ...)
+ * are ignored.
  *
- * Truth between samples is linear; before the first and after the last sample it holds.
- * Displacements are in inches, downfield positive, tensions in pounds. Times are seconds of virtual
- * time since power on. */
+ * Truth is linear between samples and constant before the first and after the last sample.
+ * Displacements are in inches, downfield positive; tensions are in pounds. Times are seconds of
+ * virtual time since power on. */
 #ifndef MATRIG_HIL_RUNFILE_H
 #define MATRIG_HIL_RUNFILE_H
 
@@ -24,48 +24,48 @@
 
 struct hil_run_command {
     uint64_t t_ps;
-    bool serial;               /* else by CAN */
+    bool serial;               /* true: sent by serial; false: by CAN */
     struct mr_command message; /* tag: 1 for the first command of the file, then rising */
 };
 
 struct hil_run {
     double duration_s;
-    unsigned switches; /* read: HIL_RUN_SWITCHES */
-    /* by position - 1; HIL_RUN_NEVER: it is not tripped */
+    unsigned switches; /* number in the file; always HIL_RUN_SWITCHES */
+    /* by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
-    double switch_ft[HIL_RUN_SWITCHES]; /* where it really is */
+    double switch_ft[HIL_RUN_SWITCHES]; /* true station of the switch */
     size_t command_count;
-    struct hil_run_command *commands; /* rising in time */
+    struct hil_run_command *commands; /* in order of time */
     double rate_hz;
     size_t sample_count; /* at least 1 */
-    /* 1e-5 in for 8 displacements, 0.01 lb for 14 tensions */
+    /* 8 displacements in 1e-5 in, then 14 tensions in 0.01 lb */
     int32_t (*samples)[HIL_RUN_COLUMNS];
 };
 
-/* Read a file. On failure nothing is kept and `error` (size bytes) describes the fault, with file
- * and line. MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a whole run
- * file of version 1. */
+/* Reads a file. On failure nothing is kept, and `error` (size bytes) describes the fault with file
+ * and line. MR_OK; MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a
+ * complete run file of version 1. */
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size);
 
-/* Frees what the run owns; the struct itself is the caller's. */
+/* Frees the memory owned by the run; the struct itself belongs to the caller. */
 void hil_run_free(struct hil_run *run);
 
 /* Truth at a time: column 0..7 displacement in inches, 8..21 tension in pounds. */
 double hil_run_truth(const struct hil_run *run, unsigned column, double t_s);
 
-/* A text file whose first line is a kind and its version, and whose last is `end` with the CRC-32
- * of everything before it. */
+/* A text file. Its first line contains the kind of the file and its version, its last line is `end`
+ * with the CRC-32 of everything before it. */
 struct hil_record {
-    struct hil_file_place at; /* line: the present one */
-    char *bytes, *next;       /* bytes: the caller's to free, also after a failure */
+    struct hil_file_place at; /* at.line: the present line */
+    char *bytes, *next;       /* the caller must free `bytes`, also after a failure */
     size_t size;
 };
 
-/* Read a file of that kind ("matrig-run"), `at` filled in. MR_IO, MR_MALFORMED, MR_VERSION,
- * MR_TRUNCATED, MR_CRC, MR_TOO_LONG. */
+/* Reads a file of this kind ("matrig-run"); `at` must be set. MR_OK, MR_IO, MR_MALFORMED,
+ * MR_VERSION, MR_TRUNCATED, MR_CRC, MR_TOO_LONG. */
 enum mr_status hil_record_open(struct hil_record *record, const char *kind);
-/* The next line, without its end; blank lines and those that begin with # are skipped. NULL: no
- * more. */
+/* Returns the next line without its newline. Blank lines and lines that begin with # are skipped.
+ * NULL: no more lines. */
 char *hil_record_line(struct hil_record *record);
 
 #endif
