@@ -41,11 +41,12 @@
 #include "common/config.h"
 
 #define MR_BANDS_STEP_BLOCKS 4u
-#define MR_BANDS_GROUP       64u /* steps, 256 ms */
-#define MR_BANDS_HISTORY     7u  /* steps: two before, two during, two after a sudden change */
+#define MR_BANDS_GROUP       64u /* steps per group, 256 ms */
+/* steps: two intervals before, two during and two after a sudden change */
+#define MR_BANDS_HISTORY     7u
 /* steps (40 ms) that a sudden change must persist; a later change is a new one */
 #define MR_BANDS_HOLD        10u
-#define MR_BANDS_LOW_STEPS   3u    /* steps, 12 ms */
+#define MR_BANDS_LOW_STEPS   3u    /* steps (12 ms) below the limit before a gage counts as slack */
 #define MR_BANDS_SLACK       0.10f /* fraction of the pretension */
 #define MR_BANDS_STEP        0.05f /* fraction of the pretension */
 #define MR_BANDS_STEP_LB     5.0f  /* minimum */
@@ -55,7 +56,7 @@
 #define MR_BANDS_EVENTS      16u   /* findings of one step */
 
 struct mr_band_finding {
-    uint8_t band, gage; /* from 1 */
+    uint8_t band, gage; /* band and gage, from 1 */
     /* gage on the other side of the connection; for "unequal" the gage with the most tension; 0:
      * none */
     uint8_t other;
@@ -65,13 +66,13 @@ struct mr_band_finding {
 };
 
 struct mr_band_extreme {
-    float lb; /* NaN: none yet */
+    float lb; /* tension; NaN: none yet */
     uint8_t gage;
     uint32_t block;
 };
 
 struct mr_band_doubt { /* a sudden change that has not persisted long enough yet */
-    uint8_t reason;    /* 0: none */
+    uint8_t reason;    /* enum mr_band_reason; 0: none */
     uint8_t place, other;
     float change_lb; /* change at the gage `place` */
     /* change that must remain: of the weighted mean for a slip, else of the gage */

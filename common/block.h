@@ -42,7 +42,7 @@
 #define MR_BITS_GAGES       (((1u << MR_GAGES) - 1u) << MR_TRANSDUCERS)
 #define MR_BITS_OPTIONAL    (MR_BITS_TRANSDUCERS | MR_BITS_GAGES)
 
-#define MR_TICKS_PER_BLOCK 84000u /* TIM2 at 84 MHz */
+#define MR_TICKS_PER_BLOCK 84000u /* ticks of TIM2 at 84 MHz */
 #define MR_CODE_LOW        8u     /* codes up to this one count as saturated low */
 #define MR_CODE_HIGH       4087u  /* codes from this one up count as saturated high */
 
@@ -58,7 +58,7 @@ struct mr_block {
         uint16_t sums[MR_BLOCK_SUMS]; /* all sums as one array */
     };
     uint32_t absent;          /* bit c: channel c is not fitted */
-    uint8_t low[MR_CHANNELS]; /* saturated codes, 0..8 */
+    uint8_t low[MR_CHANNELS]; /* number of saturated codes, 0..8 */
     uint8_t high[MR_CHANNELS];
 };
 
@@ -118,7 +118,7 @@ static inline uint32_t mr_boardtime_origin(uint32_t block, uint32_t tick)
 {
     return tick - block * MR_TICKS_PER_BLOCK;
 }
-/* TIM2, modulo 2^32, at the beginning of a block. */
+/* TIM2, modulo 2^32, at the beginning of a block; `origin` from mr_boardtime_origin. */
 static inline uint32_t mr_boardtime_tick(uint32_t origin, uint32_t block)
 {
     return origin + block * MR_TICKS_PER_BLOCK;

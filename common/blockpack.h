@@ -56,7 +56,7 @@ struct mr_pack {
 };
 
 void mr_pack_forget(struct mr_pack *pack);
-/* The block can be packed without a key. */
+/* True if the block can be packed without a key. */
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block);
 
 /* The functions that fill `out` return the number of bits written; the remaining bits of the last
@@ -67,7 +67,7 @@ size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
  * changed. */
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
                      uint8_t out[MR_PACK_BYTES_MAX]);
-/* `length` at most 8. */
+/* Packs a message; `length` is at most 8. */
 size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length,
                        uint8_t out[MR_PACK_BYTES_MAX]);
 /* Padding for a stream whose next bit is bit `at` of a byte; no padding when at is 0. */

@@ -38,7 +38,7 @@ struct mr_boxpage_header {
     uint16_t record;
     uint8_t kind; /* enum mr_boxpage_kind */
     uint8_t first;
-    uint8_t freed; /* 1: the bit was programmed to 0 */
+    uint8_t freed; /* 1: the record has been freed */
 };
 
 /* Completes a page that already holds kind, first and payload: writes seq, record and CRC. */
@@ -60,8 +60,8 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_star
 
 /* Payload of an end page. */
 struct mr_boxpage_end {
-    uint32_t first_block; /* of the stream */
-    uint32_t blocks;      /* stored */
+    uint32_t first_block; /* index of the first block in the stream */
+    uint32_t blocks;      /* number of blocks stored */
     /* blocks not stored since first_block: no room, or lost earlier by the board */
     uint32_t lost;
     uint32_t notes_lost; /* messages not stored */
@@ -89,7 +89,7 @@ struct mr_boxread {
 
 void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uint8_t *present,
                       size_t count);
-/* MR_OK: a block or a message; MR_TOO_FEW: no more. */
+/* Returns the next block or message in `record`. MR_OK; MR_TOO_FEW: no more records. */
 enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record);
 
 #endif

@@ -105,7 +105,7 @@ struct mr_field_info {
     const struct mr_value *values; /* NULL: the numbers have no names */
     enum mr_coding coding;
     enum mr_wire_type type;
-    uint8_t offset; /* first byte in the payload */
+    uint8_t offset; /* position of the first byte in the payload */
     uint8_t size;   /* bytes */
     float per_unit; /* counts per unit; 0: not a scaled real */
 };
@@ -184,8 +184,8 @@ enum mr_series_pack_number {
 
 struct mr_series {
     enum mr_channel_kind kind; /* kind of its channels, which are numbered from 1 */
-    char letter;               /* d1, t14 */
-    uint8_t readings;          /* at most 16 */
+    char letter;               /* prefix of a channel's name: d1, t14 */
+    uint8_t readings;          /* number of readings, at most 16 */
     uint8_t blocks;            /* blocks averaged per reading, and blocks between two packs */
     float per_unit;            /* counts per inch or pound */
 };

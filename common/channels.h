@@ -89,7 +89,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
  * fewer than two points, returns `straight`. */
 float mr_channel_linearise(const struct mr_channel_config *config, float straight);
 
-/* The channel measures inches or pounds. */
+/* True if the channel measures inches or pounds. */
 static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
 {
     return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
@@ -147,9 +147,9 @@ void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float 
 #define MR_QUANTISATION_NOISE_CODES 0.18f
 
 struct mr_error_case {
-    float value;           /* in or lb: the reading, or the movement */
-    float noise;           /* in or lb, standard deviation of one block */
-    float averaged;        /* blocks in the mean */
+    float value;           /* the reading or the movement, in or lb */
+    float noise;           /* standard deviation of one block, in or lb */
+    float averaged;        /* blocks averaged in the reading */
     float baseline_blocks; /* blocks in the baseline of a movement; 0: an absolute reading */
     float hours;           /* hours since the zero was taken; for a movement, since the baseline */
     float reference_error; /* gain_error of the reference channel, relative */

@@ -28,7 +28,7 @@
 #define MR_CONFIG_BANDS    4u
 #define MR_CONFIG_POINTS   8u
 
-/* struct mr_site_config, mr_channel_config, mr_gate_config, mr_band_config. */
+/* One struct per group: mr_site_config, mr_channel_config, mr_gate_config, mr_band_config ... */
 /* clang-format off */
 #define MR_CONFIG_u8 uint8_t
 #define MR_CONFIG_u16 uint16_t
@@ -101,8 +101,8 @@ struct mr_config_field {
     uint8_t type;         /* enum mr_config_type */
     uint8_t count;        /* elements; for a text: bytes */
     uint16_t offset;      /* offset in the struct of its group */
-    uint32_t least, most; /* of integers */
-    float low, high;      /* of reals */
+    uint32_t least, most; /* limits of an integer */
+    float low, high;      /* limits of a real */
 };
 
 struct mr_config_group {
@@ -172,7 +172,7 @@ enum mr_config_rule {
 #undef MR_CONFIG_RULE_ENUM
 
 struct mr_config_reason {
-    uint8_t group, index, field, element; /* numbers from 0 */
+    uint8_t group, index, field, element; /* place of the violation; numbers from 0 */
     uint8_t rule, other;
 };
 

@@ -66,7 +66,7 @@ const char *mr_fault_text(unsigned fault);
 
 #define MR_CRASH_STACK 16u /* words of the stack, beginning at the stack pointer of the fault */
 
-/* Words of the message `crash`, in this order; then MR_CRASH_STACK words of the stack. */
+/* Words of the message `crash`, in this order. MR_CRASH_STACK words of the stack follow them. */
 /* clang-format off */
 #define MR_CRASH_TABLE(X)                                                          \
     X(KIND, "kind") X(BLOCK, "block") X(TASK, "task") X(IMAGE, "image crc")        \
@@ -157,8 +157,8 @@ enum mr_can_state {
 };
 #undef MR_CAN_STATE_ENUM
 
-/* Texts, static storage; "unknown ..." beyond the tables. */
-const char *mr_crash_item_name(unsigned item); /* stack words: "stack" */
+/* Names and texts of the tables in static storage; "unknown ..." for other numbers. */
+const char *mr_crash_item_name(unsigned item); /* "stack" for words of the stack */
 const char *mr_crash_kind_text(unsigned kind); /* "usage fault" */
 const char *mr_task_text(unsigned task);
 const char *mr_self_test_text(unsigned test);

@@ -17,7 +17,7 @@
 #include "common/status.h"
 
 #define MR_FRAME_PAYLOAD_MAX 136u
-#define MR_FRAME_OVERHEAD    8u /* seq, type, CRC */
+#define MR_FRAME_OVERHEAD    8u /* bytes of seq, type and CRC */
 /* One COBS length byte (the content never reaches 254 bytes) and the final zero. */
 #define MR_FRAME_MAX         (MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD + 2u)
 _Static_assert(MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD < 254u, "a frame must fit one COBS run");
@@ -30,8 +30,9 @@ size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size
 struct mr_frame {
     uint16_t seq;
     uint16_t type;
-    size_t length;          /* of payload, bytes */
-    const uint8_t *payload; /* inside the deframer; valid until its next push */
+    size_t length; /* bytes of payload */
+    /* points into the deframer; valid until the next call of mr_deframer_push */
+    const uint8_t *payload;
 };
 
 struct mr_deframer {
@@ -40,7 +41,7 @@ struct mr_deframer {
     uint8_t overflow; /* bytes discarded since the last zero */
 };
 
-/* Start (or restart) a deframer. */
+/* Starts or restarts a deframer. */
 void mr_deframer_init(struct mr_deframer *deframer);
 
 /* Processes one received byte. MR_OK: `*frame` holds a complete frame. MR_TOO_FEW: more bytes are

@@ -23,10 +23,10 @@
 
 #include "common/status.h"
 
-#define MR_GATES_MAX       32u /* edges of one landing */
+#define MR_GATES_MAX       32u /* maximum edges of one landing */
 #define MR_GATES_ORDER_MAX 4u  /* maximum order of the polynomial */
-#define MR_GATES_LOCAL     6u  /* edges that the online estimate uses */
-#define MR_GATES_END       8u  /* edges that the final fit uses at each end */
+#define MR_GATES_LOCAL     6u  /* edges used by the online estimate */
+#define MR_GATES_END       8u  /* edges used at each end by the final fit */
 
 struct mr_gate {
     double t_s;        /* time at which the switch opened, s from any origin */
@@ -34,7 +34,7 @@ struct mr_gate {
 };
 
 struct mr_gates_fit {
-    double mid_s; /* scaled time (t - mid_s) / half_s */
+    double mid_s; /* scaled time is (t - mid_s) / half_s */
     double half_s;
     unsigned order; /* order of the polynomial, 1 to MR_GATES_ORDER_MAX */
     unsigned count; /* edges used */
@@ -251,7 +251,7 @@ struct mr_final_fit {
     size_t used; /* gates beyond touchdown in the present part */
     union {
         struct mr_braking braking;
-        struct { /* from MR_FINAL_REST on */
+        struct { /* used from stage MR_FINAL_REST on */
             size_t used;
             struct mr_gates_fit fit;
             struct mr_gates_search search;

@@ -42,7 +42,7 @@ enum {
 #define MR_IMAGE_FORMAT      1u
 #define MR_IMAGE_PLACE       0x200u /* offset of the header from MR_FLASH */
 #define MR_IMAGE_BYTES       36u
-#define MR_IMAGE_HEAD        (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* vectors and header */
+#define MR_IMAGE_HEAD        (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* bytes of vectors and header */
 #define MR_IMAGE_COMMIT_TEXT 24u
 
 struct mr_image {
@@ -63,7 +63,7 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
 /* Writes the header into `head`, which already holds the vectors, and computes header_crc. */
 void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD]);
 
-/* "c7a3136ab3a3", "c7a3136ab3a3-dirty" or "unknown". */
+/* Writes the commit as text: "c7a3136ab3a3", "c7a3136ab3a3-dirty" or "unknown". */
 void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
                           char text[MR_IMAGE_COMMIT_TEXT]);
 

@@ -37,7 +37,7 @@
 struct mr_chain_params {
     uint16_t mats; /* 1..MR_CHAIN_MATS */
     float mat_length_ft;
-    float mass_slug;   /* of one mat (strip) */
+    float mass_slug;   /* mass of one mat (strip) */
     float friction_lb; /* friction coefficient f times the weight of a mat */
     float kl_lb_ft;    /* joint stiffness */
     float cl_lb_s_ft;  /* joint damping */
@@ -55,15 +55,15 @@ struct mr_chain {
     /* indexed by bay, from 1; bay b holds mats (b - 1) MR_CHAIN_BAY + 1 to b MR_CHAIN_BAY */
     bool awake[MR_CHAIN_BAYS + 2u];
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* values of one group */
-    float per_lb;                                             /* step over mass */
+    float per_lb;                                             /* step divided by mass */
     float u_ft[MR_CHAIN_PLACES]; /* indexed by group, from 1; 0 and count + 1 are the ground */
     float v_ft_s[MR_CHAIN_PLACES];
     float gap_ft[MR_CHAIN_PLACES]; /* opening of joint j at u = 0 */
     float reach_ft[MR_CHAIN_PLACES];
     float grit_lb[MR_CHAIN_PLACES];
     float push_lb[MR_CHAIN_PLACES]; /* external force on each group */
-    uint32_t updates;               /* mats computed since the last mr_chain_take_updates */
-    bool runaway;                   /* a guard has tripped: the state is invalid */
+    uint32_t updates; /* number of mats computed since the last mr_chain_take_updates */
+    bool runaway;     /* a guard has tripped: the state is invalid */
 };
 
 /* Largest stable step of a chain of single mats: 4 / (d + sqrt(d^2 + 4 w^2)), w^2 = 4 kl / m, d = 4

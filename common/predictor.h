@@ -59,7 +59,7 @@ struct mr_predictor_config {
     /* budget: mean over any second; the mean over one look may be 1.5 times this */
     uint32_t updates_per_block;
     enum mr_predictor_level level;    /* best level to be used */
-    float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
+    float station_ft[MR_TRANSDUCERS]; /* stations of the transducers; NaN: not fitted */
 };
 
 /* Input of one block. NaN: unknown or not valid. */
@@ -73,9 +73,9 @@ struct mr_predictor_input {
 };
 
 struct mr_predictor_zone {
-    unsigned mats; /* 0: none */
+    unsigned mats; /* length of the zone; 0: no zone */
     float start_ft, end_ft;
-    /* standard errors, calibrated by `make score`; NaN: kinematic */
+    /* standard errors, calibrated by `make score`; NaN at the level MR_PREDICTOR_KINEMATIC */
     float start_error_ft, end_error_ft;
     /* classes that select the errors; `make score` calibrates each class */
     uint8_t start_class, end_class;

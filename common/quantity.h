@@ -22,10 +22,10 @@ struct mr_quantity_info {
     uint16_t id; /* identifier of the message that carries it */
 };
 
-/* `quantity` below MR_QUANTITIES. Static storage. */
+/* Description of a quantity below MR_QUANTITIES. Static storage. */
 const struct mr_quantity_info *mr_quantity_at(unsigned quantity);
 
-/* In units of the quantity; NaN: missing. */
+/* Value and standard error in the unit of the quantity; NaN: missing. */
 struct mr_quantity_value {
     double value, error;
 };

@@ -51,7 +51,7 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan);
 /* Item of the plan as a list of MR_RISK_ITEMS numbers, in the order of the struct; NaN beyond the
  * list. */
 float mr_risk_item(const struct mr_risk_plan *plan, unsigned item);
-/* False: no such item. */
+/* Sets an item of the plan. False: no such item. */
 bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value);
 /* CRC-32 of the list as little-endian IEEE 754 singles; all NaN have the same bits. */
 uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan);
@@ -88,7 +88,7 @@ struct mr_risk_state {
     struct mr_risk_plan plan;
     /* given and active; old: given, but for a different state of the runway */
     bool planned, charted, old;
-    bool left; /* the plan was not followed */
+    bool left; /* the landing deviated from the plan */
     float touchdown_ft;
     bool down;
     float down_ft_s;     /* speed at touchdown */

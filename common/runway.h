@@ -22,7 +22,7 @@
 #define MR_RUNWAY_IMAGE       (8u + MR_RUNWAY_BODY + 4u)
 #define MR_RUNWAY_PER_MESSAGE 3u
 
-/* Writes MR_RUNWAY_IMAGE bytes. */
+/* Writes the stored form of a state, MR_RUNWAY_IMAGE bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
 /* MR_OK; MR_MALFORMED: not a stored runway; MR_CRC: damaged. Whether the state fits the configured
  * runway is checked by mr_predictor_load. */

@@ -46,7 +46,7 @@ enum mr_status {
  * Static storage. */
 const char *mr_status_text(enum mr_status status);
 
-/* Process exit code of a status (0..5, the command line's contract); 3 for a value not in the
+/* Process exit code of a status, 0..5 (docs/reference/exit-codes.md); 3 for a value not in the
  * table. */
 int mr_status_exit_code(enum mr_status status);
 

@@ -17,7 +17,7 @@ struct mr_symbol {
 
 struct mr_symbols {
     struct mr_symbol *all; /* ordered by address, one per address; memory of the caller */
-    size_t count;          /* 0: a stripped image */
+    size_t count;          /* number of functions; 0: a stripped image */
     uint8_t *file;         /* for the caller, who must free the bytes; not used here */
 };
 

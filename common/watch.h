@@ -71,7 +71,7 @@ struct mr_watch_channel {
     uint32_t since_block; /* block at which `run` began */
     uint16_t invalid;     /* number of readings that were not valid; saturates at 65535 */
     uint16_t noise_count; /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
-    uint16_t constant;    /* readings in a row without any change */
+    uint16_t constant;    /* consecutive readings without any change */
     uint8_t up, down;     /* neighbours; MR_WATCH_NOBODY: none */
     /* nearest valid neighbours when the anchor was set; MR_WATCH_NOBODY: none */
     uint8_t anchor_up_is, anchor_down_is;

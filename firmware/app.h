@@ -57,7 +57,7 @@ struct app {
     struct baseline baseline;
 
     struct channels channels;
-    float slack_in[MR_SEGMENTS]; /* NaN: not surveyed since a landing */
+    float slack_in[MR_SEGMENTS]; /* survey; NaN: not surveyed since a landing */
     struct predict predict;
     struct runwaystore runwaystore;
     struct keystore keystore;

@@ -65,7 +65,7 @@ struct blackbox {
     /* index in `records` of the record in this sector, or the sector's state (enum in
      * blackbox.c) */
     uint8_t sector[NOR_SECTORS];
-    unsigned ready, dirty, bad; /* sectors erased, to be erased, not to be used */
+    unsigned ready, dirty, bad; /* number of sectors that are erased, to be erased, and unusable */
     struct blackbox_record records[BLACKBOX_RECORDS];
     uint16_t next_record;
     uint32_t next_seq;
@@ -76,7 +76,7 @@ struct blackbox {
     struct mr_pack pack;
     bool key_due;
     uint8_t ring[BLACKBOX_RING][MR_BOXPAGE];
-    uint32_t put, got; /* pages closed, pages written or dropped; page `put` is open */
+    uint32_t put, got; /* put: pages closed (page `put` is open); got: pages written or dropped */
     uint8_t config[BLACKBOX_CONFIG][MR_BOXPAGE];
     unsigned config_put, config_got;
     bool configuring;
@@ -99,7 +99,7 @@ struct blackbox {
     uint8_t buffer[MR_BOXPAGE];
     unsigned place;     /* index in `records` of the record being written */
     unsigned head;      /* sector being written, or start of the search for the next */
-    unsigned head_page; /* NOR_PAGES_PER_SECTOR: none open */
+    unsigned head_page; /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
     unsigned failures;  /* pages in a row that failed the read-back */
     uint32_t erase_begun_ms, erase_ms;
     bool waits;  /* waiting for an erase by the runway store (app.c) */

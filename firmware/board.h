@@ -17,7 +17,7 @@
 #include "common/image.h"
 
 struct board_identity {
-    uint32_t uid[3];       /* RM0090 39.1 */
+    uint32_t uid[3];       /* unique identifier (RM0090 39.1) */
     uint32_t image_crc;    /* CRC-32 of the program in flash, computed at start */
     struct mr_image image; /* header of the image; zeros if there is none */
     uint8_t image_state;   /* enum mr_image_state, as found at start */
@@ -153,7 +153,7 @@ bool board_image_check(bool *good);
 /* Sleeps until the next interrupt. Returns true when a supervision tick (10 ms) has passed since
  * the last call. */
 bool board_sleep(void);
-/* Time awake since the last call, in 1/1000. */
+/* Share of time awake since the last call, in 1/1000. */
 uint16_t board_load_permille(void);
 /* Starts the scans of the channels whose bits are set (staircase and reference always), or restarts
  * them with different channels: blocks keep their index and tick, and one or two blocks are lost.

@@ -9,13 +9,13 @@
 /* Sensitivity of the transducers with full excitation and half-difference demodulation. */
 #define BUILTIN_TRANSDUCER_V_PER_IN 0.5f
 
-/* X(number, station_ft) */
+/* Transducers: X(number, station_ft) */
 /* clang-format off */
 #define BUILTIN_TRANSDUCERS(X)                          \
     X(1, 40.0f) X(2, 50.0f) X(3, 60.0f) X(4, 70.0f)     \
     X(5, 80.0f) X(6, 90.0f) X(7, 100.0f) X(8, 110.0f)
 
-/* X(number, band, station_ft) */
+/* Gages: X(number, band, station_ft) */
 #define BUILTIN_GAGES(X)                                                       \
     X(1, 1, 15.0f) X(2, 1, 30.0f) X(3, 1, 45.0f) X(4, 1, 55.0f)                \
     X(5, 1, 65.0f) X(6, 1, 75.0f) X(7, 1, 85.0f)                               \

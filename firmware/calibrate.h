@@ -34,18 +34,19 @@ struct calibrate_mean {
 
 struct calibrate {
     uint8_t command; /* 0: no calibration in progress */
-    uint8_t what;    /* argument of zero */
+    uint8_t what;    /* argument of the command zero */
     uint8_t phase;
     uint16_t tag;
     uint32_t began_block, next_block; /* next_block: the first one used after settling */
-    unsigned count;                   /* blocks of the phase so far */
+    unsigned count;                   /* blocks processed in this phase */
     uint32_t bad;                     /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
     float rest_lb[MR_GAGES], on_lb[MR_GAGES], noise_lb[MR_GAGES]; /* results of completed phases */
     uint32_t moved;                                               /* one bit per gage */
     uint16_t number; /* number of shunt calibrations since reset */
-    float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES]; /* NaN: none */
-    unsigned telling;                                     /* gages still to be reported */
+    /* results of the previous calibration; NaN: none */
+    float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES];
+    unsigned telling; /* number of gages still to be reported */
     bool failed;
 };
 

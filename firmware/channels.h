@@ -56,7 +56,7 @@ void channels_tell(struct channels *channels, struct telemetry *telemetry,
 /* Call after each change of the configuration: discards the measured zeros and keeps those of the
  * configuration. */
 void zero_start(void);
-/* `channel` 0 to MR_CHANNELS - 1. */
+/* Sets the measured zero of `channel`, 0 to MR_CHANNELS - 1. */
 void zero_measure(unsigned channel, float zero_code);
 bool zero_is_measured(unsigned channel);
 /* One bit per channel: the zero has been measured since the last call, so earlier readings have a

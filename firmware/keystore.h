@@ -26,7 +26,7 @@ struct keystore {
     uint32_t starts;
 
     uint8_t staged[MR_KEY_BYTES]; /* words received by key_word */
-    uint8_t received;             /* bit n: word n */
+    uint8_t received;             /* bit n: word n has been received */
     uint16_t tag;
 
     bool set;      /* the valid copy contains a key */

@@ -16,8 +16,9 @@
 #include "firmware/board.h"
 #include "firmware/predict.h"
 
-#define RUNWAYSTORE_DETAIL       6u   /* detail of MR_FAULT_NOR_FAILED */
-#define RUNWAYSTORE_QUIET_BLOCKS 500u /* a survey of 42 segments is one change */
+#define RUNWAYSTORE_DETAIL       6u /* detail of MR_FAULT_NOR_FAILED */
+/* blocks without a change before writing, so that a survey of 42 segments is one change */
+#define RUNWAYSTORE_QUIET_BLOCKS 500u
 #define RUNWAYSTORE_BLANK        255u
 #define RUNWAYSTORE_NO_MEMORY    254u
 #define RUNWAYSTORE_NOT_READ     253u
@@ -25,7 +26,7 @@
 struct runwaystore {
     /* missing: no memory, or none configured; loaded: the stored runway, if any, has been loaded */
     bool missing, loaded;
-    uint8_t copy[RUNWAY_COPIES]; /* as in the message runway_store */
+    uint8_t copy[RUNWAY_COPIES]; /* states of the copies, as in the message runway_store */
     uint32_t sequence[RUNWAY_COPIES];
     unsigned step, at, tries; /* step in progress, and the copy it applies to */
     unsigned page;

@@ -50,7 +50,7 @@ struct telemetry {
         unsigned item;    /* next item to be sent */
         bool bursting;    /* one item is sent per block, up to the last item */
     } round;              /* used by configround.h */
-    struct blackbox *box; /* keeps what a landing's record needs */
+    struct blackbox *box; /* stores the messages needed in a landing's record */
 };
 
 enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* indices of the links in `said` */

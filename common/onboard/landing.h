@@ -65,19 +65,19 @@ struct landing {
 
     struct mr_switches switches;
     struct mr_passage passage;
-    unsigned edges;        /* since arming; counts to 255 */
-    unsigned edges_in_row; /* without a pause */
+    unsigned edges;        /* edges since arming, up to 255 */
+    unsigned edges_in_row; /* edges without a pause in between */
     /* live mode: edges are also reported while idle (firmware/landinglink.h), until arming */
     bool live;
     uint32_t edge_block; /* block of the last edge */
     uint32_t opened;     /* switches opened by gates: bit p-1 */
 
-    struct mr_edge edge[MR_SWITCHES_WAITING]; /* to be reported with this block */
+    struct mr_edge edge[MR_SWITCHES_WAITING]; /* edges to be reported with this block */
     struct mr_switch_event event[LANDING_EVENTS];
     struct landing_news news;
 
     unsigned gates_on_track;          /* gates of the passage before the touchdown station */
-    struct mr_motion_estimate motion; /* at the last gate */
+    struct mr_motion_estimate motion; /* motion at the last gate */
     bool motion_known;
     struct mr_final_fit fit; /* final fit of the landing that is settling or has settled */
     bool fitting;
@@ -109,8 +109,8 @@ bool landing_quiet(const struct landing *landing, uint32_t block);
 bool landing_may_warn(const struct landing *landing, uint32_t block);
 
 struct landing_wheel {
-    float station_ft; /* NaN: not known */
-    float speed_ft_s; /* NaN: not known; 0: at rest */
+    float station_ft; /* NaN: unknown */
+    float speed_ft_s; /* NaN: unknown; 0: at rest */
     float deceleration_ft_s2;
 };
 /* Position of the wheel at `tick`, extrapolated from the last estimate at constant deceleration. */

@@ -9,7 +9,7 @@
 #include "common/risk.h"
 
 #define PREDICT_LOOK_BLOCKS    10u /* interval between updates of the lamp */
-#define PREDICT_SAY_BLOCKS     50u /* 20 Hz */
+#define PREDICT_SAY_BLOCKS     50u /* interval between reports, 20 Hz */
 /* limit of waiting blocks; the board holds 16, and the final fit delays up to 7 */
 #define PREDICT_BACKLOG_BLOCKS 8u
 
@@ -21,7 +21,7 @@ struct predict_motion {
     uint32_t tick;       /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
     float stop_s; /* time from the gate to the stop; a large number: no stop */
-    bool braking; /* enough gates beyond touchdown for a deceleration */
+    bool braking; /* there are enough gates beyond touchdown for a deceleration */
 };
 
 /* Input from one block. */
@@ -70,7 +70,8 @@ void predict_risk_statement(const struct mr_risk_said *risk, uint32_t index,
 struct baseline {
     float sum_in[MR_TRANSDUCERS];
     unsigned blocks;
-    float in[MR_TRANSDUCERS]; /* NaN until BASELINE_BLOCKS have passed since arming */
+    /* zero of each transducer; NaN until BASELINE_BLOCKS blocks have passed since arming */
+    float in[MR_TRANSDUCERS];
 };
 
 void baseline_forget(struct baseline *baseline);

@@ -15,7 +15,7 @@ enum board_row_kind {
 
 struct board_row {
     enum board_row_kind kind;
-    char port; /* a letter */
+    char port; /* letter of the port */
     unsigned pin;
     const char *use;    /* "ADC3_IN9", "TIM4_CH1"; "": no special function of a pin is needed */
     unsigned number;    /* number of the alternate function, or initial level of an output */

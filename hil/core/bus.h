@@ -15,7 +15,7 @@ struct hil_peripheral;
 /* Adds a peripheral below 0x40080000 to the bus. Aborts if there are more than HIL_PERIPHERALS_MAX
  * or if registers.def does not list the peripheral. */
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral);
-/* Access by the core. */
+/* Accesses by the core. */
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size);
 /* Bits of the word being read that the core receives. */
 uint32_t hil_bus_bits_read(const struct hil_core *core);

@@ -48,7 +48,7 @@ struct hil_peripheral {
 
 /* Read-only memory of the chip from 0x1fff7000: unique identifier, option bytes and others. */
 struct hil_system_memory {
-    uint32_t (*read)(void *device, uint32_t address); /* the word at `address` & ~3 */
+    uint32_t (*read)(void *device, uint32_t address); /* returns the word at `address` & ~3 */
     void *device;
 };
 
@@ -62,8 +62,8 @@ struct hil_fresh_clocks {
 };
 
 #define HIL_PERIPHERALS_MAX 64u
-#define HIL_REGISTER_WORDS  256u /* a kilobyte */
-#define HIL_BUS_PAGES       512u /* kilobytes from 0x40000000 */
+#define HIL_REGISTER_WORDS  256u /* words in a kilobyte */
+#define HIL_BUS_PAGES       512u /* number of kilobytes from 0x40000000 */
 
 struct hil_bus {
     struct hil_access access;
@@ -107,7 +107,7 @@ struct hil_debugger_calls {
 };
 
 struct hil_tracer_calls {
-    /* something may have changed at this cycle */
+    /* signals may have changed at this cycle */
     void (*sample)(void *who, uint64_t at);
     void (*exception)(void *who); /* the core changes to a different exception */
 };
@@ -145,7 +145,7 @@ struct hil_block_info {
 #define HIL_BLOCK_CACHE 8192u
 #define HIL_REGIONS     7
 
-/* A range of addresses that the bus answers. */
+/* A range of addresses for accesses through the bus. */
 struct hil_region {
     struct hil_core *core;
     uint32_t base;
@@ -162,7 +162,7 @@ struct hil_cpu_engine {
     int came_back;
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
-    struct hil_place bad_place; /* the instruction */
+    struct hil_place bad_place; /* the instruction of the bad access */
     bool left_inside; /* the run was stopped by an access, and the core is at that instruction */
     /* bytes of an unaligned store to flash that are still to be stored one by one */
     unsigned split_bytes;
@@ -351,7 +351,7 @@ struct hil_register_set {
 /* Table of a peripheral by its base address; NULL: none. */
 const struct hil_register_set *hil_registers_of(uint32_t base);
 const struct hil_register_set *hil_registers_all(size_t *count);
-/* NULL: not modelled. */
+/* Register of a set at an offset; NULL: not modelled. */
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset);
 /* Reason why this write is refused, as text in static storage; NULL: the write is allowed. */
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);

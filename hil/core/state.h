@@ -105,7 +105,7 @@ struct hil_counters {
     uint64_t asleep_cycles; /* HCLK cycles spent in WFI or WFE */
     uint64_t exceptions;    /* entries, including tail-chained ones */
     uint64_t tail_chains;
-    uint64_t faults; /* MemManage, BusFault, UsageFault, HardFault entries */
+    uint64_t faults; /* entries of MemManage, BusFault, UsageFault and HardFault */
     uint64_t resets; /* all resets except power on */
     uint64_t watchdog_resets;
     uint64_t can_frames_out;
@@ -124,13 +124,13 @@ struct hil_counters {
     uint64_t adc_triggers_ignored; /* triggers during a running sequence */
     uint64_t adc_overruns;
     uint64_t switches_opened;
-    uint64_t edges_captured;  /* TIM2 channel 1 */
-    uint64_t frames_captured; /* TIM2 channel 2 */
+    uint64_t edges_captured;  /* captures by TIM2 channel 1 */
+    uint64_t frames_captured; /* captures by TIM2 channel 2 */
     uint64_t film_frames;     /* pulses sent by the camera */
     /* time with PD12 high and PD13 low; without a direct component plus equals minus */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
-    uint64_t faults_injected;    /* lines reported by hil/rig/faults.h */
+    uint64_t faults_injected;    /* injected faults, as reported by hil/rig/faults.h */
     uint64_t flash_refused;      /* stores and operations that set an error flag, and wrong keys */
     uint64_t flash_stall_cycles; /* HCLK cycles for which the core waited for flash */
     uint64_t power_cuts;
@@ -144,7 +144,7 @@ enum hil_event_slot {
     HIL_EVENT_HSE,
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
-    HIL_EVENT_POWER, /* the supply is back */
+    HIL_EVENT_POWER, /* the supply has returned */
     HIL_EVENT_FAULT, /* before other events at the same time */
     HIL_EVENT_LATE,
     HIL_EVENT_FLASH,
@@ -176,8 +176,8 @@ enum hil_event_slot {
 
 struct hil_events {
     uint64_t at_cycle[HIL_EVENT_SLOTS];
-    uint64_t at_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is in cycles */
-    uint64_t next_cycle;             /* earliest of at_cycle */
+    uint64_t at_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is set in cycles */
+    uint64_t next_cycle;             /* earliest time in at_cycle */
     unsigned next_slot;              /* first slot that is due at next_cycle */
 };
 
@@ -192,11 +192,12 @@ struct hil_nvic {
     uint32_t pending[HIL_EXCEPTION_WORDS];
     uint32_t active[HIL_EXCEPTION_WORDS];
     uint32_t line[HIL_EXCEPTION_WORDS]; /* level held by a peripheral */
-    int16_t priority[HIL_EXCEPTIONS];   /* -3..-1 fixed, else 0..240 in steps of 16 */
-    uint16_t best;                      /* pending exception of the highest priority; 0: none */
-    int16_t best_group;                 /* group priority of `best` */
-    int16_t active_group;               /* group priority of the running exception; 256: thread */
-    uint8_t prigroup;                   /* AIRCR.PRIGROUP */
+    /* fixed priorities are -3..-1; others are 0..240 in steps of 16 */
+    int16_t priority[HIL_EXCEPTIONS];
+    uint16_t best;        /* pending exception of the highest priority; 0: none */
+    int16_t best_group;   /* group priority of `best` */
+    int16_t active_group; /* group priority of the running exception; 256: thread */
+    uint8_t prigroup;     /* AIRCR.PRIGROUP */
 };
 
 struct hil_scb {
@@ -253,7 +254,7 @@ struct hil_core_state {
 
 /* A time, and the instruction that caused an event at this time. */
 struct hil_moment {
-    uint64_t ps;    /* since power on */
+    uint64_t ps;    /* time since power on */
     uint32_t pc;    /* 0: caused by hardware, not by an instruction */
     double slew_ns; /* slew of the edge: time until its level is reached */
 };

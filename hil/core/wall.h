@@ -13,7 +13,7 @@ int64_t hil_wall_ms(void);
 #define HIL_PACE_START_S 1.0
 
 struct hil_pace {
-    double began_s; /* wall clock at virtual time 0 */
+    double began_s; /* wall clock at the start of virtual time */
     double late_s;  /* largest delay of a piece so far */
     /* largest delay after HIL_PACE_START_S; before that, code is translated and the board scans its
      * memories */

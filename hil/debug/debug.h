@@ -36,7 +36,7 @@ enum hil_watch { HIL_WATCH_WRITE = 2, HIL_WATCH_READ = 3, HIL_WATCH_ACCESS = 4 }
 
 struct hil_watchpoint {
     enum hil_watch kind;
-    uint32_t address, size; /* size 0: free */
+    uint32_t address, size; /* size 0: this entry is free */
     size_t hook;
 };
 

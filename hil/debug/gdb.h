@@ -19,7 +19,7 @@
 #define HIL_GDB_PACKET 4096u
 
 struct hil_gdb_line {
-    int fd; /* -1: none */
+    int fd; /* connection of the debugger; -1: none */
     bool acknowledges;
     char in[2 * HIL_GDB_PACKET];
     size_t in_size;
@@ -27,7 +27,7 @@ struct hil_gdb_line {
 };
 
 struct hil_gdb {
-    int listener; /* -1: none */
+    int listener; /* listening socket; -1: none */
     struct hil_gdb_line line;
     char place[160]; /* address of the listener, for the message */
     char path[108];  /* path of the socket; empty: a port is used */

@@ -39,13 +39,14 @@ enum hil_can_phase {
     HIL_CAN_FRAME,   /* from start of frame to the end of the frame or of an error */
     HIL_CAN_GAP,     /* intermission, including the suspended transmission of a passive node */
     HIL_CAN_JOINING, /* leaving initialisation: waiting for 11 recessive bits */
-    HIL_CAN_OFF,     /* bus-off, waiting */
-    HIL_CAN_JAMMED,  /* the bus is held dominant: counting errors, then waiting */
+    HIL_CAN_OFF,     /* bus-off, waiting to return */
+    HIL_CAN_JAMMED,  /* the bus is held dominant: the error counters rise */
     HIL_CAN_LEAVING, /* entering initialisation */
 };
 
 struct hil_can {
-    HIL_WORDS(word, mcr, msr, tsr, rfr[2], ier, esr, btr); /* RFR: FULL and FOVR; ESR: LEC */
+    /* RFR contains only FULL and FOVR, ESR only LEC */
+    HIL_WORDS(word, mcr, msr, tsr, rfr[2], ier, esr, btr);
     uint32_t tec, rec;
     bool bus_off;
     struct hil_can_mailbox mailbox[3];
@@ -76,7 +77,7 @@ struct hil_can_device {
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
 
-/* For the bus and the event queue; `device` is a struct hil_can_device. */
+/* Calls for the bus and the event queue; `device` is a struct hil_can_device. */
 void hil_can_reset(void *device, unsigned unit);
 HIL_ON_BUS(can)
 void hil_can_event(void *device, uint64_t at);

@@ -7,9 +7,9 @@
 #include <stdint.h>
 
 enum hil_can_bus {
-    HIL_CAN_CONNECTED, /* the other side acknowledges */
+    HIL_CAN_CONNECTED, /* the other node acknowledges */
     HIL_CAN_UNPLUGGED, /* no node acknowledges */
-    HIL_CAN_SHORTED,   /* wires touching: every bit reads back recessive */
+    HIL_CAN_SHORTED,   /* shorted wires: every bit reads back recessive */
     HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, and no node leaves initialisation */
 };
 
@@ -21,10 +21,11 @@ struct hil_can_frame {
     uint8_t data[8];
 };
 
-/* Bits after the stuffed part: CRC delimiter, ACK slot, ACK delimiter, seven of end of frame. */
+/* Bits after the stuffed part: CRC delimiter, ACK slot, ACK delimiter and seven bits of end of
+ * frame. */
 #define HIL_CAN_TAIL_BITS         10u
 #define HIL_CAN_INTERMISSION_BITS 3u
-#define HIL_CAN_ERROR_BITS        14u /* error frame: flag of 6, delimiter of 8 */
+#define HIL_CAN_ERROR_BITS        14u /* bits of an error frame: flag 6, delimiter 8 */
 
 struct hil_can_bits {
     uint16_t crc;   /* CRC-15 of the frame */

@@ -27,7 +27,7 @@
 #include "hil/periph/wire.h"
 
 #define HIL_FLASH_SECTORS         12u
-/* layout of FLASH_OPTCR: level 0, no sector protected */
+/* option bytes in the layout of FLASH_OPTCR: level 0, no sector protected */
 #define HIL_FLASH_OPTIONS_FACTORY 0x0fffaaecu
 
 enum hil_flash_operation {
@@ -39,10 +39,11 @@ enum hil_flash_operation {
 };
 
 struct hil_flash {
-    HIL_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr); /* ACR is in struct hil_rcc */
+    /* in_rcc: ACR, which is in struct hil_rcc */
+    HIL_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr);
     uint8_t key_step, option_key_step; /* steps of the unlocking sequences; see unlock() */
     enum hil_flash_operation operation;
-    /* program: offset in flash, bytes; erase: offset and bytes */
+    /* program: offset in flash, value and bytes; erase: offset and bytes */
     uint32_t address, value, size;
     uint64_t begin_ps, end_ps; /* start and end of the operation */
     /* the following members survive resets */
@@ -59,7 +60,7 @@ struct hil_flash_device {
 };
 
 void hil_flash_create(struct hil_flash_device *dev);
-/* System reset. */
+/* Sets the state after a system reset. */
 void hil_flash_reset(struct hil_flash_device *dev);
 /* Calls for the bus, the event queue and the core (hil_bank_calls); `device` is a struct
  * hil_flash_device. */

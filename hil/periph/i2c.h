@@ -29,7 +29,7 @@ enum hil_i2c_phase {
     HIL_I2C_SENT, /* waiting for a byte, a stop or a start */
     HIL_I2C_RECEIVING,
     HIL_I2C_FULL,    /* DR and the shift register contain a byte each */
-    HIL_I2C_REFUSED, /* not acknowledged */
+    HIL_I2C_REFUSED, /* the slave did not acknowledge */
     HIL_I2C_STOPPING,
 };
 

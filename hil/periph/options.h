@@ -15,7 +15,7 @@
  * data sheets and manuals, independent of firmware/boards/, so that an error would have to be made
  * twice to go unnoticed. */
 
-#define HIL_BOARD_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
+#define HIL_BOARD_CHANNELS 24u /* 8 transducers, 14 gages, staircase and reference */
 #define HIL_BOARD_PORTS    9u
 #define HIL_BOARD_PULLS    7u
 
@@ -89,7 +89,7 @@ struct hil_options {
     uint32_t can_base; /* base of the board's identifiers, used for CAN commands in the run file */
     /* frame rate of the film camera, 1/s; 0: no camera (hil/rig/rig.h) */
     double camera_hz;
-    uint64_t camera_delay_ps;  /* from its trigger to the first frame */
+    uint64_t camera_delay_ps;  /* delay from the trigger to the first frame */
     uint64_t camera_jitter_ps; /* of each frame, uniformly distributed within +- this value */
     bool adc_noise;            /* false: codes are exact, for tests */
     /* supply of converters and staircase, 2.7 to 3.6 V; 0: nominal supply of the board */

@@ -53,7 +53,7 @@ struct hil_rules_edges {
     struct hil_moment rose, fell; /* ps 0: no edge since the reset, or of unknown origin */
 };
 
-/* Without pointers: a copy is a snapshot. */
+/* Contains no pointers: a copy is a snapshot. */
 struct hil_rules {
     struct hil_rules_edges pin[HIL_RULES_PINS];
     uint64_t unplaced;         /* edges whose instruction was not found; they are not checked */

@@ -19,7 +19,7 @@
 struct hil_options;
 
 #define HIL_PULSE_PS         20000000ull /* pulse of the one-shot, 20 us */
-#define HIL_STAIRCASE_ZERO_V 0.050       /* at 3.3 V */
+#define HIL_STAIRCASE_ZERO_V 0.050       /* level without open switches, at 3.3 V */
 
 /* Nominal step of a switch, position 1..24, in codes. */
 unsigned hil_step_codes(unsigned position);

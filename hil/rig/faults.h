@@ -104,22 +104,22 @@ void hil_supply_hold(struct hil_supply_device *dev);
 enum hil_trigger { HIL_AT_TIME, HIL_AT_STATION, HIL_AT_FRAME, HIL_AT_FLASH, HIL_AT_NOR };
 
 enum hil_action {
-    HIL_FAULT_POWER_CUT, /* duration_ps */
-    HIL_FAULT_BROWN_OUT, /* volts, duration_ps */
+    HIL_FAULT_POWER_CUT, /* uses duration_ps */
+    HIL_FAULT_BROWN_OUT, /* uses volts, duration_ps */
     HIL_FAULT_CRYSTAL,   /* choice: 1 starts */
-    HIL_FAULT_FLIP,      /* address, bit */
+    HIL_FAULT_FLIP,      /* uses address, bit */
     HIL_FAULT_BUS,       /* choice: enum hil_can_bus */
     HIL_FAULT_LINE,      /* line, choice: enum hil_line_fault, count, probability, duration_ps */
     /* index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
      * hil_channel_fault */
     HIL_FAULT_CHANNEL,
-    HIL_FAULT_SKIP,        /* index: switch, from 0 */
-    HIL_FAULT_BOUNCE,      /* index, count, duration_ps between openings */
-    HIL_FAULT_CAMERA,      /* count */
-    HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
-    HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
+    HIL_FAULT_SKIP,   /* index: number of the switch, from 0 */
+    HIL_FAULT_BOUNCE, /* index: number of the switch, from 0; count; duration_ps between openings */
+    HIL_FAULT_CAMERA, /* uses count */
+    HIL_FAULT_NOR,    /* choice: enum hil_nor_fault, count */
+    HIL_FAULT_DRIFT,  /* index: number of the gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
-    HIL_FAULT_STICK,       /* address, bit, choice: its level */
+    HIL_FAULT_STICK,       /* address, bit; choice: level of the bit */
     HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
 };
 
@@ -146,7 +146,7 @@ struct hil_fault {
     uint64_t t_ps;          /* HIL_AT_TIME */
     uint64_t n;             /* HIL_AT_FRAME, _FLASH, _NOR: from 1, counted since power on */
     double station_ft;      /* HIL_AT_STATION */
-    uint64_t delay_ps;      /* after the trigger */
+    uint64_t delay_ps;      /* delay after the trigger */
     enum hil_action action; /* enum hil_action lists which of the following members are used */
     enum hil_line line;
     unsigned choice;

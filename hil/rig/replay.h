@@ -62,7 +62,7 @@ struct hil_replay_device {
     struct hil_can_device *can;
     struct hil_usart_device *usart;
     const struct hil_rig_device *rig; /* provides the polarity of the excitation */
-    const struct hil_replay *replay;  /* NULL: none */
+    const struct hil_replay *replay;  /* record being replayed; NULL: none */
     /* Derived; recomputed when needed. */
     const struct mr_block *codes_block; /* block of these codes; NULL: none */
     struct hil_codes codes;

@@ -88,7 +88,7 @@ struct hil_rig {
     uint8_t opened;        /* number of switches that have opened */
     uint64_t pulse_end_ps; /* HIL_NEVER: the one-shot is low */
     uint8_t lamp;          /* enum hil_lamp */
-    int8_t excitation;     /* +1, -1, 0 */
+    int8_t excitation;     /* polarity of the excitation: +1, -1, 0 */
     double from;           /* amplitude at the last change */
     uint64_t since_cycle;  /* time of the last change */
     uint64_t since_ps;
@@ -171,7 +171,7 @@ struct hil_camera {
     bool running;
     bool pulse;          /* PB3 is high */
     uint64_t start_ps;   /* time of the trigger */
-    uint64_t next_frame; /* from 0 */
+    uint64_t next_frame; /* number of the next frame, from 0 */
     uint64_t frame_ps;   /* time of the next frame */
     uint64_t low_ps;     /* end of the pulse */
     uint64_t random;

@@ -25,7 +25,7 @@
 struct hil_run_command {
     uint64_t t_ps;
     bool serial;               /* true: sent by serial; false: by CAN */
-    struct mr_command message; /* tag: 1 for the first command of the file, then rising */
+    struct mr_command message; /* the tag is 1 for the first command of the file and then rises */
 };
 
 struct hil_run {
