@@ -5,20 +5,21 @@
  * blocks that the messages tension_* carry). The gages of a band are processed in order of station.
  * A gage without a valid reading (NaN) is left out.
  *
- * Figures of a band: the pretension (mean of its gages over the last MR_BANDS_GROUP steps at rest
- * while armed), the minimum and maximum tension since the first movement, with gage and block, the
- * tension after the landing (mean over the last whole group of steps), and the change (after minus
- * before). Standard errors combine the calibration errors (zero, gain and linearity, independent
- * between gages) with the noise measured at rest. In a difference the zero error cancels, and the
- * gain error applies to the change only.
+ * The figures of a band are its pretension, its minimum and maximum tension since the first
+ * movement (with gage and block), its tension after the landing, and the change (after minus
+ * before). The pretension is the mean of the gages over the last MR_BANDS_GROUP steps at rest while
+ * armed. The tension after the landing is the mean over the last whole group of steps. Standard
+ * errors combine the calibration errors (zero, gain and linearity, independent between gages) with
+ * the noise measured at rest. In a difference the zero error cancels, and the gain error applies to
+ * the change only.
  *
  * Findings rest on the free body of report appendix C: a band of segments L_j between connections,
  * springs K at the anchors. The ends are fixed, so the changes of length cancel (C.5),
  *     sum of dT_j L_j / AE + (dT_first + dT_last) / K = 0,
  * wherever the mats push. A connection that takes the force R from the mats is a step in tension,
- * dT_n + R - dT_(n-1) = 0 (before C.6): the tension rises behind the connection, by R (1 - a ...)
- * (C.7), and falls ahead (C.6). The findings are slack, loose, slip, pull-out (of a rivet), step,
- * unequal and overload; each is reported as "recognised as", because none is proven
+ * dT_n + R - dT_(n-1) = 0 (before C.6). The tension rises behind the connection by R (1 - a ...)
+ * (C.7) and falls ahead of it (C.6). The findings are slack, loose, slip, pull-out (of a rivet),
+ * step, unequal and overload; each is reported as "recognised as", because none is proven
  * (docs/howto/bands.md).
  *
  * A change counts as sudden when it happens within two steps of 4 ms and is at least three times

@@ -2,8 +2,9 @@
  * messages from and to the board. With base 0 the identifiers are those of the catalogue. A serial
  * link connects a single board and uses no base.
  *
- * Identifiers have 11 bits, and the mapping is one to one in both directions: a message that is not
- * the board's is mapped beyond the catalogue, and back to its original identifier. */
+ * Identifiers have 11 bits, and the mapping is one to one. An identifier of a different board or
+ * device is mapped to a number beyond the catalogue; mapping this number back gives the original
+ * identifier. */
 #ifndef MATRIG_COMMON_CANBASE_H
 #define MATRIG_COMMON_CANBASE_H
 

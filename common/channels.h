@@ -123,9 +123,9 @@ void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float 
  *             + zero_error^2
  *
  * near = min(1, sqrt(3/2) |value| / ((high - low) / MR_CONFIG_POINTS)), or 1 where low and high are
- * not set. If the points of the table are off by s, except the point at zero, the mean error
- * between points is s sqrt(2/3); between the zero and the next point it is s |value| divided by
- * their distance.
+ * not set. Let the points of the table have the error s, except the point at zero, which has none.
+ * The mean error between two points is then s sqrt(2/3). Between the zero and the next point, it is
+ * s |value| divided by their distance.
  *
  * A movement is a reading minus the baseline, the mean at rest before the movement began. In this
  * difference the zero cancels: both its error and the part of it that the reference scales. Hours

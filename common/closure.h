@@ -23,9 +23,9 @@
 #define MR_MATS_PER_SEGMENT  10u
 #define MR_MAT_LENGTH_FT     (2.0f / 7.0f)
 #define MR_SEGMENT_LENGTH_FT (10.0f * MR_MAT_LENGTH_FT)
-/* A segment counts as closed when its remaining slack is below this limit: one joint in ten may
- * still be open (0.036 in by design, report 2.6), the nine other joints are closed to 0.001 in
- * each, and three times the survey error of 0.005 in is added. */
+/* A segment counts as closed when its remaining slack is below this limit. The limit allows one
+ * open joint (0.036 in by design, report 2.6), nine joints closed to 0.001 in each, and three times
+ * the survey error of 0.005 in. */
 #define MR_CLOSURE_OPEN_IN   (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
 
 struct mr_closure_input {

@@ -7,9 +7,9 @@
  * deviation `position_error_ft`. A least-squares fit of Chebyshev polynomials in time scaled to
  * [-1, 1] gives the coefficients and their covariance C = s^2 (A'A)^-1, where s is
  * position_error_ft. If the residuals are larger than that allows (chi-square, 1 in 100), the
- * motion is not this polynomial, and s is the residual standard deviation instead, multiplied by
- * Student's t of its degrees of freedom over 1.96. An interval of +-1.96 stated errors is therefore
- * a 95 % interval in both cases. Errors of derived quantities are first-order: grad' C grad.
+ * motion is not this polynomial. Then s is the residual standard deviation, multiplied by Student's
+ * t of its degrees of freedom over 1.96. An interval of +-1.96 stated errors is therefore a 95 %
+ * interval in both cases. Errors of derived quantities are first-order: grad' C grad.
  *
  * All computations are in double precision. Edges occur only a few times per second, so the cost of
  * software doubles on the board is negligible, and host and board agree to the last bit. Pure
@@ -140,9 +140,9 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
  * 3 u^2 - 2 u^3, and stays at a. Once the rise is complete, at s seconds after touchdown, the gear
  * lags an unbraked one by a ((s - d)^2 + k d^2) / 2. Unknowns are T, v, a, the delay d and the
  * shape k (1/3 for a linear rise, 1/7 for a quintic one). A landing with few gates cannot separate
- * d and k from the other unknowns, so d and k have prior values with the standard errors defined
- * here; these are our choice for disk brakes on the rig, as the report gives none. The fit is
- * Gauss-Newton least squares with independent position errors of standard deviation
+ * d and k from the other unknowns, so d and k have prior values with standard errors, which are
+ * defined here. These priors are our choice for disk brakes on the rig; the report gives none. The
+ * fit is Gauss-Newton least squares with independent position errors of standard deviation
  * `position_error_ft`. That value is known and never estimated here, so intervals are normal:
  * +-1.96 standard errors for 95 %.
  *

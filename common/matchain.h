@@ -1,8 +1,8 @@
 /* The runway's mats as a chain, small and fast enough for the board: horizontal movement u of each
  * mat, joints with slack that close against a resistance, dry friction, and the thrust of the
  * braking axle. It is the chain model of host/sim (host/sim/README.md, MODEL of the report's A-2
- * with slack), in single instead of double precision, with a fixed order of operations, no library
- * calls and no contraction: board and host agree bit for bit.
+ * with slack) in single precision. The order of operations is fixed, without library calls and
+ * contraction, so board and host agree bit for bit.
  *
  * Mats are numbered 1..mats from the upfield end. Joint j is between mats j-1 and j; joints 1 and
  * mats+1 connect to the ground. Units are feet, pounds and seconds; downfield is positive. The

@@ -161,9 +161,9 @@ void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor
  * runway or has impossible openings; then nothing is changed. */
 enum mr_status mr_predictor_load(struct mr_predictor *predictor,
                                  const struct mr_predictor_state *state);
-/* Takes over a survey: MR_SEGMENTS sums of joint openings, each of ten mats; NaN: not surveyed.
- * Call between landings. A sum that is impossible for ten joints (negative, or more than their
- * slack) counts as not surveyed. */
+/* Sets the openings from a survey. `sum_in`: MR_SEGMENTS sums of joint openings, each of ten mats;
+ * NaN: not surveyed. Call between landings. A sum that is impossible for ten joints (negative, or
+ * more than their slack) counts as not surveyed. */
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 /* Call with the same sums after a runway has been loaded: no joint changes, and a segment counts as
  * surveyed if its joints have the sum. */

@@ -1,5 +1,5 @@
-/* The proof that the sender of a command has the board's key. Board and host compute it with the
- * same code.
+/* Computes the proof that the sender of a command has the board's key. Board and host use the same
+ * code.
  *
  * While a key is set, the board sends a nonce; it changes every second and after each correct
  * proof. The sender sends the message `proof`, followed by the message `command`. The proof is 8

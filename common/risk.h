@@ -59,20 +59,19 @@ uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan);
  * odds or stations. A chart requires a plan; a plan does not require a chart. */
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan);
 
-/* Inputs of the regression, each scaled to a magnitude of about 1. The last number of each line is
- * the scale. */
+/* Inputs of the regression, each divided by a scale so that its magnitude is about 1. */
 enum mr_risk_input {
     MR_RISK_ONE,
-    MR_RISK_COMING,    /* predicted future zone, at most 50 mats, 50 */
-    MR_RISK_KINEMATIC, /* zone from transducers and survey only, 50 mats */
+    MR_RISK_COMING,    /* predicted future zone, at most 50 mats; scale 50 mats */
+    MR_RISK_KINEMATIC, /* zone from transducers and survey only; scale 50 mats */
     MR_RISK_OVER,      /* 0 for a future zone of 40 mats, rising to 1 at 60 */
-    MR_RISK_BRAKING,   /* largest future braking, else present braking, 6 ft/s2 */
-    MR_RISK_WAY,       /* remaining distance, 50 ft; has no weight where a long zone is expected */
-    MR_RISK_FRICTION,  /* configured friction, 0.6 */
-    MR_RISK_COUNT,     /* number of landings, up to six, 3 */
-    MR_RISK_OPEN,      /* mean opening of the joints over the remaining distance, 0.015 in */
-    MR_RISK_PLANNED,   /* mean of COMING and OVER at the planned braking */
-    MR_RISK_CHART,     /* logarithm of the chart's odds at the mean deceleration */
+    MR_RISK_BRAKING,   /* largest future braking, else present braking; scale 6 ft/s2 */
+    MR_RISK_WAY,      /* remaining distance, no weight where a long zone is expected; scale 50 ft */
+    MR_RISK_FRICTION, /* configured friction; scale 0.6 */
+    MR_RISK_COUNT,    /* number of landings, up to six; scale 3 */
+    MR_RISK_OPEN,     /* mean opening of the joints over the remaining distance; scale 0.015 in */
+    MR_RISK_PLANNED,  /* mean of COMING and OVER at the planned braking */
+    MR_RISK_CHART,    /* logarithm of the chart's odds at the mean deceleration */
     MR_RISK_INPUTS
 };
 /* Numbers of the sets of weights: a base for the knowledge of plan and chart, plus one number if

@@ -1,8 +1,8 @@
 /* Search of the chain (common/matchain.h) for the predictor's results: the longest compression zone
- * (closed joints in a row) ahead of the wheel, the largest compression there, and the longest zone
- * that the wheel would push together from any position on its path. The search is spread over
- * blocks: each call of mr_zonescan_go visits a limited number of joints and continues where the
- * last call stopped, which limits the work per block.
+ * (closed joints in a row) ahead of the wheel, and the largest compression there. It also finds the
+ * longest zone that the wheel would push together from any position on its path. The search is
+ * spread over blocks: each call of mr_zonescan_go visits a limited number of joints and continues
+ * where the last call stopped, which limits the work per block.
  *
  * A zone is a run from a closed joint to a closed joint in which at most one joint of any ten in a
  * row is open. From a position of the wheel, the push minus the friction of the mats in between

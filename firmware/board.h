@@ -216,7 +216,7 @@ enum nor_status {
 
 enum nor_status nor_poll(void);
 /* Reads the chip's identification. NOR_IDLE: the expected chip; NOR_BUSY: call again later;
- * NOR_MISSING: no or a wrong chip. Does not disturb other operations. */
+ * NOR_MISSING: no chip, or not the expected one. Does not disturb other operations. */
 enum nor_status nor_identify(void);
 /* Reads at most NOR_PAGE bytes. */
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length);

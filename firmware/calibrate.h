@@ -2,17 +2,16 @@
  * checked before use.
  *
  * zero: averages CALIBRATE_BLOCKS blocks of the requested channels. The zeros are accepted only if
- * all channels are valid, no channel moves (standard deviation, and difference between first and
- * second half, up to 0.004 in or 0.75 lb), and no gage is more than 30 lb from its configured zero,
- * because a band under tension is not at zero. Each channel is reported (zero_result); if the zeros
- * are accepted, the configuration is sent again.
+ * all channels are valid, no channel moves, and no gage is more than 30 lb from its configured zero
+ * (a band under tension is not at zero). A channel counts as moving if its standard deviation, or
+ * the difference between the first and second half, exceeds 0.004 in or 0.75 lb. Each channel is
+ * reported (zero_result); if the zeros are accepted, the configuration is sent again.
  *
- * shunt: measures CALIBRATE_BLOCKS blocks at rest, switches the relay on, waits
- * CALIBRATE_SETTLE_BLOCKS blocks for relay and amplifiers, measures CALIBRATE_BLOCKS blocks,
- * switches the relay off, waits again, and measures CALIBRATE_BLOCKS blocks at rest: 0.9 s in all.
- * The span of each gage that has a shunt is reported with its nominal value and its change since
- * the previous calibration (shunt, shunt_result, shunt_check). The relay is off at the end in every
- * case.
+ * shunt: measures CALIBRATE_BLOCKS blocks three times: at rest, with the relay on, and at rest
+ * again. After each switching of the relay, it waits CALIBRATE_SETTLE_BLOCKS blocks for relay and
+ * amplifiers. The calibration takes 0.9 s. The span of each gage that has a shunt is reported with
+ * its nominal value and its change since the previous calibration (shunt, shunt_result,
+ * shunt_check). The relay is off at the end in every case.
  *
  * The command is answered at the end of the calibration: MR_OK; MR_LIMIT: a channel failed its
  * check, as reported; MR_TIMEOUT: the scans stopped. It is answered at once with MR_NOT_NOW (from

@@ -13,10 +13,10 @@
 
 /* ---- selftest ---- */
 
-/* The self-test on command tests everything that can be tested without moving the rig: all RAM and
- * the program, the reference channel, the excitation, the memory of the black box, and the warning
- * output, which is lit for 200 ms and read back. It is refused between arming and the end of a
- * landing; arming aborts it. */
+/* The self-test on command tests everything that can be tested without moving the rig: RAM,
+ * program, reference channel, excitation, the memory of the black box, and the warning output. The
+ * lamp is lit for 200 ms, and its current is read back. It is refused between arming and the end of
+ * a landing; arming aborts it. */
 
 #define SELFTEST_LAMP_TICKS  20u /* 200 ms lit */
 #define SELFTEST_DARK_TICKS  5u  /* 50 ms for the lamp's current to stop */

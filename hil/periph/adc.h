@@ -87,10 +87,11 @@ void hil_adc3_event(void *device, uint64_t at);
 /* Errors of a real converter: offset, gain, integral nonlinearity, noise, and the residual charge
  * of the previous channel in the sample capacitor.
  *
- * Each conversion contains a fraction of the step from the previously sampled voltage: the charge
- * that the pin's capacitor has not replaced (`kick_rel`), and the incomplete settling within the
- * sampling window, exp(-t / ((RADC + source) CADC)), with the maxima RADC = 6 kOhm and CADC = 7 pF
- * (DS8626 table 67). Units are LSB of 4096 codes; sources are numbered as by hil_analogue.source.
+ * Each conversion contains a fraction of the step from the previously sampled voltage. The fraction
+ * has two parts: the charge that the pin's capacitor has not replaced (`kick_rel`), and the
+ * incomplete settling within the sampling window, exp(-t / ((RADC + source) CADC)). RADC = 6 kOhm
+ * and CADC = 7 pF are the maxima of DS8626 table 67. Units are LSB of 4096 codes; sources are
+ * numbered as by hil_analogue.source.
  * */
 
 #define HIL_ADC_SOURCES    24u

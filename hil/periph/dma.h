@@ -59,8 +59,8 @@ HIL_ON_BUS(dma)
 /* Call when flash can be read again; `device` is a struct hil_dma_device. */
 void hil_dma_flash_ready(void *device);
 
-/* Number of items that the stream can move now before it stops or raises a flag, including the item
- * that raises the flag; 0 if the stream does not serve this request (off, different channel or
+/* Number of items that the stream can move now, up to and including the item that raises a flag or
+ * ends the transfer. 0: the stream does not serve this request (off, different channel or
  * direction). A wrong PAR stops the run. */
 uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *request);
 /* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream

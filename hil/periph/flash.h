@@ -3,10 +3,9 @@
  *
  * Programming only changes ones to zeroes, in the width of PSIZE. Programming and erasing take the
  * time given in the data sheet (DS8626, flash memory programming, 2.7 to 3.6 V). Until an operation
- * ends the bank cannot be read: code in flash stalls while virtual time, peripherals and interrupts
- * continue, code in RAM continues and reads BSY, and a DMA controller that needs data from flash
- * waits with all its streams. On hardware a loop in the instruction cache also continues; here it
- * stalls.
+ * ends the bank cannot be read. Code in flash stalls while virtual time, peripherals and interrupts
+ * continue. Code in RAM continues and reads BSY. A DMA controller that needs data from flash waits
+ * with all its streams. On hardware a loop in the instruction cache also continues; here it stalls.
  *
  * Flash and option bytes keep their content through resets and power failures. An operation that is
  * interrupted by a reset or a power failure leaves its cells partly changed (hil_cells_tear).

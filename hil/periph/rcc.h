@@ -50,8 +50,8 @@ struct hil_rcc_device {
 /* Sets the state after a reset; `csr_flags`: reset flags for RCC_CSR. */
 void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags);
 /* Sets the state after a jump from a different program without a reset, as left by a debugger or
- * the boot ROM's Go: the system clock is the PLL at 168 MHz from an 8 MHz crystal, and the clocks
- * of ports and timers are on. */
+ * the boot ROM's Go. The system clock is then the PLL at 168 MHz from an 8 MHz crystal, and the
+ * clocks of ports and timers are on. */
 void hil_rcc_leave_on(struct hil_rcc_device *dev);
 /* Register that switches the clocks of a bus. */
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);

@@ -29,8 +29,8 @@ struct hil_spi {
 /* The chip connected to the pins. */
 struct hil_spi_slave {
     void *who;
-    /* Falling and rising edge of chip select (in_byte: not on a byte boundary), and exchange of one
-     * byte in between. */
+    /* Called at the falling edge of chip select, at its rising edge (in_byte: not on a byte
+     * boundary), and for each byte exchanged in between. */
     void (*select)(void *who, uint64_t at);
     void (*deselect)(void *who, uint64_t at, bool in_byte);
     uint8_t (*exchange)(void *who, uint8_t in, uint64_t at);

@@ -15,10 +15,10 @@
  * while PE1 is high (its relay puts a resistor across an arm of every bridge), else 0. Reference on
  * PC5: R. Transducers 1..8 on PF3..PF10, excited by PD12 and PD13:
  *     V = (1.65 + a * (0.050 + 0.5 * displacement_in)) * R / 2.5,
- * where a is +1 while PD12 is high and PD13 low, -1 while reversed, and 0 while equal; it follows a
- * change exponentially with a time constant of 4 us. Electrolytic transducers must not receive a
- * direct component, so the time at each polarity is counted. The converter clips all voltages to
- * 0..VDDA. Unconnected pins float at 0 V.
+ * where a is +1 while PD12 is high and PD13 low, -1 while reversed, and 0 while equal. After a
+ * change, a settles exponentially with a time constant of 4 us. Electrolytic transducers must not
+ * receive a direct component, so the time at each polarity is counted. The converter clips all
+ * voltages to 0..VDDA. Unconnected pins float at 0 V.
  *
  * A drawn board has individual gains, zeros, steps and times (hil/rig/electronics.h). The filter of
  * a gage is modelled as a delay by its time constant, because the truth changes slowly in
