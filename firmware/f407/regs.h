@@ -150,7 +150,7 @@ struct tim_regs {
 #define TIM_OCM_TOGGLE       3u
 #define TIM_OCM_PWM2         7u
 
-/* RM0090 19.5: one channel; bits as above */
+/* RM0090 19.5: one channel; bits as for struct tim_regs */
 struct tim11_regs {
     reg32 CR1, reserved0[3], SR, reserved1, CCMR1, reserved2, CCER, reserved3[4], CCR1,
         reserved4[6], OR;
