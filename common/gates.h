@@ -261,6 +261,7 @@ struct mr_final_fit {
     enum mr_status status; /* result at MR_FINAL_OVER, as from mr_gates_summarise */
 };
 
+/* Starts the fit; arguments as in mr_gates_summarise. */
 void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count,
                         double touchdown_ft, double position_error_ft);
 /* Returns false when finished; `status` and `summary` then hold the result. */

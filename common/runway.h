@@ -72,6 +72,7 @@ enum {
 };
 #undef MR_PREDICT_COUNT
 
+/* Value of an item: MR_PREDICT_ITEM_TABLE, then the stations; NaN beyond. */
 float mr_predict_item(const struct mr_predictor_config *config, unsigned item);
 /* Items beyond the table are ignored. An invalid count becomes 0, which mr_predictor_start
  * refuses. */

@@ -95,6 +95,7 @@ WIRE float mr_get_f32(const uint8_t **p)
 #define MR_MISSING_U16 0xffffu
 #define MR_MISSING_I16 (-32768)
 
+/* Real quantities with `per_unit` counts per unit; NaN is sent as MR_MISSING_*. */
 static inline uint8_t *mr_put_real_u16(uint8_t *p, float value, float per_unit)
 {
     float counts = value * per_unit + 0.5f;

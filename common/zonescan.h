@@ -59,6 +59,7 @@ struct mr_zonescan {
     uint32_t visits; /* joints examined */
 };
 
+/* Begins a search; `order` is copied. */
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
                        const struct mr_zonescan_order *order);
 /* Examines `visits` joints, or one more. True: the search is complete. */

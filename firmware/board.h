@@ -214,6 +214,7 @@ enum nor_status {
     NOR_MISSING, /* no chip, or not the expected one; this state is final */
 };
 
+/* Continues the operation in progress and returns the state of the memory. */
 enum nor_status nor_poll(void);
 /* Reads the chip's identification. NOR_IDLE: the expected chip; NOR_BUSY: call again later;
  * NOR_MISSING: no chip, or not the expected one. Does not disturb other operations. */

@@ -53,6 +53,8 @@ struct predict_said {
     struct mr_risk_lead risk_lead;
 };
 
+/* Fills in the messages of the report for block `index`, except those of the risk. `warning`: state
+ * of the lamp. */
 void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
                        bool warning, uint32_t index, struct predict_said *said);
 /* Fills in the risk messages of the report. */

@@ -19,9 +19,11 @@
 #define SAY_BAUD   115200u
 #define SAY_FORMAT 1
 
+/* Begin and end a section. */
 void say_begin(const char *section);
 void say_end(void);
 
+/* Print a line with a value inside a section. */
 void say_number(const char *name, int32_t value, const char *unit);
 /* Prints a value given in thousandths: 2013 is printed as 2.013. */
 void say_milli(const char *name, int32_t thousandths, const char *unit);
